@@ -10,20 +10,20 @@ from typer.testing import CliRunner
 from eai.abilities.protocol import Protocol
 from eai.cli import app
 from eai.report import plot_summary
+from eai.report.ranking import Ranking
+from eai.report.rankings import rankings
 from eai.report.run_summary import summary_of
 from eai.report.runs import read_runs
-from eai.report.table import Table
-from eai.report.writer import make_tables
 from eai.results.plot_analyses import PAGE
 from report.samples import action_run, all_runs, write_runs
 
 pytest.importorskip("matplotlib")
 
 
-def tables(folder: Path, *, with_paper: bool) -> list[Table]:
+def tables(folder: Path, *, with_paper: bool) -> list[Ranking]:
     runs = [summary_of(run) for run in read_runs([write_runs(folder, all_runs())])]
     runs.sort(key=lambda item: item.key.order)
-    return make_tables(runs, with_paper=with_paper)
+    return rankings(runs, with_paper=with_paper)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ import pytest
 from typer.testing import CliRunner
 
 from eai.cli import app
-from eai.report.latex import escaped as latex_escaped
+from eai.results.latex import escaped as latex_escaped
 from report.samples import HOSTILE, action_run, all_runs, write_runs
 
 RUNNER = CliRunner()

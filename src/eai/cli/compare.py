@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.cli.console import note, output, print_json, print_remark
 from eai.cli.options import AsJson
-from eai.cli.table import Column, print_table
+from eai.cli.table import PERCENT
 from eai.errors import InputError
 from eai.questions.comparison import ALL, QuestionPair, compare_questions, question_pairs
 from eai.questions.records import ABILITY
@@ -24,6 +25,8 @@ from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
 from eai.results.coverage import coverage_of, planners_of
+from eai.results.table import Cell, Column, Estimate, Label, Table
+from eai.results.terminal import print_table
 
 _SURE = 0.05
 _UNNAMED = (
@@ -174,12 +177,10 @@ def _print_questions(pair: QuestionPair, found: Comparison, listed: int) -> None
 def _print_differences(
     title: str, found: Comparison, units: str = "tasks", alike: str = "tasks of a name"
 ) -> None:
-    rows = [row for difference in found.differences for row in _rows(difference)]
-    headings = ("percent", "A", "B", "B - A", "95 %", "p", units)
-    metrics, *columns = (
-        Column(heading, cells) for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
-    )
-    print_table(output(), title, [metrics], columns)
+    numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
+    texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", units)]
+    rows = tuple(row for difference in found.differences for row in _rows(difference))
+    print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
     output().print(_caption(found, units, alike), highlight=False, style="italic")
 
 
@@ -226,22 +227,22 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     output().print(text)
 
 
-def _rows(difference: Difference) -> Iterator[list[str | Text]]:
+def _rows(difference: Difference) -> Iterator[tuple[Cell, ...]]:
     """The difference, and where there are near copies what it would be if they were independent."""
     certainty, points = difference.certainty, difference.points
     sure = difference.p_value is not None and difference.p_value < _SURE
-    yield [
+    yield (
         _name(difference.metric),
-        _percent(difference.first.percent),
-        _percent(difference.second.percent),
-        "-" if points is None else Text(f"{points:+.1f}", style="bold" if sure else ""),
+        Estimate.of_rate(difference.first),
+        Estimate.of_rate(difference.second),
+        "-" if points is None else Label(f"{points:+.1f}", bold=sure),
         "-" if certainty is None else _interval(certainty.interval),
         _p_text(difference.p_value),
         _tasks(certainty),
-    ]
+    )
     if certainty is not None and certainty.names < certainty.tasks:
         below = [_interval(certainty.by_task), _p_text(difference.p_by_task), str(certainty.tasks)]
-        yield ["", "", "", *(Text(text, style="dim") for text in ("independent:", *below))]
+        yield ("", None, None, *(Label(text, dim=True) for text in ("independent:", *below)))
 
 
 def _tasks(certainty: Certainty | None) -> str:
@@ -262,7 +263,3 @@ def _p_text(p_value: float | None) -> str:
 
 def _name(metric: str) -> str:
     return metric.replace("_", " ").replace(".", " ")
-
-
-def _percent(percent: float | None) -> str:
-    return "-" if percent is None else f"{percent:.1f}"

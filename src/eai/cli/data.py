@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
 
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
@@ -15,7 +14,6 @@ from eai.benchmark.registry import find_benchmark, registered
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, Errata
 from eai.cli.store import DataFolder, store
-from eai.cli.table import Column, print_table
 from eai.data import dataset
 from eai.data.dataset import PackStatus
 from eai.data.files import write_whole
@@ -27,7 +25,9 @@ from eai.report import plot_distributions
 from eai.results.data_set.distributions import distributions
 from eai.results.data_set.profiles import profiles_of
 from eai.results.data_set.statistics import StatRow, StatTable, table_of
+from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import csv_text
+from eai.results.terminal import print_table
 from eai.studies.annotation.quality import check_annotations
 from eai.tasks.source import ErrataChoice, Source
 
@@ -65,13 +65,17 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
     if as_json:
         print_json({"folder": str(store(data).folder), "packs": [_pack_json(status) for status in packs]})
         return
-    columns = [
-        Column("size", [f"{status.size / 1e3:,.0f} kB" for status in packs]),
-        Column("made from", ["\n".join(status.archives) for status in packs]),
-        Column("sha256", [(status.sha256 or "-")[:12] for status in packs]),
-        Column("state", [status.problem or "ready" for status in packs]),
-    ]
-    print_table(output(), f"folder: {store(data).folder}", [Column("pack", [s.pack for s in packs])], columns)
+    table = Table.of_columns(
+        f"folder: {store(data).folder}",
+        [
+            ("pack", [status.pack for status in packs]),
+            (_number("size"), [f"{status.size / 1e3:,.0f} kB" for status in packs]),
+            (_number("made from"), ["\n".join(status.archives) for status in packs]),
+            (_number("sha256"), [(status.sha256 or "-")[:12] for status in packs]),
+            (_number("state"), [status.problem or "ready" for status in packs]),
+        ],
+    )
+    print_table(output(), table)
 
 
 def _pack_json(status: PackStatus) -> dict[str, Json]:
@@ -122,24 +126,27 @@ def stats(
 
 def _print_statistics(counted: StatTable) -> None:
     """Print a table; the paper's column only where the paper has figures of the benchmark."""
-    printed = any(row.printed is not None for row in counted.rows)
-    table = Table(title=counted.title, title_justify="left")
-    table.add_column("figure")
-    table.add_column("counted", justify="right", no_wrap=True)
-    if printed:
-        table.add_column("paper", justify="right", no_wrap=True)
-    table.add_column("what is counted")
-    for row in counted.rows:
-        beside = [_number(row.printed)] if printed else []
-        table.add_row(row.label, _number(row.value), *beside, _words(row))
-    output().print(table)
+    columns: list[NamedCells] = [
+        ("figure", [row.label for row in counted.rows]),
+        (_number("counted"), [_grouped(row.value) for row in counted.rows]),
+        (_number("paper"), [_grouped(row.printed) for row in counted.rows]),
+        ("what is counted", [_words(row) for row in counted.rows]),
+    ]
+    if all(row.printed is None for row in counted.rows):
+        del columns[2]
+    print_table(output(), Table.of_columns(counted.title, columns))
 
 
 def _words(row: StatRow) -> str:
     return f"{row.note}. {row.remark}" if row.remark else row.note
 
 
-def _number(value: float | None) -> str:
+def _number(name: str) -> Column:
+    return Column(name, number=True)
+
+
+def _grouped(value: float | None) -> str:
+    """A number with its thousands apart; nothing where there is none."""
     if value is None:
         return ""
     return f"{value:,}" if isinstance(value, int) else f"{value:,.2f}".rstrip("0").rstrip(".")

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.text import Text
 
 from eai.abilities.declaration import declaration_of
 from eai.cli.console import counted, note, output, say
 from eai.cli.options import AsJson, Wide
-from eai.cli.table import Column, print_table
 from eai.report.certainty import unnamed_remark
-from eai.report.data_files import tables_json
-from eai.report.markdown import superscript
-from eai.report.row import Cell, Row, RowSource
+from eai.report.ranking import Ranking
+from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, read_runs
-from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec, domain_title
-from eai.report.writer import make_tables
+from eai.report.writer import rankings_json
+from eai.results.markdown import superscript
+from eai.results.table import Table
+from eai.results.terminal import print_table
 
 _OVERVIEW = "overview"
 
@@ -40,12 +40,12 @@ def leaderboard(
     summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
-    tables = [table for table in make_tables(ranked, with_paper=paper) if table.name == _OVERVIEW]
+    tables = [table for table in rankings(ranked, with_paper=paper) if table.name == _OVERVIEW]
     if as_json:
-        print(tables_json(tables), end="")
+        print(rankings_json(tables), end="")
         return
     for table in tables:
-        _print(table, wide=wide)
+        print_table(output(), _shown(table), wide=wide)
         for number in sorted({number for row in table.rows for number in row.notes}):
             say(f"{superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
@@ -56,32 +56,18 @@ def leaderboard(
         note(remark)
 
 
-def _print(table: Table, *, wide: bool) -> None:
-    title = f"{domain_title(table.domain)}, protocol {table.protocol.value} (percent)"
-    ranks = Column("#", ["" if row.rank is None else str(row.rank) for row in table.rows])
-    names = Column("model", [_name(row) for row in table.rows])
-    answered = Column("answered", [row.answered or "-" for row in table.rows])
+def _shown(ranking: Ranking) -> Table:
+    """A table with its protocol in the title, and abilities over its columns."""
+    table = ranking.table()
+    first = len(table.columns) - len(ranking.columns)
+    headings = map(_heading, ranking.columns)
     columns = [
-        Column(_heading(column), [_number(row.cells[place]) for row in table.rows])
-        for place, column in enumerate(table.columns)
+        replace(column, alone=text) for column, text in zip(table.described[first:], headings, strict=True)
     ]
-    print_table(output(), title, [ranks, names], [answered, *columns], wide=wide)
+    title = f"{domain_title(ranking.domain)}, protocol {ranking.protocol.value} (percent)"
+    return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 
 def _heading(column: ColumnSpec) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
     return label if column.ability is None else f"{declaration_of(column.ability).short}\n{label}"
-
-
-def _name(row: Row) -> Text:
-    """The name with footnotes."""
-    return Text(row.label + superscript(row.notes), style="" if row.source is RowSource.RUN else "dim")
-
-
-def _number(cell: Cell) -> Text:
-    if cell.percent is None:
-        return Text("-")
-    text = Text(f"{cell.percent:.1f}", style="bold" if cell.best else "")
-    if cell.interval is not None:
-        text.append(f"\n±{(cell.interval.high - cell.interval.low) / 2:.1f}", style="dim not bold")
-    return text

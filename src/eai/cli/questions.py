@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -27,7 +28,7 @@ from eai.cli.models import pair
 from eai.cli.options import AsJson
 from eai.cli.progress import resumable, run_progress
 from eai.cli.store import DataFolder, store
-from eai.cli.table import Column, percent, print_table
+from eai.cli.table import PERCENT
 from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.prompts.template import Templates
@@ -46,6 +47,9 @@ from eai.questions.results import (
 from eai.questions.shortcuts import Balance, balance_of, best_chance, chances_of, guesses_of
 from eai.questions.writer import Wanted, Writer
 from eai.results.rate import Rate
+from eai.results.table import Cell, Column, Estimate, NamedCells
+from eai.results.table import Table as Shown
+from eai.results.terminal import print_table
 from eai.run.job import Endpoint, Pace, check_model
 from eai.run.journal import sole_run
 from eai.tasks.source import Source
@@ -193,61 +197,67 @@ def _print(model: str, results: Sequence[Result], *, as_json: bool) -> None:
     answered = sum(result.text is not None for result in results)
     title = f"{model}: {answered:,} of {counted(len(results), 'question')} answered; right, in percent"
     rows = {**{k.value: row for k, row in table.by_kind.items()}, "all": table.overall}
-    print_table(output(), title, [Column("kind", list(rows))], [*_columns(rows), *_depths(table)])
+    by_kind: list[NamedCells] = [("kind", list(rows)), *_columns(rows), *_depths(table)]
+    print_table(output(), Shown.of_columns(title, by_kind))
     forms = {form.value: row for form, row in table.by_form.items()}
-    print_table(output(), "By form of answer", [Column("form", list(forms))], _columns(forms))
+    print_table(output(), Shown.of_columns("By form of answer", [("form", list(forms)), *_columns(forms)]))
 
 
-def _columns(rows: dict[str, Row]) -> list[Column]:
+def _columns(rows: dict[str, Row]) -> list[NamedCells]:
     found = list(rows.values())
     unreadable = any(row.unreadable.numerator for row in found)
+    not_read = [Estimate.of_rate(row.unreadable) for row in found]
+    intervals = ["-" if r.interval is None else f"{r.interval[0]:.0f}-{r.interval[1]:.0f}" for r in found]
     return [
-        Column("of", [f"{row.exact.denominator:g}" for row in found]),
-        Column("right", [percent(row.exact) for row in found]),
-        Column(
-            "95 %", ["-" if r.interval is None else f"{r.interval[0]:.0f}-{r.interval[1]:.0f}" for r in found]
-        ),
-        Column("chance", [percent(row.chance) for row in found]),
-        Column("F1", [percent(row.f1) for row in found]),
-        *([Column("unread", [percent(row.unreadable) for row in found])] if unreadable else []),
+        (Column("of", number=True), [f"{row.exact.denominator:g}" for row in found]),
+        (replace(PERCENT, name="right"), [Estimate.of_rate(row.exact) for row in found]),
+        (Column("95 %", number=True), intervals),
+        (replace(PERCENT, name="chance"), [Estimate.of_rate(row.chance) for row in found]),
+        (replace(PERCENT, name="F1"), [Estimate.of_rate(row.f1) for row in found]),
+        *([(replace(PERCENT, name="unread"), not_read)] if unreadable else []),
     ]
 
 
-def _depths(table: Table) -> list[Column]:
+def _depths(table: Table) -> list[NamedCells]:
     """The rates by depth, below how many actions the questions are about."""
     rates = list(table.by_depth.values())
     return [
-        Column(f"depth\n{depth_text(depth)}", [*(percent(of_kind[place]) for of_kind in rates), ""])
+        (
+            replace(PERCENT, name=f"depth\n{depth_text(depth)}"),
+            [*(Estimate.of_rate(of_kind[place]) for of_kind in rates), None],
+        )
         for place, depth in enumerate(DEPTHS)
     ]
 
 
 def _print_balance(questions: Sequence[Question]) -> None:
     kinds = list(dict.fromkeys([question.kind for question in questions]))
-    columns = [
-        Column(
-            f"{form.value}\n{heading}", [_cell(balance_of(questions, kind, form), field) for kind in kinds]
+    columns: list[NamedCells] = [
+        (
+            Column(f"{form.value}\n{heading}", number=True),
+            [_cell(balance_of(questions, kind, form), field) for kind in kinds],
         )
         for form in dict.fromkeys([question.form for question in questions])
         for heading, field in (("n", "number"), ("entropy", "entropy"))
     ]
-    print_table(
-        output(), "Questions, and how even their answers are (1: entirely)", [Column("kind", kinds)], columns
-    )
+    title = "Questions, and how even their answers are (1: entirely)"
+    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *columns]))
 
 
 def _print_chances(questions: Sequence[Question]) -> None:
     """What guessing and shortcuts give, the best of them for each kind and form."""
     found = _chances(questions)
     kinds = list(dict.fromkeys([question.kind for question in questions]))
-    columns = [
-        Column(f"{form.value}\n{heading}", [_best(found.get((kind, form), {}), heading) for kind in kinds])
+    columns: list[NamedCells] = [
+        (
+            replace(PERCENT, name=f"{form.value}\n{heading}"),
+            [_best(found.get((kind, form), {}), heading) for kind in kinds],
+        )
         for form in dict.fromkeys([question.form for question in questions])
         for heading in ("chance", "by")
     ]
-    print_table(
-        output(), "Right without knowing the world, at best, in percent", [Column("kind", kinds)], columns
-    )
+    title = "Right without knowing the world, at best, in percent"
+    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *columns]))
 
 
 def _chances(questions: Sequence[Question]) -> dict[tuple[Kind, Form], dict[str, Rate]]:
@@ -258,11 +268,11 @@ def _chances(questions: Sequence[Question]) -> dict[tuple[Kind, Form], dict[str,
     return {cell: chances_of(some, guesses) for cell, some in alike.items()}
 
 
-def _best(chances: Mapping[str, Rate], heading: str) -> str:
+def _best(chances: Mapping[str, Rate], heading: str) -> Cell:
     if not chances:
         return "-"
     best = best_chance(chances)
-    return best if heading == "by" else percent(chances[best])
+    return best if heading == "by" else Estimate.of_rate(chances[best])
 
 
 def _cell(balance: Balance, field: str) -> str:

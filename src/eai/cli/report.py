@@ -26,12 +26,12 @@ from eai.questions.records import read_question_runs
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
-from eai.report.narrow import Narrow
 from eai.report.plots import draw_plots
+from eai.report.ranking import Ranking
+from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, find_question_records, read_runs
-from eai.report.table import Table
-from eai.report.writer import make_tables, write_tables
+from eai.report.writer import Narrow, write_tables
 from eai.results.cost import read_price_list
 from eai.studies.perception.course import courses
 from eai.tasks.source import Source
@@ -92,7 +92,7 @@ def report(
         explorer.add(run)
     summaries.sort(key=lambda item: item.key.order)
     plain = plain_runs(summaries)
-    tables = make_tables(plain, with_paper=paper)
+    tables = rankings(plain, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(plain, out / PLOTS, tables if summary else []) if plots else []
@@ -121,7 +121,7 @@ def report(
     say(f"{', '.join([*made, *of_questions])}; open {shown}")
 
 
-def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Table]) -> list[Plot]:
+def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking]) -> list[Plot]:
     """The plots, or none and a remark where matplotlib is not installed."""
     try:
         return draw_plots(summaries, folder, pages)

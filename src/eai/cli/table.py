@@ -1,40 +1,24 @@
-"""Tables on a terminal: a row a model, as many columns side by side as fit, and no number is ever cut."""
+"""Rates on a terminal, and what ``--json`` prints of them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rich import box
 from rich.console import Console
-from rich.measure import Measurement
-from rich.table import Table
-from rich.text import Text
 
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.cli.console import SafeConsole
 from eai.results.coverage import Coverage, planners_of
 from eai.results.errata_effect import ErrataEffect
 from eai.results.rate import Rate
+from eai.results.table import Column, Estimate, NamedCells, Table
+from eai.results.terminal import print_table
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
-_NAMES = 0.4
-"""The share of the width that names may take before they are folded."""
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """One column.
-
-    Attributes:
-        heading: its lines.
-        cells: one a row.
-    """
-
-    heading: str
-    cells: Sequence[str | Text]
+PERCENT = Column("percent", digits=1, number=True)
+"""A column of rates in percent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,60 +27,6 @@ class Result:
 
     rates: Mapping[str, Rate]
     coverage: Coverage
-
-
-def print_table(
-    console: Console, title: str, names: Sequence[Column], columns: Sequence[Column], *, wide: bool = False
-) -> None:
-    """Print rows of numbers; what does not fit beside the names follows below, with the names again.
-
-    Args:
-        console: where to.
-        title: above it all.
-        names: what stands on the left of every part; the last are names, which are folded if they are long.
-        columns: numbers.
-        wide: all in one table, however wide.
-    """
-    console.print(Text(title, style="bold"), soft_wrap=True)
-    limit = None if wide else int(console.width * _NAMES)
-    for part in [columns] if wide else _parts(console, names, columns, limit):
-        table = _table(names, part, limit)
-        room = max(console.width, _width(console, table)) if wide else console.width
-        SafeConsole(file=console.file, width=room, markup=False).print(table, "")
-
-
-def _parts(
-    console: Console, names: Sequence[Column], columns: Sequence[Column], limit: int | None
-) -> Iterator[Sequence[Column]]:
-    """The columns in groups that fit beside the names, each with one column at least."""
-    part: list[Column] = []
-    beside = taken = _width(console, _table(names, [], limit))
-    for column in columns:
-        width = _width(console, _table(names, [column], limit)) - beside
-        if part and taken + width > console.width:
-            yield part
-            part, taken = [], beside
-        part.append(column)
-        taken += width
-    if part:
-        yield part
-
-
-def _width(console: Console, table: Table) -> int:
-    """How many characters a table takes where it has room."""
-    return Measurement.get(console, console.options.update(max_width=10_000), table).maximum
-
-
-def _table(names: Sequence[Column], columns: Sequence[Column], limit: int | None) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, collapse_padding=True)
-    for column in names[:-1]:
-        table.add_column(column.heading, justify="right", no_wrap=True)
-    table.add_column(names[-1].heading, overflow="fold", max_width=limit)
-    for column in columns:
-        table.add_column(Text(column.heading), justify="right", no_wrap=True)
-    for row in zip(*(column.cells for column in (*names, *columns)), strict=True):
-        table.add_row(*row)
-    return table
 
 
 def print_rates(
@@ -120,19 +50,27 @@ def print_rates(
         (model, result), *_ = results.items()
         whole = f"{title}: {model}, {result.coverage} answered"
         rates = [result.rates[metric] for metric in metrics]
-        names = Column("", [metric.replace("_", " ").replace(".", ", ") for metric in metrics])
-        counts = Column("of", [f"{rate.numerator:g} / {rate.denominator:g}" for rate in rates])
-        numbers = Column("percent", [percent(rate) for rate in rates])
-        print_table(console, whole, [names], [numbers, counts])
+        table = Table.of_columns(
+            whole,
+            [
+                ("", [metric.replace("_", " ").replace(".", ", ") for metric in metrics]),
+                (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
+                (Column("of", number=True), [f"{r.numerator:g} / {r.denominator:g}" for r in rates]),
+            ],
+        )
+        print_table(console, table)
         return
-    names = Column("percent", list(results))
-    answered = Column("answered", [str(result.coverage) for result in results.values()])
-    columns = [
-        Column(heading(metric), [percent(result.rates[metric]) for result in results.values()])
-        for metric in metrics
-        if any(result.rates[metric].denominator for result in results.values())
+    found = results.values()
+    shown = [metric for metric in metrics if any(result.rates[metric].denominator for result in found)]
+    columns: list[NamedCells] = [
+        ("percent", list(results)),
+        (Column("answered", number=True), [str(result.coverage) for result in found]),
+        *(
+            (replace(PERCENT, heading=heading(metric)), [Estimate.of_rate(r.rates[metric]) for r in found])
+            for metric in shown
+        ),
     ]
-    print_table(console, title, [names], [answered, *columns], wide=wide)
+    print_table(console, Table.of_columns(title, columns), wide=wide)
 
 
 def result_json(
@@ -166,8 +104,3 @@ def heading(metric: str) -> str:
     words = [word for group in groups for word in group.split("_")]
     last = [_SHORT[measure]] if measure in _SHORT else measure.split("_")
     return "\n".join([*words, *last])
-
-
-def percent(rate: Rate) -> str:
-    """A rate with one decimal; a hyphen where there is nothing to take a share of."""
-    return "-" if rate.percent is None else f"{rate.percent:.1f}"

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.abilities.declaration import declaration_of, label_of
-from eai.report.markdown import escaped, grid
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
 from eai.results.certainty import Interval, mean_over_names
+from eai.results.markdown import escaped, grid
 
 _INTRODUCTION = """\
 Tasks of one name are near copies: who solves one mostly solves the others. The intervals of this report

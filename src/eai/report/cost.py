@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.report.markdown import escaped, grid
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
 from eai.results.cost import PriceList, Spent, each, paper_cost
+from eai.results.markdown import escaped, grid
 from eai.results.table import Plain
 from eai.results.table_files import csv_text
 

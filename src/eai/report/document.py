@@ -10,11 +10,11 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.questions.records import QuestionRun
 from eai.report.agreement import DIGIT, Agreement
 from eai.report.certainty import certainty_section
-from eai.report.markdown import escaped, grid, table_markdown
 from eai.report.questions import question_section
+from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
-from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.paper_tables import paper_setting
 
 _INTRODUCTION = """\
@@ -47,9 +47,9 @@ class Plot:
 
 def report_markdown(
     runs: Sequence[RunSummary],
-    tables: Sequence[Table],
-    experiments: Sequence[Table],
-    besides: Sequence[Table],
+    tables: Sequence[Ranking],
+    experiments: Sequence[Ranking],
+    besides: Sequence[Ranking],
     agreements: Sequence[Agreement],
     cost: str,
     plots: Sequence[Plot],
@@ -75,17 +75,17 @@ def report_markdown(
     return "\n".join(blocks)
 
 
-def _tables(tables: Sequence[Table]) -> Iterator[str]:
+def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
     place: tuple[Protocol, str] | None = None
     for table in tables:
         if place != (table.protocol, table.domain):
             place = (table.protocol, table.domain)
             yield f"## {domain_title(table.domain)}, protocol {table.protocol.value}\n"
         yield f"### {table.title}\n"
-        yield table_markdown(table)
+        yield table_markdown(table.table())
 
 
-def _titled(title: str, introduction: str, tables: Sequence[Table]) -> Iterator[str]:
+def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
     """A section of tables of one kind; several protocols may have one of the same title."""
     if tables:
         yield f"## {title}\n"
@@ -94,7 +94,7 @@ def _titled(title: str, introduction: str, tables: Sequence[Table]) -> Iterator[
         alike = [each.protocol for each in tables if (each.title, each.domain) == (table.title, table.domain)]
         rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
         yield f"### {table.title}, {domain_title(table.domain)}{rules}\n"
-        yield table_markdown(table)
+        yield table_markdown(table.table())
 
 
 def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:

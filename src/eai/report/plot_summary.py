@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME
-from eai.report.row import Cell, Row, RowSource
-from eai.report.table import Table
+from eai.report.ranking import Cell, Ranking, Row, RowSource
 from eai.report.table_specs import ColumnSpec, ability_title, domain_title
 from eai.results.palette import LINES, MUTED, RULE
 from eai.results.plot_analyses import PAGE
@@ -57,7 +56,7 @@ class _Panel:
         return len(self.entries) + len({entry.group for entry in self.entries})
 
 
-def models_of(tables: Iterable[Table]) -> list[tuple[str, Protocol]]:
+def models_of(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
     """The models that runs are of, each with its protocols, in the order of the tables."""
     found = (
         (row.model, table.protocol) for table in tables for row in table.rows if row.source is RowSource.RUN
@@ -65,7 +64,7 @@ def models_of(tables: Iterable[Table]) -> list[tuple[str, Protocol]]:
     return list(dict.fromkeys(found))
 
 
-def draw(tables: Sequence[Table], model: str, protocol: Protocol) -> Figure | None:
+def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | None:
     """The page of a model; None if it has no numbers.
 
     Rates are dots with their 95 % intervals, a mark and a colour a domain, and their numbers beside them. The
@@ -95,14 +94,14 @@ def draw(tables: Sequence[Table], model: str, protocol: Protocol) -> Figure | No
     return figure
 
 
-def _title(table: Table, model: str) -> str:
+def _title(table: Ranking, model: str) -> str:
     """A domain with how much of it the model has answered."""
     row = _row_of(table, model)
     answered = "" if row is None or row.coverage is None else f", {row.coverage} answered"
     return f"{domain_title(table.domain)}{answered}"
 
 
-def _panels(tables: Sequence[Table], model: str) -> list[_Panel]:
+def _panels(tables: Sequence[Ranking], model: str) -> list[_Panel]:
     plans = [
         f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     ]
@@ -115,7 +114,7 @@ def _panels(tables: Sequence[Table], model: str) -> list[_Panel]:
 
 
 def _entries(
-    tables: Sequence[Table], name: str, model: str, groups: Sequence[str] | None = None
+    tables: Sequence[Ranking], name: str, model: str, groups: Sequence[str] | None = None
 ) -> list[_Entry]:
     """The columns of the tables of one name as lines, below the abilities that they are of."""
     entries: dict[ColumnSpec, _Entry] = {}
@@ -133,11 +132,11 @@ def _entries(
     return list(entries.values())
 
 
-def _row_of(table: Table, model: str) -> Row | None:
+def _row_of(table: Ranking, model: str) -> Row | None:
     return next((row for row in table.rows if row.model == model and row.source is RowSource.RUN), None)
 
 
-def _others(tables: Sequence[Table]) -> str | None:
+def _others(tables: Sequence[Ranking]) -> str | None:
     """What the ticks are; None if there are none."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source is RowSource.PAPER}

@@ -12,10 +12,10 @@ from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
 from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares, plot_summary
 from eai.report.document import Plot
-from eai.report.markdown import escaped
+from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
-from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.markdown import escaped
 from eai.results.plot_files import entitle, styled, write
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _DIFFICULTY = (
 )
 
 
-def draw_plots(runs: Sequence[RunSummary], folder: Path, pages: Sequence[Table] = ()) -> list[Plot]:
+def draw_plots(runs: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking] = ()) -> list[Plot]:
     """Draw everything that the runs have numbers for; returns what was drawn, in order.
 
     Args:
@@ -47,7 +47,7 @@ def draw_plots(runs: Sequence[RunSummary], folder: Path, pages: Sequence[Table] 
     return drawn
 
 
-def _pages(tables: Sequence[Table]) -> Iterator[tuple[Plot, Figure]]:
+def _pages(tables: Sequence[Ranking]) -> Iterator[tuple[Plot, Figure]]:
     for model, protocol in plot_summary.models_of(tables):
         name = file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escaped(model)} on one page, protocol {protocol.value}"

@@ -9,9 +9,9 @@ from itertools import groupby
 from eai.questions.question import Kind
 from eai.questions.records import QuestionRun
 from eai.questions.results import Row, table_json, tabulate
-from eai.report import latex
-from eai.report.markdown import escaped, grid
 from eai.report.table_specs import domain_title
+from eai.results.markdown import escaped, table_markdown
+from eai.results.table import NO_NUMBER, Cell, Column, Estimate, Table
 
 _INTRODUCTION = """\
 Right in all that is asked, in percent, with 95 % intervals whose units are the tasks that questions are
@@ -35,13 +35,12 @@ def question_section(runs: Sequence[QuestionRun]) -> Iterator[str]:
     yield "## World-model questions\n"
     yield f"{_INTRODUCTION}\n"
     for title, group in _by_questions(runs):
-        header = ["kind", *(heading for run in group for heading in (escaped(run.model), *_BESIDES))]
         yield f"### {title}\n"
-        yield "\n".join(grid(header, _rows(group))) + "\n"
+        yield table_markdown(_table(title, group))
 
 
-def questions_latex(runs: Sequence[QuestionRun], models: Collection[str] = ()) -> Iterator[str]:
-    """The same tables in LaTeX.
+def questions_latex(runs: Sequence[QuestionRun], models: Collection[str] = ()) -> Iterator[tuple[str, Table]]:
+    """The same tables for LaTeX, by what they are referred to by.
 
     Args:
         runs: the runs, by domain and questions.
@@ -49,14 +48,7 @@ def questions_latex(runs: Sequence[QuestionRun], models: Collection[str] = ()) -
     """
     shown = [run for run in runs if not models or run.model in models]
     for title, group in _by_questions(shown):
-        yield latex.grouped_latex(
-            f"World-model questions, {title}. Percent right, with 95 % intervals by task, of how many, and "
-            "what guessing or a shortcut gives.",
-            f"questions:{group[0].questions_sha256[:12]}",
-            [run.model for run in group],
-            ["kind", *(("right", *_BESIDES) * len(group))],
-            _rows(group),
-        )
+        yield f"questions:{group[0].questions_sha256[:12]}", _table(title, group)
 
 
 def _by_questions(runs: Sequence[QuestionRun]) -> Iterator[tuple[str, list[QuestionRun]]]:
@@ -80,23 +72,31 @@ def questions_json(runs: Sequence[QuestionRun]) -> str:
     return json.dumps({"questions": content}, indent=1, ensure_ascii=False) + "\n"
 
 
-def _rows(runs: Sequence[QuestionRun]) -> list[list[str]]:
+def _table(title: str, runs: Sequence[QuestionRun]) -> Table:
     """A row a kind, and one of all; of the same file models may have been asked different parts."""
     tables = [tabulate(run.results) for run in runs]
     kinds: list[Kind | None] = [kind for kind in Kind if any(kind in table.by_kind for table in tables)]
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for kind in (*kinds, None):
         found = [table.overall if kind is None else table.by_kind.get(kind) for table in tables]
-        rows.append(["all" if kind is None else kind.value, *(cell for row in found for cell in _cells(row))])
-    return rows
+        rows.append(("all" if kind is None else kind.value, *(cell for row in found for cell in _cells(row))))
+    caption = (
+        f"World-model questions, {title}. Percent right, with 95 % intervals by task, of how many, and "
+        "what guessing or a shortcut gives"
+    )
+    columns = [column for run in runs for column in _columns(run.model)]
+    return Table("questions", title, caption, ("kind", *columns), tuple(rows))
 
 
-def _cells(row: Row | None) -> list[str]:
+def _columns(model: str) -> Iterator[Column]:
+    yield Column("right", group=model, alone=escaped(model), digits=1, number=True)
+    for name in _BESIDES:
+        yield Column(name, group=model, digits=1, number=True)
+
+
+def _cells(row: Row | None) -> Sequence[Cell]:
     if row is None:
-        return ["–"] * 4
-    interval = "–" if row.interval is None else f"{row.interval[0]:.1f}–{row.interval[1]:.1f}"
-    return [_number(row.exact.percent), interval, f"{row.exact.denominator:g}", _number(row.chance.percent)]
-
-
-def _number(percent: float | None) -> str:
-    return "–" if percent is None else f"{percent:.1f}"
+        return [NO_NUMBER] * 4
+    interval = NO_NUMBER if row.interval is None else f"{row.interval[0]:.1f}–{row.interval[1]:.1f}"
+    exact, chance = Estimate.of_rate(row.exact), Estimate.of_rate(row.chance)
+    return [exact, interval, f"{row.exact.denominator:g}", chance]

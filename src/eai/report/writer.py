@@ -1,52 +1,101 @@
-"""Writing a report: tables, plots and the explorer into a folder."""
+"""Writing a report: its tables for readers and for programs, into a folder.
+
+For programs there is one JSON file, and one CSV file with a line a number.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from itertools import groupby
+import json
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from eai.abilities.verdict import Json
 from eai.data.files import write_whole
+from eai.errors import InputError, did_you_mean
 from eai.questions.records import QuestionRun
-from eai.report import latex
 from eai.report.agreement import agreements
-from eai.report.besides import tables_besides
 from eai.report.cost import cost_csv, cost_section
-from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
-from eai.report.narrow import Narrow
 from eai.report.questions import questions_json, questions_latex
-from eai.report.row import Notes, Row
+from eai.report.ranking import Cell, Ranking, Row, with_best_marked
+from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
-from eai.report.table import Table, cells_of_run, make_table, run_rows
-from eai.report.table_specs import TableSpec, ability_title, of_ability, tables_of
+from eai.report.table_specs import ColumnSpec
+from eai.results import latex
+from eai.results.certainty import Certainty
 from eai.results.cost import PriceList
+from eai.results.table_files import csv_text
+
+
+@dataclass(frozen=True, slots=True)
+class Narrow:
+    """What of a table is shown.
+
+    Attributes:
+        models: the models, by name, or all if empty.
+        columns: the columns, by their own heading or that above them, in any case; all if empty.
+        intervals: whether intervals stand below the numbers.
+    """
+
+    models: Collection[str] = ()
+    columns: Collection[str] = ()
+    intervals: bool = True
+
+    def tables(self, tables: Sequence[Ranking], besides: Collection[str] = ()) -> list[Ranking]:
+        """What is shown of tables; one of which nothing is shown is left out.
+
+        Args:
+            tables: the tables.
+            besides: models that stand elsewhere.
+
+        Raises:
+            InputError: there is no such model or column in any of them.
+        """
+        _check("--models", self.models, {*besides, *(row.model for table in tables for row in table.rows)})
+        headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
+        _check("--columns", [name.casefold() for name in self.columns], headings)
+        return [narrow for table in tables if (narrow := self._table(table)) is not None]
+
+    def _table(self, table: Ranking) -> Ranking | None:
+        wanted = {name.casefold() for name in self.columns}
+        places = [i for i, column in enumerate(table.columns) if not wanted or wanted & _headings(column)]
+        rows = [row for row in table.rows if not self.models or row.model in self.models]
+        if not places or not rows:
+            return None
+        columns = tuple(table.columns[i] for i in places)
+        rows = [replace(row, cells=tuple(row.cells[i] for i in places)) for row in rows]
+        column_notes = [table.column_notes[i] for i in places]
+        used = {number for numbers in column_notes for number in numbers}
+        used |= {number for row in rows for numbers in _notes_on(row) for number in numbers}
+        new = {number: place for place, number in enumerate(sorted(used), 1)}
+        ranks = [row.rank for row in rows]
+        renumbered = [
+            replace(
+                row,
+                rank=None if row.rank is None else 1 + sum(r is not None and r < row.rank for r in ranks),
+                notes=tuple(new[n] for n in row.notes),
+                cells=tuple(replace(cell, notes=tuple(new[n] for n in cell.notes)) for cell in row.cells),
+            )
+            for row in rows
+        ]
+        return replace(
+            table,
+            columns=columns,
+            column_notes=tuple(tuple(new[n] for n in numbers) for numbers in column_notes),
+            rows=tuple(with_best_marked(columns, renumbered)),
+            notes=tuple(table.notes[number - 1] for number in sorted(used)),
+        )
+
 
 WHOLE = Narrow()
 """All of every table."""
 
 
-def make_tables(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Table]:
-    """All tables, by protocol and domain, in the order of the paper's.
-
-    Args:
-        runs: the runs, sorted by the order of their keys.
-        with_paper: whether the paper's models appear beside ours.
-    """
-    places = groupby(runs, key=lambda item: (item.key.protocol, item.key.domain))
-    return [
-        table
-        for (protocol, domain), group in ((place, list(items)) for place, items in places)
-        for spec in tables_of(item.key.ability for item in group)
-        if (table := make_table(spec, protocol, domain, group, with_paper=with_paper))
-    ]
-
-
 def write_tables(
     folder: Path,
     runs: Sequence[RunSummary],
-    tables: Sequence[Table],
+    tables: Sequence[Ranking],
     plots: Sequence[Plot],
     *,
     with_paper: bool,
@@ -77,17 +126,17 @@ def write_tables(
         how many tables were written.
     """
     plain = plain_runs(runs)
-    experiments = _experiment_tables(runs)
-    besides = tables_besides(plain) if with_paper else []
-    written = [*tables, *experiments, *besides]
+    tried = experiments(runs)
+    others = besides(plain) if with_paper else []
+    written = [*tables, *tried, *others]
     compared = agreements(plain) if with_paper else []
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, experiments, besides, compared, cost, plots, questions),
+        "report.md": report_markdown(runs, tables, tried, others, compared, cost, plots, questions),
         "tables.tex": "\n".join([*_latex(written, questions, narrow)]),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
-        "tables.json": tables_json(written),
-        "tables.csv": tables_csv(written),
+        "tables.json": rankings_json(written),
+        "tables.csv": rankings_csv(written),
     }
     if (paid := cost_csv(runs, prices)) is not None:
         contents["cost.csv"] = paid
@@ -97,47 +146,135 @@ def write_tables(
     return len(written)
 
 
-def _experiment_tables(runs: Sequence[RunSummary]) -> list[Table]:
-    """A table of each suite that has experiments, with those of its models that have any.
-
-    The plain run of the same model stands above its experiments, as what they are to be compared with.
-
-    Args:
-        runs: the runs, plain ones too, sorted by the order of their keys.
-    """
-    places = groupby(runs, key=lambda item: item.key[:3])
-    return [table for _, group in places if (table := _experiment_table(list(group))) is not None]
+def _headings(column: ColumnSpec) -> set[str]:
+    return {column.group.casefold(), column.label.casefold()}
 
 
-def _experiment_table(runs: Sequence[RunSummary]) -> Table | None:
-    """The table of one suite, or None if it has no experiment."""
-    models = {item.key.model for item in runs if item.key.experiment is not None}
-    shown = [item for item in runs if item.key.model in models]
-    if not shown:
-        return None
-    key = shown[0].key
-    spec = of_ability(key.ability)
-    notes = Notes()
-    return Table(
-        f"experiments_{spec.name}",
-        f"Experiments: {ability_title(key.ability).lower()}",
-        key.protocol,
-        key.domain,
-        spec.columns,
-        ((),) * len(spec.columns),
-        tuple(_experiment_rows(spec, shown, notes)),
-        tuple(notes.texts),
-    )
+def _notes_on(row: Row) -> list[tuple[int, ...]]:
+    return [row.notes, *(cell.notes for cell in row.cells)]
 
 
-def _experiment_rows(spec: TableSpec, runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
-    for item in runs:
-        for row in run_rows(spec.columns, [item], {item.key.model: cells_of_run(item)}, notes):
-            yield replace(row, model=item.key.name)
+def _check(option: str, names: Collection[str], known: Collection[str]) -> None:
+    for name in names:
+        if name not in known:
+            raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(known))}")
 
 
-def _latex(tables: Sequence[Table], questions: Sequence[QuestionRun], narrow: Narrow) -> Iterator[str]:
+def _latex(tables: Sequence[Ranking], questions: Sequence[QuestionRun], narrow: Narrow) -> Iterator[str]:
     """Every table in LaTeX."""
     for table in narrow.tables(tables, besides={run.model for run in questions}):
-        yield latex.table_latex(table, intervals=narrow.intervals)
-    yield from questions_latex(questions, narrow.models)
+        label = ":".join((table.name, _slug(table.domain), _slug(table.protocol.value)))
+        yield latex.table_latex(table.table(), label=label, intervals=narrow.intervals)
+    for label, asked in questions_latex(questions, narrow.models):
+        yield latex.table_latex(asked, label=label)
+
+
+def _slug(text: str) -> str:
+    return "".join(c if c.isascii() and c.isalnum() else "-" for c in text)
+
+
+CSV_COLUMNS = (
+    "table",
+    "protocol",
+    "domain",
+    "model",
+    "source",
+    "rank",
+    "ability",
+    "metric",
+    "percent",
+    "numerator",
+    "denominator",
+    "low",
+    "high",
+    "low_by_task",
+    "high_by_task",
+    "design_effect",
+    "effective_tasks",
+    "answered",
+    "tasks",
+)
+"""The columns of the CSV file."""
+
+
+def rankings_json(tables: Sequence[Ranking]) -> str:
+    """All tables, each number with what it is made of; percentages unrounded."""
+    content: list[Json] = [
+        {
+            "name": table.name,
+            "title": table.title,
+            "protocol": table.protocol.value,
+            "domain": table.domain,
+            "unit": "percent",
+            "rows": [_row_json(table, row) for row in table.rows],
+            "notes": list(table.notes),
+        }
+        for table in tables
+    ]
+    return json.dumps({"tables": content}, indent=1, ensure_ascii=False) + "\n"
+
+
+def rankings_csv(tables: Sequence[Ranking]) -> str:
+    """All numbers of all tables, one a line."""
+    lines = [
+        _line(table, row, column, cell)
+        for table in tables
+        for row in table.rows
+        for column, cell in zip(table.columns, row.cells, strict=True)
+        if cell.percent is not None
+    ]
+    return csv_text(CSV_COLUMNS, lines)
+
+
+def _line(table: Ranking, row: Row, column: ColumnSpec, cell: Cell) -> list[str | float | None]:
+    return [
+        table.name,
+        table.protocol.value,
+        table.domain,
+        row.model,
+        row.source.value,
+        row.rank,
+        column.ability.value if column.ability else "all",
+        column.metric,
+        cell.percent,
+        cell.rate.numerator if cell.rate else None,
+        cell.rate.denominator if cell.rate else None,
+        *(_certainty(cell.certainty) if cell.certainty else [None] * 6),
+        cell.coverage.answered if cell.coverage else None,
+        cell.coverage.tasks if cell.coverage else None,
+    ]
+
+
+def _certainty(certainty: Certainty) -> list[float | None]:
+    return [
+        *certainty.interval,
+        *certainty.by_task,
+        certainty.design_effect,
+        certainty.effective_tasks,
+    ]
+
+
+def _row_json(table: Ranking, row: Row) -> Json:
+    return {
+        "model": row.model,
+        "source": row.source.value,
+        "rank": row.rank,
+        "coverage": None if row.coverage is None else row.coverage.to_json(),
+        "notes": list(row.notes),
+        "cells": [
+            {
+                "ability": column.ability.value if column.ability else None,
+                "metric": column.metric,
+                "percent": cell.percent,
+                "numerator": cell.rate.numerator if cell.rate else None,
+                "denominator": cell.rate.denominator if cell.rate else None,
+                "interval": list(cell.certainty.interval) if cell.certainty else None,
+                "interval_by_task": list(cell.certainty.by_task) if cell.certainty else None,
+                "design_effect": cell.certainty.design_effect if cell.certainty else None,
+                "effective_tasks": cell.certainty.effective_tasks if cell.certainty else None,
+                "best": cell.best,
+                "notes": [*cell.notes, *notes],
+            }
+            for column, notes, cell in zip(table.columns, table.column_notes, row.cells, strict=True)
+        ],
+    }

@@ -8,7 +8,7 @@ a table looks is for its writers to say: `table_files` (CSV, JSON, Markdown and 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -126,6 +126,10 @@ class Column:
     notes: tuple[int, ...] = ()
 
 
+NamedCells: TypeAlias = tuple[str | Column, Sequence[Cell]]
+"""A column with its cells."""
+
+
 @dataclass(frozen=True, slots=True)
 class Table:
     """A table of results.
@@ -147,6 +151,12 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]
     shown: int | None = None
     notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of_columns(cls, title: str, columns: Sequence[NamedCells]) -> Table:
+        """A table for a terminal from its columns, each with its cells."""
+        rows = zip(*(cells for _, cells in columns), strict=True)
+        return cls("", title, "", tuple([column for column, _ in columns]), tuple(rows))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""The rows that need no run: of the paper's models, as it prints them or scored by us, and of null models.
+"""The rows of rankings: of runs, of the paper's models (as it prints them or scored by us), of null models.
 
 The paper's figures are of one protocol, and stand only beside runs under it. Beside runs under another one
 stand the published answers, scored under that protocol.
@@ -7,18 +7,21 @@ stand the published answers, scored under that protocol.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.report.row import Cell, Cells, Notes, Row, RowSource, cell_of
+from eai.report.ranking import Cell, Cells, Notes, Row, RowSource, cell_of
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ColumnSpec, ability_title
-from eai.results.average import AVERAGE, average_performance
+from eai.results.average import AVERAGE, average_performance, average_weights
+from eai.results.certainty import Cases, certainty_of_mean
 from eai.results.coverage import together
 from eai.results.paper_tables import PaperColumn, PaperTable, paper_models
 from eai.results.published_scores import (
     NULL_MODELS,
     PublishedScores,
     PublishedSuite,
+    is_null_model,
     null_scores,
     published_scores,
     published_scores_sha256,
@@ -28,8 +31,76 @@ _PUBLISHED = (
     "Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
     "those of {known} of the paper's {all} models; the others are to be added."
 )
-_FLOOR = "Floor: what is earned without deciding anything, by null models; never ranked. {told}."
+_FLOOR = "Floor: what is earned without deciding anything, by null models; never ranked. {names}."
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
+
+
+def run_rows(
+    columns: Sequence[ColumnSpec],
+    runs: Sequence[RunSummary],
+    known: Mapping[str, Cells],
+    notes: Notes,
+    *,
+    with_paper: bool = False,
+) -> Iterator[Row]:
+    """A row for each model that has any of the columns' numbers, with footnotes on what it leaves open.
+
+    Args:
+        columns: the columns.
+        runs: the runs of one protocol and domain.
+        known: all numbers of each of their models.
+        notes: where the footnotes go.
+        with_paper: whether the paper's rows stand beside them, which another planner judged.
+    """
+    abilities = {column.ability for column in columns}
+    planners = {name for run in runs for name in run.planners}
+    for model, cells in known.items():
+        found = tuple(cell_of(cells, column) for column in columns)
+        if any(cell.percent is not None for cell in found):
+            shown = [run for run in runs if run.key.model == model and run.key.ability in abilities]
+            remarks = [
+                f"{ability_title(run.key.ability)}: {run.coverage.remark}"
+                for run in shown
+                if run.coverage.remark
+            ]
+            if len(planners) > 1 or with_paper:
+                judged = [", ".join(run.planners) for run in shown if run.planners]
+                remarks += [f"Planner that judged operators: {names}." for names in judged]
+            numbers = tuple(notes.number(remark) for remark in remarks)
+            source = RowSource.FLOOR if is_null_model(model) else RowSource.RUN
+            yield Row(model, source, found, together(run.coverage for run in shown), numbers)
+
+
+def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
+    """All numbers of each model of one protocol and domain, the average over abilities included."""
+    found: dict[str, dict[tuple[Ability | None, str], Cell]] = {}
+    cases: dict[str, dict[tuple[Ability, str], Cases]] = {}
+    for item in runs:
+        ability, model = item.key.ability, item.key.model
+        found.setdefault(model, {}).update(cells_of_run(item))
+        cases.setdefault(model, {}).update({(ability, name): each for name, each in item.cases.items()})
+    for model, cells in found.items():
+        average = _average(cells, cases[model])
+        covered = together(item.coverage for item in runs if item.key.model == model)
+        cells[None, AVERAGE] = replace(average, coverage=covered)
+    return dict(found)
+
+
+def cells_of_run(item: RunSummary) -> Cells:
+    """All numbers of one run."""
+    return {
+        (item.key.ability, metric): Cell(rate.percent, rate, item.certainties[metric], coverage=item.coverage)
+        for metric, rate in item.rates.items()
+    }
+
+
+def _average(cells: Cells, cases: Mapping[tuple[Ability, str], Cases]) -> Cell:
+    percents = {(a, metric): cell.percent for (a, metric), cell in cells.items() if a}
+    percent = average_performance(percents)
+    if percent is None:
+        return Cell(None)
+    parts = [(weight, cases[place]) for place, weight in average_weights(percents).items()]
+    return Cell(percent, certainty=certainty_of_mean(parts))
 
 
 def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable], notes: Notes) -> Iterator[Row]:
@@ -83,8 +154,8 @@ def floor_rows(
 ) -> Iterator[Row]:
     """The null models in the suites that come with the package; arguments as for `published_rows`."""
     suites = _suites(null_scores(protocol.value), columns, domain)
-    told = "; ".join(f"{model} {deed}" for model, deed in NULL_MODELS.items())
-    return _scored_rows(suites, columns, runs, notes, RowSource.FLOOR, _FLOOR.format(told=told))
+    names = "; ".join(f"{model} {what}" for model, what in NULL_MODELS.items())
+    return _scored_rows(suites, columns, runs, notes, RowSource.FLOOR, _FLOOR.format(names=names))
 
 
 def _suites(

@@ -7,13 +7,12 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
-from eai.report.besides import tables_besides
-from eai.report.data_files import tables_csv, tables_json
-from eai.report.latex import table_latex
-from eai.report.row import RowSource
+from eai.report.ranking import Ranking, RowSource
+from eai.report.rankings import besides as rankings_besides
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
-from eai.report.table import Table
+from eai.report.writer import rankings_csv, rankings_json
+from eai.results.latex import table_latex
 from eai.results.paper_tables import OTHER_TABLES, paper_table
 from report.samples import action_run, goal_run, operator_run
 from results.verdicts import whole
@@ -25,11 +24,11 @@ def summary(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) 
     return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed))
 
 
-def besides(*runs: RunSummary) -> dict[tuple[str, str], Table]:
-    return {(table.name, table.domain): table for table in tables_besides(runs)}
+def besides(*runs: RunSummary) -> dict[tuple[str, str], Ranking]:
+    return {(table.name, table.domain): table for table in rankings_besides(runs)}
 
 
-def runs_in(table: Table) -> list[str]:
+def runs_in(table: Ranking) -> list[str]:
     return [row.model for row in table.rows if row.source is RowSource.RUN]
 
 
@@ -103,14 +102,18 @@ def test_every_note_is_marked_somewhere() -> None:
 
 
 def test_same_runs_same_bytes_in_every_format() -> None:
-    one, other = (tables_besides([summary(action_run()), summary(operator_run())]) for _ in range(2))
-    assert tables_json(one) == tables_json(other)
-    assert tables_csv(one) == tables_csv(other)
-    assert [table_latex(table) for table in one] == [table_latex(table) for table in other]
+    one, other = (rankings_besides([summary(action_run()), summary(operator_run())]) for _ in range(2))
+    assert rankings_json(one) == rankings_json(other)
+    assert rankings_csv(one) == rankings_csv(other)
+    assert [table_latex(table.table(), label="") for table in one] == [
+        table_latex(table.table(), label="") for table in other
+    ]
 
 
 def test_latex_speaks_of_a_protocol_only_where_a_run_stands() -> None:
     found = besides(summary(action_run()))
-    assert "protocol eai-1.0.5" in table_latex(found["paper_replanning", "virtualhome"])
-    caption = table_latex(found["paper_human", "virtualhome"]).split("caption")[1].splitlines()[0]
+    assert "protocol eai-1.0.5" in table_latex(found["paper_replanning", "virtualhome"].table(), label="")
+    caption = (
+        table_latex(found["paper_human", "virtualhome"].table(), label="").split("caption")[1].splitlines()[0]
+    )
     assert "protocol" not in caption

@@ -11,10 +11,10 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.planning import PlannerOutcome
-from eai.report.row import RowSource
+from eai.report.ranking import Ranking, RowSource
+from eai.report.rankings import make_ranking
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
-from eai.report.table import Table, make_table
 from eai.report.table_specs import tables_of
 from eai.results.published_scores import NULL_MODELS, null_scores, published_scores
 from eai.results.rate import Rate
@@ -32,7 +32,7 @@ def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
 
 def table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
-) -> Table | None:
+) -> Ranking | None:
     """A table without its floor, whose footnotes are the last."""
     found = whole_table(name, runs, protocol, with_paper=with_paper)
     if found is None:
@@ -43,9 +43,9 @@ def table(
 
 def whole_table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
-) -> Table | None:
+) -> Ranking | None:
     summaries = [summary_of(run) for run in runs]
-    return make_table(SPECS[name], protocol, "virtualhome", summaries, with_paper=with_paper)
+    return make_ranking(SPECS[name], protocol, "virtualhome", summaries, with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -112,8 +112,8 @@ def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() ->
     assert {row.source for row in found.rows} == {RowSource.RUN, RowSource.PUBLISHED}
     ours = next(row for row in found.rows if row.source is RowSource.RUN)
     gpt_4o = next(row for row in found.rows if row.model == "GPT-4o")
-    assert (gpt_4o.rank, gpt_4o.answered) == (4, "342/342")
-    assert (ours.rank, ours.answered) == (7, "10/10")
+    assert (gpt_4o.rank, str(gpt_4o.coverage)) == (4, "342/342")
+    assert (ours.rank, str(ours.coverage)) == (7, "10/10")
     known = published_scores().suites["virtualhome/action_sequencing"].rates("GPT-4o")["task_success"]
     assert gpt_4o.cells[0].rate == known
     told = " ".join(found.notes[number - 1] for number in gpt_4o.notes)
@@ -156,7 +156,7 @@ def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -
     failure = replace(run.records[0], unanswered="why", verdict=BAD.without_answer())
     found = table("overview", [plans(4, "a"), replace(run, records=(*run.records[:5], *[failure] * 5))])
     assert found is not None
-    assert [(row.rank, row.model, row.answered) for row in found.rows] == [
+    assert [(row.rank, row.model, str(row.coverage)) for row in found.rows] == [
         (1, "partial", "5/10"),
         (2, "a", "10/10"),
     ]
@@ -287,7 +287,7 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
 
 
 def test_other_benchmarks_have_no_floor_of_ours() -> None:
-    found = make_table(
+    found = make_ranking(
         SPECS["overview"], Protocol.STRICT, "lamps", [summary_of(plans(3, "a"))], with_paper=False
     )
     assert found is not None

@@ -1,0 +1,242 @@
+"""Rankings: rows of models, ours and the paper's, ranked, with the best in bold and footnotes.
+
+A ranking is of one domain under one protocol. What readers see of it is a `Table`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.report.table_specs import ColumnSpec, domain_title
+from eai.results.certainty import Certainty, Interval
+from eai.results.coverage import Coverage
+from eai.results.paper_tables import PaperColumn, PaperTable
+from eai.results.rate import Rate
+from eai.results.table import NO_NUMBER, Column, Estimate, Label, Table
+from eai.results.table import Cell as TableCell
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One number.
+
+    Attributes:
+        percent: the number, None where there is none.
+        rate: what it is a share of; None for averages and for the paper's figures.
+        certainty: how sure it is; None for the paper's figures.
+        best: whether no other row of the column is better.
+        notes: numbers of footnotes, from 1.
+        coverage: how much of its suites is answered; None for the paper's figures, which do not say.
+    """
+
+    percent: float | None
+    rate: Rate | None = None
+    certainty: Certainty | None = None
+    best: bool = False
+    notes: tuple[int, ...] = ()
+    coverage: Coverage | None = None
+
+    @property
+    def interval(self) -> Interval | None:
+        """Its 95 % interval; None for the paper's figures."""
+        return None if self.certainty is None else self.certainty.interval
+
+    @property
+    def shown(self) -> Estimate:
+        """What readers see of it."""
+        low, high = (None, None) if self.interval is None else self.interval
+        return Estimate(self.percent, low, high, best=self.best, notes=self.notes)
+
+    @property
+    def ranked(self) -> bool:
+        """Whether it may be compared with those of other rows."""
+        return self.coverage is None or self.coverage.ranked
+
+
+class RowSource(str, Enum):
+    """Where the numbers of a row are from."""
+
+    RUN = "run"
+    PAPER = "paper"
+    """As the paper prints them."""
+    PUBLISHED = "published"
+    """The published answers of one of the paper's models, scored by us."""
+    FLOOR = "floor"
+    """What a null model earns, which decides nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One model.
+
+    Attributes:
+        coverage: how much of its suites is answered; None of the paper's rows, which do not say.
+        notes: numbers of footnotes on the whole of it, from 1.
+        rank: by the table's primary column and shared by equals; None if there is no number there, or if the
+            row is not ranked for what it does not answer.
+    """
+
+    model: str
+    source: RowSource
+    cells: tuple[Cell, ...]
+    coverage: Coverage | None = None
+    notes: tuple[int, ...] = ()
+    rank: int | None = None
+
+    @property
+    def competes(self) -> bool:
+        """Whether it may have a rank, and the best number of a column."""
+        return self.source is not RowSource.FLOOR and (self.coverage is None or self.coverage.ranked)
+
+    def shown(self) -> tuple[TableCell, ...]:
+        """What readers see of it: rank, model, how many tasks of how many are answered, and its numbers."""
+        origin = "" if self.source is RowSource.RUN else self.source.value
+        answered = NO_NUMBER if self.coverage is None else str(self.coverage)
+        numbers = [cell.shown for cell in self.cells]
+        return (self.rank, Label(self.model, origin=origin, notes=self.notes), answered, *numbers)
+
+
+Cells = Mapping[tuple["Ability | None", str], Cell]
+"""What is known of one model in one domain: (ability, metric) -> number."""
+
+
+def cell_of(cells: Cells, column: ColumnSpec) -> Cell:
+    """The number of a column, or the cell without one."""
+    return cells.get((column.ability, column.metric), Cell(None))
+
+
+class Notes:
+    """Footnotes in the order in which they are first needed."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def number(self, text: str) -> int:
+        """The number of a footnote, which is written down if it is new."""
+        if text not in self.texts:
+            self.texts.append(text)
+        return self.texts.index(text) + 1
+
+    def on_column(self, papers: Sequence[PaperTable], column: PaperColumn) -> tuple[int, ...]:
+        """The numbers of the notes on a whole column."""
+        notes = [n for paper in papers for n in paper.notes if not n.models and column in n.columns]
+        return tuple(sorted({self.number(note.text) for note in notes}))
+
+    def on_cell(self, paper: PaperTable, model: str, column: PaperColumn) -> tuple[int, ...]:
+        """The numbers of the notes on a cell in particular."""
+        notes = [note for note in paper.notes if note.models and note.is_on(model, column)]
+        return tuple(sorted({self.number(note.text) for note in notes}))
+
+
+@dataclass(frozen=True, slots=True)
+class Ranking:
+    """One table of one domain under one protocol.
+
+    Attributes:
+        columns: only those in which some row has a number.
+        column_notes: for each column the numbers of the footnotes on the whole of it.
+        rows: by rank.
+        notes: the footnotes, the first is number 1.
+    """
+
+    name: str
+    title: str
+    protocol: Protocol
+    domain: str
+    columns: tuple[ColumnSpec, ...]
+    column_notes: tuple[tuple[int, ...], ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+    def table(self) -> Table:
+        """What readers see of it; a number has its interval, where it is ours.
+
+        The definition is a caption, whose last sentence may go on.
+        """
+        groups = [column.group for column in self.columns]
+        columns = [
+            Column(column.metric, column.label, column.group, _alone(column, groups), 1, True, notes)
+            for column, notes in zip(self.columns, self.column_notes, strict=True)
+        ]
+        return Table(
+            self.name,
+            self.title,
+            self._caption(),
+            (*_BESIDE, *columns),
+            tuple([row.shown() for row in self.rows]),
+            notes=self.notes,
+        )
+
+    def _caption(self) -> str:
+        """The protocol is that of runs, so a table of the paper's rows alone has none."""
+        title = f"{self.title}, {domain_title(self.domain)}"
+        if all(row.source is RowSource.PAPER for row in self.rows):
+            return f"{title}. Percent"
+        return f"{title}, protocol {self.protocol.value}. Percent"
+
+
+_BESIDE = (
+    Column("rank", "#", number=True),
+    Column("model", "Model", alone="model", number=False),
+    Column("answered", "Answered", alone="answered", number=True),
+)
+"""What stands before the numbers of a row."""
+
+
+def _alone(column: ColumnSpec, groups: Sequence[str]) -> str:
+    """A column's heading, with its group's name only where labels alone would not do."""
+    ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
+    alike = column.label in ("State", "Relation", "Action", "Total")
+    return f"{column.group}: {column.label}" if ambiguous or alike else column.label
+
+
+def ranked(primary: Sequence[str], columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+    """The rows by rank, with the best of each column marked."""
+    names = [column.metric for column in columns]
+    place = next((names.index(name) for name in primary if name in names), 0)
+    values = [row.cells[place].percent if row.competes else None for row in rows]
+    ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
+    ranked = [
+        replace(row, rank=rank) for row, rank in zip(with_best_marked(columns, rows), ranks, strict=True)
+    ]
+    order = list(RowSource)
+    return sorted(
+        ranked, key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model)
+    )
+
+
+def with_best_marked(columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+    """The rows with the best of each column marked if there is something to compare."""
+    best = [
+        _best(column, [row.cells[i].percent for row in rows if _may_be_best(row, row.cells[i])])
+        for i, column in enumerate(columns)
+    ]
+    return [
+        replace(row, cells=tuple([_marked(row, *pair) for pair in zip(row.cells, best, strict=True)]))
+        for row in rows
+    ]
+
+
+def _marked(row: Row, cell: Cell, best: str | None) -> Cell:
+    is_best = best is not None and _may_be_best(row, cell) and _digits(cell.percent) == best
+    return replace(cell, best=is_best)
+
+
+def _may_be_best(row: Row, cell: Cell) -> bool:
+    return cell.ranked and row.source is not RowSource.FLOOR
+
+
+def _above(other: float | None, value: float) -> bool:
+    return other is not None and round(other, 1) > round(value, 1)
+
+
+def _best(column: ColumnSpec, values: Sequence[float | None]) -> str | None:
+    known = [value for value in values if value is not None]
+    return _digits(max(known)) if column.more_is_better and len(known) > 1 else None
+
+
+def _digits(percent: float | None) -> str | None:
+    return None if percent is None else f"{percent:.1f}"

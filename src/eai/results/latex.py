@@ -1,0 +1,173 @@
+"""Tables as LaTeX, with the packages booktabs and graphicx."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+
+from eai.data.files import printable
+from eai.results.table import Cell, Column, Estimate, Label, Table
+
+PREAMBLE = r"""\documentclass{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage{booktabs}
+\usepackage{graphicx}
+\usepackage[landscape,margin=1.5cm]{geometry}
+\begin{document}
+"""
+ENDING = "\\end{document}\n"
+
+_ESCAPES = {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    "“": "``",
+    "”": "''",
+    "–": "--",
+    **{character: f"\\{character}" for character in "&%$#_{}"},
+}
+
+_LINES = 38
+"""How many lines of numbers a page has room for in one table."""
+
+
+def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
+    """Table environments, none wider or longer than a page, the last with the footnotes.
+
+    Above them stands the table's definition, which ends without a full stop.
+
+    Args:
+        table: the table.
+        label: what it is referred to by, after ``tab:eai:``.
+        intervals: whether 95 % intervals stand below the numbers.
+    """
+    parts = list(_parts(table.rows, intervals=intervals))
+    below = (
+        r"; below each run its 95\,\% intervals" if intervals and any(map(_has_interval, table.rows)) else ""
+    )
+    caption = f"{escaped(table.definition)}{below}."
+    return "\n".join(
+        _environment(
+            table,
+            rows,
+            caption if number == 1 else f"{caption} (continued)",
+            label if number == 1 else f"{label}:{number}",
+            table.notes if number == len(parts) else (),
+            intervals=intervals,
+        )
+        for number, rows in enumerate(parts, 1)
+    )
+
+
+def escaped(text: str) -> str:
+    """Text as LaTeX; characters beyond Latin-1 that a plain document cannot set become ``?``."""
+    return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in printable(text))
+
+
+def _parts(rows: Sequence[Sequence[Cell]], *, intervals: bool) -> Iterator[list[Sequence[Cell]]]:
+    """The rows by page."""
+    part: list[Sequence[Cell]] = []
+    lines = 0
+    for row in rows:
+        height = 2 if intervals and _has_interval(row) else 1
+        if part and lines + height > _LINES:
+            yield part
+            part, lines = [], 0
+        part.append(row)
+        lines += height
+    yield part
+
+
+def _environment(
+    table: Table,
+    rows: Sequence[Sequence[Cell]],
+    caption: str,
+    label: str,
+    notes: Sequence[str],
+    *,
+    intervals: bool,
+) -> str:
+    """A table environment, no wider than a page."""
+    columns = table.described
+    parts = [
+        r"\begin{table}[htbp]",
+        r"\centering",
+        rf"\caption{{{caption}}}",
+        rf"\label{{tab:eai:{label}}}",
+        r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
+        rf"\begin{{tabular}}{{{''.join('r' if column.number else 'l' for column in columns)}}}",
+        r"\toprule",
+        *_heading(columns),
+        r"\midrule",
+        *(line for row in rows for line in _row(columns, row, intervals=intervals)),
+        r"\bottomrule",
+        r"\end{tabular}}",
+        *_notes(notes),
+        r"\end{table}",
+    ]
+    return "\n".join(parts) + "\n"
+
+
+def _heading(columns: Sequence[Column]) -> Iterator[str]:
+    """Two lines: groups, each over a rule of its own, and headings."""
+    groups, rules, start = [], [], 1
+    for name, together in groupby(column.group for column in columns):
+        width = len(list(together))
+        if name:
+            groups.append(rf"\multicolumn{{{width}}}{{c}}{{{escaped(name)}}}")
+            rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
+        else:
+            groups += [""] * width
+        start += width
+    yield _line(groups)
+    yield "".join(rules)
+    yield _line([escaped(column.heading) + _marks(column.notes) for column in columns])
+
+
+def _row(columns: Sequence[Column], row: Sequence[Cell], *, intervals: bool) -> Iterator[str]:
+    yield _line([_cell(column, cell) for column, cell in zip(columns, row, strict=True)])
+    if intervals and _has_interval(row):
+        below = (rf"{{\scriptsize {_interval(cell)}}}" if isinstance(cell, Estimate) else "" for cell in row)
+        yield _line(list(below))
+
+
+def _has_interval(row: Sequence[Cell]) -> bool:
+    return any(isinstance(cell, Estimate) and cell.low is not None for cell in row)
+
+
+def _cell(column: Column, cell: Cell) -> str:
+    match cell:
+        case None:
+            return ""
+        case Estimate():
+            number = cell.shown(column, "--")
+            return (rf"\textbf{{{number}}}" if cell.best else number) + _marks(cell.notes)
+        case Label(text=text, origin=origin, notes=notes):
+            name = escaped(text)
+            return (rf"\emph{{{name}}} ({origin})" if origin else name) + _marks(notes)
+        case _:
+            return escaped(str(cell))
+
+
+def _interval(cell: Estimate) -> str:
+    return "" if cell.low is None else f"{cell.low:.1f}--{cell.high:.1f}"
+
+
+def _marks(numbers: Sequence[int]) -> str:
+    return rf"\textsuperscript{{{','.join(map(str, numbers))}}}" if numbers else ""
+
+
+def _notes(texts: Sequence[str]) -> Iterator[str]:
+    if texts:
+        yield r"\par\smallskip\begin{minipage}{\linewidth}\footnotesize"
+        for number, text in enumerate(texts, 1):
+            yield rf"{_marks((number,))} {escaped(text)}\par"
+        yield r"\end{minipage}"
+
+
+def _line(cells: Sequence[str]) -> str:
+    return rf"{' & '.join(cells)} \\"
