@@ -128,3 +128,11 @@ def test_negations_come_in_odd_numbers(subgoal: str, outcome: str, actions: list
 def test_lots_fall_as_if_each_draw_were_made_at_once(draws: list[range]) -> None:
     lots, random = Lots(), Random(SEED)
     assert [lots.choice(options) for options in draws] == [random.choice(options) for options in draws]
+
+
+def test_what_cannot_be_translated_ends_everything_when_it_is_reached() -> None:
+    negation = "not OPEN(fridge.10)"
+    reached = HOMES.score(answer("OPEN(fridge.10)", negation))
+    assert reached.error is not None
+    assert (told(reached), reached.error.detail) == ("not_parseable", "a negation cannot be translated")
+    assert told(HOMES.score(answer("OPEN(table.12)", negation))) == "runtime"

@@ -23,6 +23,7 @@ from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Offence, Rejected, offending, unparseable
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
+from eai.abilities.subgoal_decomposition.program import Found, Plans
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Outcome
 from eai.abilities.verdict import Counted, Unreadable
@@ -30,7 +31,9 @@ from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
 from eai.logic.traversal import children, temporal_parts
+from eai.world.execution import Fault
 from eai.world.fault import FaultKind
+from eai.world.state import State
 
 SEED = 0
 
@@ -85,6 +88,25 @@ class ReferenceSubgoals(SubgoalDecomposition):
     def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
         """The same with these lots."""
 
+    def halts(self, fault: Fault) -> bool:
+        """Whether the reference raises an exception when it diagnoses a fault, which makes a parsing error.
+
+        It does so for faults that it does not categorise.
+        """
+        return fault.kind is FaultKind.UNCATEGORISED
+
+    def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
+        """What the search finds; one way that comes to what halts the reference is enough to reject all."""
+        try:
+            outcome = super()._carry_out(compiled)
+        except _HaltError as halt:
+            return unparseable(str(halt))
+        if isinstance(outcome, Rejected):
+            return outcome
+        faults = (fault for branch in outcome.ended for fault in branch.faults)
+        halting = next(filter(self.halts, faults), None)
+        return outcome if halting is None else unparseable(halting.check.reason)
+
     def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
         verdict = super()._judge(compiled, outcome)
         entries = Counter(kind for kind in verdict.errors if kind in _COUNTED)
@@ -100,6 +122,19 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
         return _counting(super()._rejection(rejected), ())
+
+
+class _HaltError(Exception):
+    """The reference raises an exception where it comes to a subgoal; the text says why."""
+
+
+def halting(reason: str) -> Plans:
+    """The plans of a subgoal at which the reference ends its whole search."""
+
+    def plans(state: State) -> Found:
+        raise _HaltError(reason)
+
+    return plans
 
 
 def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]) -> SubgoalVerdict:

@@ -19,14 +19,13 @@ from eai.abilities.subgoal_decomposition.program import (
     Do,
     End,
     Found,
-    Halt,
     Instruction,
     Plan,
     Plans,
     Program,
 )
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits, uncategorised
+from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
@@ -35,7 +34,7 @@ from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.subgoal import GroundAtom
 from eai.reference import virtualhome_quirks
-from eai.reference.subgoals import Lots, ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.reference.subgoals import Lots, ReferenceSubgoals, halting, literals, parse_at_once, read_output
 from eai.world.execution import Action, Fault
 from eai.world.state import State
 
@@ -135,8 +134,16 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     def __init__(self, task: Task, *, limits: SearchLimits | None = None) -> None:
         domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
         super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
-        self.halts = halts
         self.excluded = None
+
+    def halts(self, fault: Fault) -> bool:
+        """Also a missing step of which it does not say what is missing, such as SIT where no seat is left.
+
+        See ``checkers.py``, ``check_missing_preconds``. In plans release 1.0.5 calls such a step missing,
+        because action sequencing has a test of order of its own
+        (``simulation/evolving_graph/checker.py``); in subgoals it has not changed.
+        """
+        return super().halts(fault) or fault.check.sought == (FALSE,)
 
     def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
@@ -170,9 +177,10 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 
     def _instruction(self, literal: Formula, number: int, then: int) -> Instruction:
         if not isinstance(literal, (Atom, Occurs)):
-            return Halt("a negation cannot be translated")
+            return Do(halting("a negation cannot be translated"), number, then)
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
-            return Halt(f"{print_ltl(literal)}: an object without an id cannot be translated")
+            reason = f"{print_ltl(literal)}: an object without an id cannot be translated"
+            return Do(halting(reason), number, then)
         if isinstance(literal, Occurs):
             action = self.lexicon.action(literal)
             return Do(plans_to_take(action), number, then)
@@ -205,14 +213,3 @@ def _piece(subgoal: str, lots: Lots) -> str | None:
     if _PRIMITIVE.search(subgoal) is None:
         return None
     return _LEADING_ZEROS.sub(".", lots.choice(subgoal.split(" or ")))
-
-
-def halts(fault: Fault) -> bool:
-    """Whether the reference raises an exception when it diagnoses a fault, which makes a parsing error.
-
-    It does so for faults that it does not categorise, and for a missing step of which it does not say what is
-    missing, such as SIT where no seat is left (``checkers.py``, ``check_missing_preconds``). In plans release
-    1.0.5 calls the latter a missing step, because action sequencing has a test of order of its own
-    (``simulation/evolving_graph/checker.py``); in subgoals it has not changed.
-    """
-    return uncategorised(fault) or fault.check.sought == (FALSE,)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.abilities.subgoal_decomposition.program import Do, End, Found, Halt, Instruction, Require, Split
+from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
 from eai.households.virtualhome import domain as virtualhome
@@ -138,18 +138,6 @@ def test_alternatives_are_all_followed() -> None:
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]
-
-
-def test_a_halt_ends_everything_when_it_is_reached() -> None:
-    assert run([End(), Halt("no"), do(OPEN, subgoal=0, then=1)]).end is SearchEnd.COMPLETE
-    halted = run([End(), Halt("no"), do(GO, subgoal=0, then=1)])
-    assert (halted.end, halted.reason, halted.success) == (SearchEnd.HALTED, "no", False)
-
-
-def test_some_faults_end_everything() -> None:
-    progress = GoalProgress(parse("OPEN(fridge.10)").formula, SCENE)
-    outcome = search(DOMAIN, START, program([[OPEN]]), progress, SearchLimits(), lambda fault: True)
-    assert outcome.end is SearchEnd.HALTED
 
 
 def test_the_limits_end_the_search_visibly() -> None:

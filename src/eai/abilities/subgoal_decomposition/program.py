@@ -85,16 +85,10 @@ class Split(NamedTuple):
     subgoal: int
 
 
-class Halt(NamedTuple):
-    """End the whole search: the reference would abort."""
-
-    reason: str
-
-
 class End(NamedTuple):
     """All subgoals are carried out."""
 
 
-Instruction: TypeAlias = Do | Held | Require | Split | Halt | End
+Instruction: TypeAlias = Do | Held | Require | Split | End
 Program: TypeAlias = Sequence[Instruction]
 """Instructions that lead to earlier ones only; the last one is the first to run, number 0 is the `End`."""

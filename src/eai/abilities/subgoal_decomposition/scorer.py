@@ -5,7 +5,7 @@ The reports of the search are put into the terms of verdicts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 from eai.abilities.explanation import Explanation, goal_reports, part_reports, repairs_told, step_reports
@@ -13,12 +13,12 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.builder import Programs
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each, unparseable
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
 from eai.abilities.subgoal_decomposition.refinement import Refinement
-from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
+from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
@@ -26,7 +26,6 @@ from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import objects
 from eai.world.domain import Domain
-from eai.world.execution import Fault
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
@@ -84,7 +83,6 @@ class SubgoalDecomposition(Scorer):
         self._refinement = refinement
         self.goals = goals or GoalTest(task)
         self.excluded = task.left_out
-        self.halts: Callable[[Fault], bool] = uncategorised
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._temporal_goal()
         self._goal = self._goal_to_reach()
@@ -128,8 +126,7 @@ class SubgoalDecomposition(Scorer):
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
         initial, limits = self.task.initial, self._limits
         goal = Watched(self._goal, self.goals.all_over_time) if self.goals.watches else self._goal
-        outcome = search(self.domain, initial, compiled.program, goal, limits, self.halts)
-        return unparseable(outcome.reason) if outcome.end is SearchEnd.HALTED else outcome
+        return search(self.domain, initial, compiled.program, goal, limits)
 
     def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
         branch, best = outcome.reported, self._with_most_goals(outcome)
@@ -195,7 +192,7 @@ class SubgoalDecomposition(Scorer):
         notes += _left_out(compiled)
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
-            notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
+            notes.append(f"the search was ended: {outcome.end.value}")
         error = error_of(branch, self.domain, self.task.scene)
         steps = step_reports(self.task, self.domain, branch.trajectory)
         if error is not None and error.step is not None:

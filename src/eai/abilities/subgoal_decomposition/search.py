@@ -10,7 +10,6 @@ for that.)
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -22,7 +21,6 @@ from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     Do,
     End,
-    Halt,
     Held,
     Instruction,
     Plan,
@@ -88,7 +86,6 @@ class SearchEnd(str, Enum):
     ATTEMPTS = "attempts"
     BRANCHES = "branches"
     EFFORT = "effort"
-    HALTED = "halted"
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +101,6 @@ class Outcome(Frozen):
         end: why the search ended; if not for being complete, ``reported`` is the best of what was seen.
         attempts: the number of actions that were tried.
         ended: all branches that were carried out or failed, in the order found.
-        reason: what halted the search.
     """
 
     reported: Branch
@@ -113,41 +109,19 @@ class Outcome(Frozen):
     end: SearchEnd
     attempts: int
     ended: tuple[Branch, ...] = ()
-    reason: str = ""
-
-
-def uncategorised(fault: Fault) -> bool:
-    """Whether the declaration leaves open what the fault means."""
-    return fault.kind is FaultKind.UNCATEGORISED
 
 
 def search(
-    domain: Domain,
-    initial: State,
-    program: Program,
-    goal: _BranchGoal,
-    limits: SearchLimits,
-    halts: Callable[[Fault], bool] = uncategorised,
+    domain: Domain, initial: State, program: Program, goal: _BranchGoal, limits: SearchLimits
 ) -> Outcome:
-    """Carry out a program of subgoals in all ways.
-
-    ``halts`` says which faults end the whole search and not only their branch.
-    """
-    return _Search(domain, program, goal, limits, halts).run(Branch(Past(initial)))
+    """Carry out a program of subgoals in all ways."""
+    return _Search(domain, program, goal, limits).run(Branch(Past(initial)))
 
 
 class _Search:
     """The state of one search."""
 
-    def __init__(
-        self,
-        domain: Domain,
-        program: Program,
-        goal: _BranchGoal,
-        limits: SearchLimits,
-        halts: Callable[[Fault], bool],
-    ) -> None:
-        self._halts = halts
+    def __init__(self, domain: Domain, program: Program, goal: _BranchGoal, limits: SearchLimits) -> None:
         self._domain = domain
         self._program = program
         self._goal = goal
@@ -157,7 +131,6 @@ class _Search:
         self._effort = Effort(limits.effort)
         self._end = SearchEnd.COMPLETE
         self._is_cut = False
-        self._reason = ""
         self._successful = BestBranch(longer=False)
         self._executable = BestBranch(longer=True)
         self._failed = BestBranch(longer=True)
@@ -198,7 +171,6 @@ class _Search:
             end=self._end,
             attempts=self._attempts.used,
             ended=tuple(self._ended),
-            reason=self._reason,
         )
 
     def _go_on(self, branch: Branch, instruction: Instruction) -> None:
@@ -214,8 +186,6 @@ class _Search:
             case Split(targets):
                 for target in targets:
                     self._waiting[target].append(branch)
-            case Halt(reason):
-                self._halt(reason)
             case End():
                 reached = self._goal.reached(branch.met, branch.state)
                 self._finish(branch, self._successful if reached else self._executable)
@@ -258,8 +228,6 @@ class _Search:
                 continue
             errors += 1
             tried = Tried(Step(action, outcome), tried)
-            if self._halts(outcome):
-                self._halt(outcome.check.reason)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _LOOKED_AT_ONCE
                 return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
@@ -294,9 +262,6 @@ class _Search:
         """A branch has come to its end, and may be the best of its kind."""
         self._ended.append(branch)
         among.offer(branch)
-
-    def _halt(self, reason: str) -> None:
-        self._end, self._reason = SearchEnd.HALTED, reason
 
     def _is_exhausted(self) -> bool:
         if self._attempts.is_used_up:
