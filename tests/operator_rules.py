@@ -8,7 +8,7 @@ from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.gold_answers import join_operators
 from eai.pddl.planning import PddlPlanner
-from eai.reference.operator_rules import ReferenceRules
+from protocols import of_reference
 
 
 def gold_answer(task: TransitionTask) -> str:
@@ -18,5 +18,6 @@ def gold_answer(task: TransitionTask) -> str:
 
 def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
     """Fresh rules."""
-    kind = ReferenceRules if protocol is Protocol.EAI_1_0_5 else PaperRules
+    is_paper = protocol is Protocol.STRICT
+    kind = PaperRules if is_paper else of_reference("operator_rules").ReferenceRules
     return kind.with_planner(planner)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.refinement import Refinement
@@ -14,8 +15,7 @@ from eai.households.behavior.subgoal_notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
-from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
-from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
+from protocols import of_reference
 
 
 def virtualhome_subgoals(
@@ -23,7 +23,7 @@ def virtualhome_subgoals(
 ) -> Callable[[Task], SubgoalDecomposition]:
     """What makes the scorer of a VirtualHome task."""
     if protocol is Protocol.EAI_1_0_5:
-        return lambda task: VirtualHomeSubgoalDecomposition(task, limits=limits)
+        return partial(of_reference("virtualhome_subgoals").VirtualHomeSubgoalDecomposition, limits=limits)
     domain, notation = virtualhome.with_either_hand(), VirtualHomeSubgoals()
     refinement = Refinement(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)
@@ -34,7 +34,7 @@ def behavior_subgoals(
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """What makes the scorer of a BEHAVIOR task."""
     if protocol is Protocol.EAI_1_0_5:
-        return lambda task: BehaviorSubgoalDecomposition(task, limits=limits)
+        return partial(of_reference("behavior_subgoals").BehaviorSubgoalDecomposition, limits=limits)
     domain, notation = behavior.as_meant(), BehaviorSubgoals()
     refinement = Refinement(domain)
     return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)

@@ -10,19 +10,18 @@ from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
-from eai.reference.behavior_plans import BehaviorActionSequencing
-from eai.reference.virtualhome_plans import VirtualHomeActionSequencing
+from protocols import of_reference
 
 
 def virtualhome_scorer(task: Task, protocol: Protocol, *, with_ids: bool | None = None) -> ActionSequencing:
     """The scorer of a task in VirtualHome; the reference can be told that objects have ids."""
     if protocol is Protocol.EAI_1_0_5:
-        return VirtualHomeActionSequencing(task, with_ids=with_ids)
+        return of_reference("virtualhome_plans").VirtualHomeActionSequencing(task, with_ids=with_ids)
     return ActionSequencing(task, virtualhome.as_meant(), VirtualHomePlans())
 
 
 def behavior_scorer(task: BehaviorTask, protocol: Protocol) -> ActionSequencing:
     """The scorer of a task in BEHAVIOR."""
     if protocol is Protocol.EAI_1_0_5:
-        return BehaviorActionSequencing(task)
+        return of_reference("behavior_plans").BehaviorActionSequencing(task)
     return ActionSequencing(task, behavior.as_meant(), JsonPlans())

@@ -21,11 +21,11 @@ from eai.pddl.execute import Executor
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PlannerOutcome, PlanningTask
-from eai.reference.virtualhome_quirks import as_in_reference
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.past import Past
+from protocols import of_reference
 from sweeps import sweep
 
 
@@ -84,7 +84,8 @@ def test_what_is_not_said_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) 
     (task,) = sample(virtualhome_tasks, 1)
     assert export(virtualhome(), task.initial, ()).unsupported == ()
     reason = "its formula leaves open which of several objects is the first"
-    assert export(as_in_reference(), task.initial, ()).unsupported == tuple(
+    in_reference = of_reference("virtualhome_quirks").as_in_reference()
+    assert export(in_reference, task.initial, ()).unsupported == tuple(
         f"{name}: {reason}" for name in ("room_of", "lies_on", "lies_in", "lies_next_to")
     )
 

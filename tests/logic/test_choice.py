@@ -9,8 +9,8 @@ from eai.logic.choice import AllOf, AnyOf, Choose, Leaf, Pairing, ground, litera
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl import parse
 from eai.logic.options import options
-from eai.reference.behavior_goal_test import truncated_options
 from logic.activities import universe
+from protocols import of_reference
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,7 @@ def test_unbound_variables_are_an_error() -> None:
     with pytest.raises(InputError, match="variable x is not bound"):
         list(options(unbound, universe()))
     with pytest.raises(InputError, match="variable x is not bound"):
-        truncated_options(unbound, universe())
+        of_reference("behavior_goal_test").truncated_options(unbound, universe())
 
 
 def test_the_tree_of_a_formula() -> None:

@@ -27,8 +27,10 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask, TieredPlanner
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
-from eai.reference.planner_of_2024 import normalise, read_operator
 from processes import wait_until, working_in
+from protocols import of_reference
+
+planner_of_2024 = of_reference("planner_of_2024")
 
 COUNTER = 18
 """Bits of a counter that has to be counted to its end: more than a second of work for any search."""
@@ -185,8 +187,8 @@ def test_a_launcher_whose_parent_has_ended_starts_nothing(tmp_path: Path) -> Non
 
 def full_task(task: TransitionTask) -> PlanningTask:
     header = task.domain.header
-    readings = [read_operator(text, header) for text in task.domain.operators.values()]
-    return normalise(
+    readings = [planner_of_2024.read_operator(text, header) for text in task.domain.operators.values()]
+    return planner_of_2024.normalise(
         header, [reading for reading in readings if isinstance(reading, PddlAction)], task.problem
     )
 

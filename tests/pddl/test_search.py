@@ -20,9 +20,11 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
-from eai.reference.planner_of_2024 import normalise, read_operator
 from pddl.random_pddl import DOMAINS, PROBLEMS
+from protocols import of_reference
 from sweeps import examples
+
+planner_of_2024 = of_reference("planner_of_2024")
 
 EVERYTHING = Limits(100_000, looks=10**9)
 
@@ -131,8 +133,8 @@ def test_alternatives_are_looked_at_too() -> None:
 def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
     task = gold_tasks(data_store)[0]
     header = task.domain.header
-    readings = [read_operator(text, header) for text in task.domain.operators.values()]
-    made = normalise(header, [r for r in readings if isinstance(r, PddlAction)], task.problem)
+    readings = [planner_of_2024.read_operator(text, header) for text in task.domain.operators.values()]
+    made = planner_of_2024.normalise(header, [r for r in readings if isinstance(r, PddlAction)], task.problem)
     assert search(made.domain, made.problem, Limits()) == search(made.domain, made.problem, Limits())
 
 
@@ -142,7 +144,7 @@ def gold_tasks(store: Store) -> list[TransitionTask]:
 
 def test_solves_all_gold_problems(data_store: Store) -> None:
     for task in gold_tasks(data_store):
-        made = normalise(task.domain.header, list(task.gold.values()), task.problem)
+        made = planner_of_2024.normalise(task.domain.header, list(task.gold.values()), task.problem)
         result = search(made.domain, made.problem, Limits())
         assert result.end is SearchEnd.SOLVED, task.id
         assert Executor(made.domain, made.problem).flaw(result.plan) is None

@@ -16,7 +16,9 @@ from eai.pddl.planning import PlanningTask
 from eai.pddl.search import search
 from eai.pddl.val import Val, ValVerdict
 from eai.planning.search import Limits, SearchEnd
-from eai.reference.planner_of_2024 import normalise
+from protocols import of_reference
+
+planner_of_2024 = of_reference("planner_of_2024")
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +30,7 @@ def val() -> Val:
 
 
 def made(task: TransitionTask) -> PlanningTask:
-    return normalise(task.domain.header, list(task.gold.values()), task.problem)
+    return planner_of_2024.normalise(task.domain.header, list(task.gold.values()), task.problem)
 
 
 def test_plans_for_the_gold_operators(val: Val, data_store: Store) -> None:

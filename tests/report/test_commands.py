@@ -14,10 +14,10 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.cli import app
 from eai.data.store import Store
-from eai.reference.published_runs import TASK
 from eai.scoring.batch import score_batch
 from eai.scoring.records import write_records
 from eai.tasks.source import Source
+from protocols import of_reference
 from report.samples import action_run, goal_run, write_runs
 from results.verdicts import SUCCEEDED, record, whole
 
@@ -81,7 +81,8 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
 
 
 def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
-    asked = record(TASK, SUCCEEDED, domain="behavior", protocol=Protocol.EAI_1_0_5)
+    task_id = of_reference("published_runs").TASK
+    asked = record(task_id, SUCCEEDED, domain="behavior", protocol=Protocol.EAI_1_0_5)
     folder = str(write_runs(tmp_path, [[asked]]))
     alone, both = (RUNNER.invoke(app, ["leaderboard", folder, *more]).output for more in ([], ["--paper"]))
     assert "100.0" in alone

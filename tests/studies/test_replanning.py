@@ -17,7 +17,6 @@ from eai.abilities.record import Record
 from eai.abilities.responses import read_responses
 from eai.cli import app
 from eai.errors import InputError
-from eai.reference.published_runs import counted_as_published
 from eai.results.attempts import after, by_attempt
 from eai.results.summary import summarise
 from eai.results.table import Estimate
@@ -25,6 +24,7 @@ from eai.scoring.epochs import _write_attempts
 from eai.scoring.records import write_records
 from eai.scoring.trials import record_of_trial
 from eai.studies.attempts.analysis import arms_of, remarks, success_by_attempt, tables
+from protocols import of_reference
 from studies.told import told_tables
 
 EXPLAINED = Experiment(2, feedback=Feedback.EXPLAINED)
@@ -121,7 +121,8 @@ def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None
     ]
     reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
     plain = summarise([record.verdict for record in reached], SUITE.ability)
-    then = summarise([counted_as_published(record).verdict for record in reached], SUITE.ability)
+    counted = map(of_reference("published_runs").counted_as_published, reached)
+    then = summarise([record.verdict for record in counted], SUITE.ability)
     assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
     assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]
     assert [rates["wrong_order"].numerator for rates in (plain, then)] == [2, 1]

@@ -6,11 +6,13 @@ import pytest
 
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTasks
-from eai.reference import behavior_quirks
 from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.state import State
 from households.behavior.kitchen import make_task
+from protocols import of_reference
+
+behavior_quirks = of_reference("behavior_quirks")
 
 REFERENCES = (behavior_quirks.as_in_reference(), behavior_quirks.as_in_reference_subgoals())
 BOTH = pytest.mark.parametrize(

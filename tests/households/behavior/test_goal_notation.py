@@ -14,9 +14,11 @@ from eai.abilities.verdict import Confusion, Verdict
 from eai.households.behavior import domain
 from eai.households.behavior.goal_notation import BehaviorGoals
 from eai.households.behavior.tasks import BehaviorTasks
-from eai.reference import behavior_goals as reference_goals
 from households.behavior.kitchen import make_task
+from protocols import of_reference
 from sweeps import examples
+
+reference_goals = of_reference("behavior_goals")
 
 TASK = make_task()
 DOMAIN = domain.as_meant()

@@ -1,16 +1,18 @@
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from eai.households.behavior import domain as behavior
-from eai.reference import behavior_quirks
-from eai.reference.behavior_quirks import QUIRKS
-from eai.reference.quirk import Quirk
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
 from eai.world.fault import FaultKind
 from eai.world.state import State
 from households.behavior.kitchen import actions, make_task
+from protocols import of_reference
+
+behavior_quirks = of_reference("behavior_quirks")
 
 STRICT, REFERENCE = behavior.as_meant(), behavior_quirks.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
@@ -208,8 +210,8 @@ def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:
     assert outcome(run(domain, *steps)) == "wrong_order"
 
 
-@pytest.mark.parametrize("quirk", QUIRKS, ids=lambda quirk: quirk.name)
-def test_each_quirk_changes_the_domain_and_says_what(quirk: Quirk) -> None:
+@pytest.mark.parametrize("quirk", behavior_quirks.QUIRKS, ids=lambda quirk: quirk.name)
+def test_each_quirk_changes_the_domain_and_says_what(quirk: Any) -> None:
     declared = behavior.as_declared()
     assert quirk.apply(declared) != declared
     assert quirk.source

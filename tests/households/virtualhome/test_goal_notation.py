@@ -14,9 +14,11 @@ from eai.abilities.verdict import Verdict
 from eai.households.virtualhome import domain
 from eai.households.virtualhome.goal_notation import VirtualHomeGoals
 from eai.households.virtualhome.tasks import VirtualHomeTasks
-from eai.reference.virtualhome_goals import ByLargestId
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
+from protocols import of_reference
+
+virtualhome_goals = of_reference("virtualhome_goals")
 
 TASK = make_task(
     goals=(
@@ -30,7 +32,7 @@ TASK = make_task(
 )
 DOMAIN = domain.as_meant()
 STRICT = GoalInterpretation(TASK, DOMAIN, VirtualHomeGoals())
-REFERENCE = ByLargestId(TASK, DOMAIN)
+REFERENCE = virtualhome_goals.ByLargestId(TASK, DOMAIN)
 
 OPEN = {"name": "fridge", "state": "OPEN"}
 ON_BED = {"from_name": "cup", "relation": "ON", "to_name": "bed"}

@@ -3,13 +3,15 @@ from __future__ import annotations
 import pytest
 
 from eai.households.virtualhome import domain as virtualhome
-from eai.reference import virtualhome_quirks
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt
 from eai.world.fault import FaultKind
 from eai.world.past import Past
 from eai.world.state import State, change
 from households.virtualhome import flat
+from protocols import of_reference
+
+virtualhome_quirks = of_reference("virtualhome_quirks")
 
 STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_quirks.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])

@@ -8,13 +8,15 @@ from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.predicates import VOCABULARY
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
-from eai.reference import virtualhome_quirks
-from eai.reference.virtualhome_order import IN_SLOT_ORDER, relevant_objects
 from eai.world.domain import Domain
 from eai.world.execution import attempt
 from eai.world.past import Past
 from eai.world.state import Scene, State, WorldObject
 from households.virtualhome import flat
+from protocols import of_reference
+
+virtualhome_order = of_reference("virtualhome_order")
+virtualhome_quirks = of_reference("virtualhome_quirks")
 
 STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_quirks.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
@@ -80,17 +82,17 @@ def test_only_the_first_relation_that_holds_decides_where_something_is_taken_fro
 
 
 def test_both_vocabularies_store_the_same() -> None:
-    assert IN_SLOT_ORDER.predicates == VOCABULARY.predicates
-    assert IN_SLOT_ORDER.unary_slots == VOCABULARY.unary_slots
-    assert IN_SLOT_ORDER.binary_slots == VOCABULARY.binary_slots
-    assert REFERENCE.vocabulary is IN_SLOT_ORDER
+    assert virtualhome_order.IN_SLOT_ORDER.predicates == VOCABULARY.predicates
+    assert virtualhome_order.IN_SLOT_ORDER.unary_slots == VOCABULARY.unary_slots
+    assert virtualhome_order.IN_SLOT_ORDER.binary_slots == VOCABULARY.binary_slots
+    assert REFERENCE.vocabulary is virtualhome_order.IN_SLOT_ORDER
 
 
 def test_relevant_objects_are_in_the_order_of_the_data_set(virtualhome_tasks: VirtualHomeTasks) -> None:
     reordered = 0
     for task in virtualhome_tasks.values():
         assert list(task.relevant) == sorted(set(task.relevant))
-        in_reference = relevant_objects(task)
+        in_reference = virtualhome_order.relevant_objects(task)
         assert sorted(in_reference) == list(task.relevant)
         reordered += in_reference != task.relevant
     assert reordered > 100

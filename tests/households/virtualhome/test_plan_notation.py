@@ -8,10 +8,12 @@ from eai.abilities.action_sequencing.notation import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH, Pairs
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
-from eai.reference.virtualhome_plans import _Notation
 from eai.world.execution import Action
 from households.virtualhome import flat
 from households.virtualhome.household import make_task
+from protocols import of_reference
+
+virtualhome_plans = of_reference("virtualhome_plans")
 
 Steps = list[tuple[str, tuple[object, ...]]]
 
@@ -133,7 +135,7 @@ def test_a_plan_is_written_with_names_and_ids(plan: list[str], text: str) -> Non
 def test_both_protocols_read_what_is_written(plan: list[Action]) -> None:
     task = make_task()
     text = NOTATION.join(NOTATION.write(plan, task.scene))
-    for notation in (NOTATION, _Notation(), _Notation(with_ids=True)):
+    for notation in (NOTATION, virtualhome_plans._Notation(), virtualhome_plans._Notation(with_ids=True)):
         read = notation.read(text)
         assert isinstance(read, WrittenPlan)
         index_of = notation.objects(task)

@@ -9,9 +9,11 @@ from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import Counted, PlanVerdict, Verdict
-from eai.reference.virtualhome_plans import GOLD_TEST, NOT_ACCEPTED, written_with_ids
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
+from protocols import of_reference
+
+virtualhome_plans = of_reference("virtualhome_plans")
 
 STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
@@ -160,7 +162,7 @@ def test_a_name_alone_means_the_last_relevant_object_of_its_class(protocol: Prot
     ],
 )
 def test_most_answers_of_a_file_decide_how_all_are_read(answers: Sequence[str], *, with_ids: bool) -> None:
-    assert written_with_ids(answers) is with_ids
+    assert virtualhome_plans.written_with_ids(answers) is with_ids
 
 
 @pytest.mark.parametrize(
@@ -189,7 +191,7 @@ def test_a_task_with_several_relation_goals_counts_under_strict_only() -> None:
         script=["WALK fridge.10"],
     )
     assert told(score(STRICT, plan("WALK table.12"), task)) == "success"
-    assert score(REFERENCE, plan("WALK table.12"), task) == PlanVerdict(excluded=GOLD_TEST)
+    assert score(REFERENCE, plan("WALK table.12"), task) == PlanVerdict(excluded=virtualhome_plans.GOLD_TEST)
 
 
 def test_a_task_without_goals_is_excluded_under_strict() -> None:
@@ -201,7 +203,7 @@ def test_a_task_without_goals_is_excluded_under_strict() -> None:
 def test_a_task_whose_annotation_misses_its_goal_counts_under_strict_only() -> None:
     task = make_task(goals=("state ON television.22",), final=())
     assert score(STRICT, FRIDGE_OPEN, task).excluded is None
-    assert score(REFERENCE, FRIDGE_OPEN, task).excluded == GOLD_TEST
+    assert score(REFERENCE, FRIDGE_OPEN, task).excluded == virtualhome_plans.GOLD_TEST
 
 
 def test_a_plan_equal_to_the_script_succeeds_under_strict() -> None:
@@ -241,7 +243,7 @@ def test_every_additional_step_counts_in_the_reference() -> None:
     assert thrice.goals == score(REFERENCE, "").goals
 
 
-@pytest.mark.parametrize("action", NOT_ACCEPTED)
+@pytest.mark.parametrize("action", virtualhome_plans.NOT_ACCEPTED)
 def test_actions_that_the_prompt_offers_are_accepted_under_strict(action: str) -> None:
     device = {"PLUGIN": "television.22", "PLUGOUT": "fridge.10", "RELEASE": "cup.13"}[action]
     task = make_task(
