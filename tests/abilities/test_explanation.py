@@ -20,7 +20,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
-from eai.logic.renaming import rename_variables
+from eai.logic.rewriting import rename_variables
 from eai.world import Action, Episode, Luck, Slips
 from eai.world.execution import execute
 from households.virtualhome.household import make_task

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.task import Goal, Task
 from eai.logic.evidence import breach, explain
 from eai.logic.formula import (
@@ -27,7 +26,7 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.renaming import rename_variables
+from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.traversal import walk
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Trajectory, names_of, witnesses_of

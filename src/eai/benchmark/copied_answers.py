@@ -17,7 +17,6 @@ from eai.abilities.goal_interpretation.notation import WrittenGoal
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
@@ -25,6 +24,7 @@ from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators
 from eai.logic.choice import Literal, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.options import choice_options
+from eai.logic.rewriting import substitute
 from eai.logic.traversal import walk
 from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect
 from eai.pddl.writer import write_action

@@ -23,7 +23,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer, open_answer_book
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.renaming import rename_objects, rename_variables
+from eai.logic.rewriting import rename_objects, rename_variables
 from eai.logic.traversal import objects
 from eai.tasks.source import Source, TaskSet
 from eai.world.domain import Domain

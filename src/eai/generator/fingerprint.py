@@ -9,7 +9,7 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.renaming import rename_objects, rename_variables
+from eai.logic.rewriting import rename_objects, rename_variables
 from eai.logic.traversal import objects, walk
 from eai.world.relation import bits
 from eai.world.state import Scene, State

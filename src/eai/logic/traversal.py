@@ -1,8 +1,9 @@
-"""Walking over formulas: their parts, variables and kind. Nothing here recurses."""
+"""Walking over formulas: their parts, other parts in their places, variables, kind. Nothing here recurses."""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 from typing_extensions import assert_never
@@ -33,6 +34,23 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
             return (body,)
         case f.Implies(left, right) | f.Until(left, right):
             return (left, right)
+        case _:
+            assert_never(formula)
+
+
+def with_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
+    """The formula with each immediate part replaced by what ``change`` makes of it, left to right."""
+    match formula:
+        case f.Atom() | f.Occurs() | f.Equals():
+            return formula
+        case f.And(parts) | f.Or(parts) | f.Then(parts):
+            return type(formula)(tuple([change(part) for part in parts]))
+        case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
+            return type(formula)(change(operand))
+        case f.ForAll(_, body) | f.Exists(_, body) | f.Exactly(_, _, body) | f.ForPairs(_, _, body):
+            return replace(formula, body=change(body))
+        case f.Implies(left, right) | f.Until(left, right):
+            return type(formula)(change(left), change(right))
         case _:
             assert_never(formula)
 

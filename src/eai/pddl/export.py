@@ -15,7 +15,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Constant, Formula, Variable
-from eai.logic.renaming import rename_objects
+from eai.logic.rewriting import rename_objects
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, hidden_predicates, without

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import free_variables, walk
+from eai.logic.traversal import free_variables, walk, with_parts
 from eai.pddl.planning import PlanningTask
 
 
@@ -137,19 +137,11 @@ def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
 
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    match formula:
-        case f.ForAll(variable, body) | f.Exists(variable, body):
-            body = _condition(body, objects)
-            is_idle = objects.get(m.type_of(variable)) and variable.name not in free_variables(body)
-            return body if is_idle else type(formula)(variable, body)
-        case f.Not(operand):
-            return f.Not(_condition(operand, objects))
-        case f.And(operands) | f.Or(operands):
-            return type(formula)(tuple([_condition(each, objects) for each in operands]))
-        case f.Implies(premise, conclusion):
-            return f.Implies(_condition(premise, objects), _condition(conclusion, objects))
-        case _:
-            return formula
+    if isinstance(formula, (f.ForAll, f.Exists)):
+        variable, body = formula.variable, _condition(formula.body, objects)
+        is_idle = objects.get(m.type_of(variable)) and variable.name not in free_variables(body)
+        return body if is_idle else replace(formula, body=body)
+    return with_parts(formula, lambda part: _condition(part, objects))
 
 
 def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:

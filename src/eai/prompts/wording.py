@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.abilities.explanation import formula_text
 from eai.abilities.task import Task
-from eai.logic.renaming import rename_objects
+from eai.logic.rewriting import rename_objects
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.listing import Listing, listing

@@ -17,13 +17,12 @@ import eai.logic.formula as f
 from eai.abilities.options import misfit
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.subgoal_decomposition.rewriting import rewrite_in_time
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.errors import InputError, ParseError
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.renaming import rename_variables
+from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
 from eai.logic.traversal import is_state_formula, objects, walk
 from eai.world.domain import Domain

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
-from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
 from eai.logic.formula import Constant, Equals, Formula, Term, Then, Variable
 from eai.logic.ltl import parse
+from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
 from eai.world.execution import Action, Step, Trajectory, execute

@@ -18,7 +18,7 @@ from eai.households.virtualhome.benchmark import open_demonstrations
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTasks
 from eai.logic.formula import And
-from eai.logic.renaming import rename_objects
+from eai.logic.rewriting import rename_objects
 from eai.studies.annotation.abstract import Candidate, Title, concrete_goals
 from eai.studies.annotation.annotated import differences
 from eai.studies.annotation.difference import Difference

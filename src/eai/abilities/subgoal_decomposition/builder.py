@@ -15,6 +15,7 @@ from itertools import product
 from typing import NamedTuple
 
 import eai.logic.formula as f
+from eai.abilities.subgoal_decomposition.extent import Extent
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
@@ -31,11 +32,11 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
-from eai.abilities.subgoal_decomposition.rewriting import Extent, negation_normal, substitute
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.frozen import Frozen
 from eai.logic.ltl_printer import print_ltl
+from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.exclusion import Exclusion
 from eai.planning.subgoal import GroundAtom

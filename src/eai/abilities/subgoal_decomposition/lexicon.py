@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
+from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
+from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
 from eai.world.execution import Action, Step, Trajectory

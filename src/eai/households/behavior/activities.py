@@ -24,7 +24,7 @@ from eai.households.behavior.evidence import load_evidence
 from eai.households.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
 from eai.households.behavior.tasks import RELATIONS, BehaviorTask, build_task
 from eai.logic.bddl import Declaration, Problem
-from eai.logic.renaming import rename_objects
+from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import walk
 from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.writer import write_problem

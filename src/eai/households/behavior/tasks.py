@@ -15,7 +15,7 @@ from eai.households.behavior.predicates import VOCABULARY
 from eai.households.behavior.records import PACK, Behavior, BehaviorObject, BehaviorRecord, GroundOption
 from eai.households.packs import open_published
 from eai.logic.formula import Atom, Formula
-from eai.logic.renaming import rename_objects
+from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import walk
 from eai.tasks.source import TaskSet
 from eai.world.execution import Action

@@ -15,7 +15,7 @@ from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planne
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.renaming import rename_objects
+from eai.logic.rewriting import rename_objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.results.suites import SuiteKey

@@ -1,0 +1,140 @@
+"""Formulas made from formulas: with other leaves, other names, or negations at the leaves only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import chain, count
+from typing import TypeAlias
+
+import eai.logic.formula as f
+from eai.errors import InputError
+from eai.logic.traversal import is_state_formula, objects, with_parts
+
+Leaf: TypeAlias = f.Atom | f.Occurs | f.Equals
+
+
+def with_terms(leaf: Leaf, change: Callable[[f.Term], f.Term]) -> Leaf:
+    """The leaf with each term replaced by what ``change`` makes of it."""
+    if isinstance(leaf, f.Equals):
+        return f.Equals(change(leaf.left), change(leaf.right))
+    return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
+
+
+def rewrite(
+    formula: f.Formula,
+    change: Callable[[Leaf, frozenset[str]], f.Formula],
+    bound: frozenset[str] = frozenset(),
+) -> f.Formula:
+    """The formula with each leaf replaced by what ``change`` makes of it and of the variables bound there.
+
+    Raises:
+        InputError: the formula has a temporal operator other than `Then`.
+    """
+    match formula:
+        case f.Atom() | f.Occurs() | f.Equals():
+            return change(formula, bound)
+        case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
+            inner = bound | {variable.name}
+        case f.ForPairs(first, second):
+            inner = bound | {first.name, second.name}
+        case f.Next() | f.Eventually() | f.Always() | f.Until():
+            raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
+        case _:
+            inner = bound
+    return with_parts(formula, lambda part: rewrite(part, change, inner))
+
+
+def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
+    """A formula of temporal logic in which each of the largest parts about one state is changed.
+
+    Raises:
+        InputError: it has a quantifier around a temporal operator.
+    """
+    if is_state_formula(formula):
+        return change(formula)
+    if isinstance(formula, (f.ForAll, f.Exists, f.Exactly, f.ForPairs)):
+        raise InputError("expected temporal operators outside of quantifiers")
+    return with_parts(formula, lambda part: rewrite_in_time(part, change))
+
+
+def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
+    """The formula with constants, and variables where they are free, replaced.
+
+    Raises:
+        InputError: the formula has a temporal operator other than `Then`.
+    """
+
+    def change(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+        return with_terms(leaf, lambda term: term if term.name in bound else values.get(term, term))
+
+    return rewrite(formula, change)
+
+
+def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
+    """The formula, or its negation, with negations at the leaves only and without implications.
+
+    Negations of counting quantifiers and of temporal operators stay where they are.
+    """
+    match formula:
+        case f.Not(operand):
+            return negation_normal(operand, negated=not negated)
+        case f.And(parts) | f.Or(parts):
+            kind = f.And if isinstance(formula, f.And) != negated else f.Or
+            return kind(tuple([negation_normal(part, negated=negated) for part in parts]))
+        case f.Implies(premise, conclusion):
+            either = f.Or((f.Not(premise), conclusion))
+            return negation_normal(either, negated=negated)
+        case f.ForAll(variable, body) | f.Exists(variable, body):
+            quantifier = f.ForAll if isinstance(formula, f.ForAll) != negated else f.Exists
+            return quantifier(variable, negation_normal(body, negated=negated))
+        case f.Then(parts) if not negated:
+            return f.Then(tuple([negation_normal(part) for part in parts]))
+        case _:
+            return f.Not(formula) if negated else formula
+
+
+def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+    """The formula in which every object that has a new name goes by it. Variables and categories stay."""
+
+    def renamed(term: f.Term) -> f.Term:
+        new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
+        return term if new == term.name else f.Constant(new)
+
+    match formula:
+        case f.Atom() | f.Occurs() | f.Equals():
+            return with_terms(formula, renamed)
+        case _:
+            return with_parts(formula, lambda part: rename_objects(part, names))
+
+
+def rename_variables(formula: f.Formula) -> f.Formula:
+    """The formula in which the bound variables are x, y, z, x1, x2, ... in the order of their quantifiers.
+
+    A name of an object in it is left out.
+    """
+    taken = objects(formula)
+    fresh = filter(lambda name: name not in taken, chain("xyz", map("x{}".format, count(1))))
+    return _renamed(formula, {}, fresh)
+
+
+def _renamed(formula: f.Formula, names: Mapping[str, str], fresh: Iterator[str]) -> f.Formula:
+    """The formula whose free variables have other names; ``fresh`` gives those of the others."""
+
+    def renamed(term: f.Term) -> f.Term:
+        new = names.get(term.name, term.name) if isinstance(term, f.Variable) else term.name
+        return term if new == term.name else f.Variable(new)
+
+    match formula:
+        case f.Atom() | f.Occurs() | f.Equals():
+            return with_terms(formula, renamed)
+        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
+            one = replace(variable, name=next(fresh))
+            inner = {**names, variable.name: one.name}
+            return replace(formula, variable=one, body=_renamed(body, inner, fresh))
+        case f.ForPairs(first, second, body):
+            one, other = replace(first, name=next(fresh)), replace(second, name=next(fresh))
+            inner = {**names, first.name: one.name, second.name: other.name}
+            return replace(formula, first=one, second=other, body=_renamed(body, inner, fresh))
+        case _:
+            return with_parts(formula, lambda part: _renamed(part, names, fresh))
