@@ -37,8 +37,7 @@ from eai.reference.behavior_goal_test import truncated_options
 from eai.reference.behavior_plans import BehaviorActionSequencing
 from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from eai.world.execution import Action
-from eai.world.scene_objects import SceneObjects
-from eai.world.state import Scene
+from eai.world.state import Scene, SceneObjects
 from reference import CACHE, REFERENCE, environment, read_responses
 
 CHILD = Path(__file__).with_name("behavior_reference_child.py")

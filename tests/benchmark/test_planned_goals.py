@@ -17,7 +17,7 @@ from eai.logic.choice import ground
 from eai.logic.formula import Formula
 from eai.logic.options import choice_options
 from eai.tasks.source import Source
-from eai.world.scene_objects import SceneObjects
+from eai.world.state import SceneObjects
 
 
 def entail(stated: set[Formula], task: Task) -> bool:

@@ -34,8 +34,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.tasks.source import Source
 from eai.world.execution import Action
 from eai.world.relation import bits
-from eai.world.scene_objects import SceneObjects
-from eai.world.state import Scene
+from eai.world.state import Scene, SceneObjects
 
 _WORD = re.compile(r"[a-z]{2,}")
 

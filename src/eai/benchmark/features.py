@@ -17,7 +17,7 @@ from eai.logic.traversal import children, walk
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.relation import bits, mask_of
-from eai.world.scene_objects import SceneObjects
+from eai.world.state import SceneObjects
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

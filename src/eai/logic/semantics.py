@@ -12,6 +12,9 @@ are integer operations. The piece of an operand in front of ``then`` may end any
 become false when its piece grows (as all formulas without not, always, implies and forn over ``then``), only
 the last possible end counts; if it cannot when the piece shrinks, only the first. What mixes both needs its
 truth on every piece, which costs a factor of the trace's length.
+
+Of a quantifier only those objects are tried for which its body can be true, or false, at all (`support`):
+``exists x. exists y. (pour(x, y))`` on a trace with one pouring need not try 290 times 290 pairs.
 """
 
 from __future__ import annotations
@@ -24,7 +27,6 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.errors import InputError
 from eai.logic.matching import maximum_matching
-from eai.logic.support import support
 from eai.logic.trace import Trace, positions_in
 from eai.logic.traversal import monotony, temporal_parts
 
@@ -270,3 +272,68 @@ def _exactly(count: int, masks: list[int], everything: int) -> int:
     if count >> len(digits):
         return 0
     return reduce(and_, [d if count >> i & 1 else everything & ~d for i, d in enumerate(digits)], everything)
+
+
+def support(
+    formula: f.Formula, variable: str, binding: Mapping[str, str], truth: bool, trace: Trace
+) -> frozenset[str] | None:
+    """A set outside of which no value of the variable gives the formula this truth at any position.
+
+    Returns None where no such set is known without trying. ``binding`` holds the values of variables bound
+    further out; ``variable`` is not among them.
+    """
+
+    def of(part: f.Formula, wanted: bool) -> frozenset[str] | None:
+        return support(part, variable, binding, wanted, trace)
+
+    match formula:
+        case f.Occurs(action, arguments) if truth and f.Variable(variable) in arguments:
+            return trace.participants(action, arguments.index(f.Variable(variable)))
+        case f.Equals(left, right) if truth:
+            return _equal_to(left, right, variable, binding)
+        case f.Not(operand):
+            return of(operand, not truth)
+        case f.And(operands) | f.Or(operands):
+            found = (of(part, truth) for part in operands)
+            return _smallest(found) if isinstance(formula, f.And) == truth else _all_together(found)
+        case f.Implies(premise, conclusion):
+            return of(f.Or((f.Not(premise), conclusion)), truth)
+        case f.Exists(inner, body) | f.ForAll(inner, body):
+            # Only a body that must have this truth for some value says anything: a domain may be empty.
+            if isinstance(formula, f.Exists) != truth or inner.name == variable:
+                return None
+            outer = {name: value for name, value in binding.items() if name != inner.name}
+            return support(body, variable, outer, truth, trace)
+        case f.Next(operand) | f.Until(right=operand) if truth:
+            return of(operand, truth)
+        case f.Eventually(operand) | f.Always(operand):
+            return of(operand, truth)
+        case f.Then(parts) if truth:
+            return _smallest(of(part, truth) for part in parts)
+        case _:
+            return None
+
+
+def _equal_to(
+    left: f.Term, right: f.Term, variable: str, binding: Mapping[str, str]
+) -> frozenset[str] | None:
+    for term, other in ((left, right), (right, left)):
+        if term == f.Variable(variable):
+            if isinstance(other, f.Constant):
+                return frozenset((other.name,))
+            if other.name in binding:
+                return frozenset((binding[other.name],))
+    return None
+
+
+def _smallest(found: Iterable[frozenset[str] | None]) -> frozenset[str] | None:
+    return min((objects for objects in found if objects is not None), key=len, default=None)
+
+
+def _all_together(found: Iterable[frozenset[str] | None]) -> frozenset[str] | None:
+    union: frozenset[str] = frozenset()
+    for objects in found:
+        if objects is None:
+            return None
+        union |= objects
+    return union

@@ -25,8 +25,7 @@ from eai.households.behavior import predicates as p
 from eai.logic.choice import Universe, value_of
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.options import Option
-from eai.world.scene_objects import SceneObjects
-from eai.world.state import Scene
+from eai.world.state import Scene, SceneObjects
 
 MAX_VECTORS = 20
 MAX_PERMUTATIONS = 10

@@ -4,6 +4,7 @@ A formula is compiled once per domain and evaluated millions of times. Two readi
 binding of all its free variables, and its *extension* in one free variable, that is, the mask of those of
 some objects that make it true. Quantifiers are questions about extensions, so most of them cost a few integer
 operations; where objects must be tried one by one, only those are that the rest of the formula leaves.
+Connectives make truths and extensions of other ones, each by a loop over its parts.
 """
 
 from __future__ import annotations
@@ -16,12 +17,71 @@ import eai.logic.formula as f
 from eai.errors import DomainError
 from eai.logic.matching import maximum_matching
 from eai.logic.traversal import free_variables
-from eai.world.connective import all_of, any_of, complement, intersection, negation, union
 from eai.world.derived import Computed, Defined, Lookup, evaluated_as
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
+
+
+def all_of(parts: Sequence[Truth]) -> Truth:
+    """Whether every part holds; they are asked in order."""
+
+    def truth(state: State, binding: Binding) -> bool:
+        for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
+            if not part(state, binding):
+                return False
+        return True
+
+    return truth
+
+
+def any_of(parts: Sequence[Truth]) -> Truth:
+    """Whether some part holds; they are asked in order."""
+
+    def truth(state: State, binding: Binding) -> bool:
+        for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
+            if part(state, binding):
+                return True
+        return False
+
+    return truth
+
+
+def negation(part: Truth) -> Truth:
+    """Whether the part does not hold."""
+    return lambda state, binding: not part(state, binding)
+
+
+def complement(part: Extension) -> Extension:
+    """The objects that are not in the part."""
+    return lambda state, binding, among: among & ~part(state, binding, among)
+
+
+def intersection(parts: Sequence[Extension]) -> Extension:
+    """The objects in all of the parts; each is asked about what is in those before it."""
+
+    def extension(state: State, binding: Binding, among: int) -> int:
+        for part in parts:
+            among = part(state, binding, among)
+            if not among:
+                return 0
+        return among
+
+    return extension
+
+
+def union(parts: Sequence[Extension]) -> Extension:
+    """The objects in any of the parts; each is asked about what is in none before it."""
+
+    def extension(state: State, binding: Binding, among: int) -> int:
+        mask = 0
+        for part in parts:
+            mask |= part(state, binding, among & ~mask)
+        return mask
+
+    return extension
+
 
 _Values: TypeAlias = Callable[[State, Binding], int]
 """The mask of all objects that something is true of."""

@@ -8,9 +8,8 @@ from functools import cached_property
 
 from eai.errors import DomainError
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
-from eai.world.applicability import Applicability
 from eai.world.condition import Conditions
-from eai.world.executable import CompiledOperator
+from eai.world.executable import Applicability, CompiledOperator
 from eai.world.fault import FaultKind
 from eai.world.frame import Frame
 from eai.world.history import HistoryRule, each_held_before

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import TypeAlias
 
-from eai.world.connective import all_of
+from eai.world.condition import all_of
 from eai.world.executable import Failure, first_failing
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding, Truth

@@ -7,7 +7,7 @@ inside the execution of one action.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -211,3 +211,14 @@ class Draft:
             self._copied |= 1 << slot
             self.binary[slot] = self.binary[slot].copy()
         return self.binary[slot]
+
+
+@dataclass(frozen=True, slots=True)
+class SceneObjects(Frozen):
+    """The objects of a scene by category, for quantifiers (`eai.logic.choice.Universe`)."""
+
+    scene: Scene
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        """The names of the objects of a category, in the scene's order."""
+        return self.scene.names(self.scene.category(category))

@@ -23,7 +23,7 @@ from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
 from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
-from eai.world.scene_objects import SceneObjects
+from eai.world.state import SceneObjects
 
 SECTIONS = {
     GoalKind.STATE: "node goals",

@@ -17,8 +17,7 @@ from eai.logic.traversal import free_variables, walk
 from eai.planning.effect_schema import Change, EffectSchema, changed_by, changes_for, effect_schemas
 from eai.planning.role import role_of
 from eai.planning.subgoal import GroundAtom
-from eai.world.condition import Conditions
-from eai.world.connective import all_of
+from eai.world.condition import Conditions, all_of
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING

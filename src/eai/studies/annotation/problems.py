@@ -20,7 +20,7 @@ from eai.pddl.writer import write_domain, write_problem
 from eai.planning.role import spatial_roles
 from eai.world.domain import Domain
 from eai.world.relation import bits
-from eai.world.scene_objects import SceneObjects
+from eai.world.state import SceneObjects
 
 DRAWS = 20
 """How often conditions are drawn for a task before it is given up."""

@@ -4,7 +4,7 @@ from itertools import product
 
 from hypothesis import given
 
-from eai.world.applicability import Applicability
+from eai.world.executable import Applicability
 from world import toy
 from world.random_domains import Case, cases
 

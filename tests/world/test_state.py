@@ -1,7 +1,6 @@
 from __future__ import annotations
 
-from eai.world.scene_objects import SceneObjects
-from eai.world.state import Scene, WorldObject
+from eai.world.state import Scene, SceneObjects, WorldObject
 from eai.world.vocabulary import Vocabulary
 
 
