@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
+import math
+import shutil
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -61,3 +63,53 @@ def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: Mo
 def test_what_is_listed_as_meaning_the_same_can_still_be_made(tool: ModuleType) -> None:
     paths = {Path(name.partition(":")[0]) for name in tool.EQUIVALENT}
     assert tool.EQUIVALENT.keys() <= {mutant.name for path in paths for mutant in tool.mutants(path)}
+
+
+def test_quick_tests_come_first_and_before_them_what_has_failed(tmp_path: Path) -> None:
+    spec = importlib.util.spec_from_file_location("quick_first", ROOT / "tools" / "quick_first.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    file = tmp_path / "known.json"
+    file.write_text(
+        '{"took": {"slow": 9, "quick": 0.1, "near/quick": 0.1, "failed": 8}, "failed": {"failed": 9}}'
+    )
+    names = ["slow", "failed", "new", "quick", "near/quick"]
+    assert module.QuickFirst(file, math.inf, ("near/",)).chosen(names) == [
+        "failed",
+        "near/quick",
+        "quick",
+        "new",
+        "slow",
+    ]
+    assert module.QuickFirst(file, 8.7, ()).chosen(names) == ["failed", "quick", "near/quick", "new"]
+    assert module.QuickFirst(file, 1, ()).chosen(["slow"]) == ["slow"]
+
+
+def test_a_mutant_is_noticed_where_a_test_fails(
+    tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of tests that there is time for; sweeps are of the whole set alone."""
+    module, test = tmp_path / "src" / "eai" / "sample.py", tmp_path / "tests" / "test_sample.py"
+    for each in (module, test):
+        each.parent.mkdir(parents=True)
+    (module.parent / "__init__.py").touch()
+    (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = sweep\n")
+    (tmp_path / "conftest.py").write_text(
+        "from hypothesis import settings\nsettings.register_profile('thorough', max_examples=9)\n"
+    )
+    shutil.copytree(ROOT / "tools", tmp_path / "tools")
+    module.write_text("near = 1\nfar = 3\n")
+    test.write_text(
+        "import pytest\nimport eai.sample as s\n\ndef test_near():\n    assert s.near == 1\n\n"
+        "@pytest.mark.sweep\ndef test_far():\n    assert s.far == 3\n"
+    )
+    monkeypatch.setattr(tool, "ROOT", tmp_path)
+    monkeypatch.setattr(tool, "_tests_of", lambda path: iter([[test], [test], []]))
+    shutil.copytree(tmp_path / "src", tmp_path / "copy" / "src")
+
+    near, far = tool.mutants(Path("sample.py"))
+    default, whole = (tool.Trial(tmp_path / "copy", 9, whole) for whole in (False, True))
+    assert [default.is_noticed(each) for each in (near, far)] == [True, False]
+    assert whole.is_noticed(far)

@@ -7,9 +7,12 @@ A mutant is a module with one small change: a comparison, an operator or a conne
 is one more, a condition is negated. Left alone are annotations, decorators, which say whether instances have
 slots, ``strict`` of `zip`, which says what holds already, and what a random float is compared with, as it is
 never just that. The mutant lies in a copy of the sources, in which run, until one notices something, the
-module's own test file, all tests of its package, the tests elsewhere that import the module, and those of the
-households, where its callers meet real data. Prints what becomes of each, and how many are noticed; exits
-with status 1 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the
+tests of its package, its own file's first, then tests elsewhere that import the module and those of the
+households, where its callers meet real data: quick ones before slow ones, and first what noticed other
+mutants (``tools/quick_first.py``), as many as fit into ``--seconds`` each time. It is the default set of
+tests, or with ``--whole`` all. The tests of every package run once on the sources as they are before, which
+says how long each takes. Prints what becomes of each mutant, and how many are noticed; exits with status 1
+if those are fewer than nine in ten. Survivors that no test can notice, since they mean the
 same, are listed in `EQUIVALENT`, with the reason.
 """
 
@@ -17,16 +20,20 @@ from __future__ import annotations
 
 import argparse
 import ast
+import math
 import os
 import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -42,8 +49,9 @@ PACKAGES = (
     "generator",
 )
 WANTED = 0.9
-SECONDS = 900
-"""CPU seconds that one run of tests may take; a mutant that takes longer is noticed."""
+SECONDS, WAITS = 300, 10
+"""CPU seconds that one run of tests may take, and how often that on the clock; a mutant that takes longer
+is noticed."""
 
 _SWAPPED = (
     (ast.Eq, ast.NotEq),
@@ -168,15 +176,60 @@ def _change(node: ast.AST) -> str | None:
     return None
 
 
-def is_noticed(mutant: Mutant, sources: Path) -> bool:
-    """Whether a test fails on a mutant, put into a copy of the sources for that time."""
-    place = sources / "eai" / mutant.path
-    original = place.read_text(encoding="utf-8")
-    place.write_text(mutant.text(), encoding="utf-8")
-    try:
-        return any(tests and not _pass(tests, sources) for tests in _tests_of(mutant.path))
-    finally:
-        place.write_text(original, encoding="utf-8")
+@dataclass(frozen=True)
+class Trial:
+    """How mutants are tested.
+
+    Attributes:
+        folder: where the copy of the sources lies, and what is known of tests.
+        seconds: CPU seconds for the tests nearby, and again for those elsewhere.
+        whole: whether with sweeps and all examples of properties, which the default set of tests leaves out.
+    """
+
+    folder: Path
+    seconds: float
+    whole: bool
+
+    def is_noticed(self, mutant: Mutant) -> bool:
+        """Whether a test fails on a mutant, put into the copy of the sources for that time."""
+        place = self.folder / "src" / "eai" / mutant.path
+        original = place.read_text(encoding="utf-8")
+        place.write_text(mutant.text(), encoding="utf-8")
+        try:
+            own, near, *elsewhere = _tests_of(mutant.path)
+            return not (self.passes(near, first=own) and self.passes([p for some in elsewhere for p in some]))
+        finally:
+            place.write_text(original, encoding="utf-8")
+
+    def passes(self, tests: Sequence[Path], first: Sequence[Path] = (), limit: int = SECONDS) -> bool:
+        """Whether tests pass, as many as there is time for; those of some files come first."""
+        names = [each.relative_to(ROOT).as_posix() for each in tests]
+        options = ["-q", "-x", "-p", "no:cacheprovider", "-p", "quick_first"]
+        chosen = ["--hypothesis-profile=thorough"] if self.whole else ["-m", "not sweep"]
+        python = [self.folder / "src", ROOT / "tests", ROOT / "tools"]
+        given = {
+            "PYTHONPATH": os.pathsep.join(map(str, python)),
+            "QUICK_FIRST": str(self.folder / "known.json"),
+            "QUICK_SECONDS": str(self.seconds),
+            "QUICK_NEAR": os.pathsep.join(each.relative_to(ROOT).as_posix() for each in first),
+        }
+        process = subprocess.Popen(
+            [sys.executable, "-m", "pytest", *options, *chosen, *names],
+            cwd=ROOT,
+            env={**os.environ, **given},
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit)),
+        )
+        try:
+            return process.wait(WAITS * limit) in (0, 5)  # 5: there are no tests
+        except subprocess.TimeoutExpired:
+            return False
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)  # with all that it started
+            process.wait()
 
 
 def _tests_of(path: Path) -> Iterator[list[Path]]:
@@ -195,19 +248,6 @@ def _tests_of(path: Path) -> Iterator[list[Path]]:
     yield [tests / "households"]
 
 
-def _pass(tests: list[Path], sources: Path) -> bool:
-    options = ("-q", "-x", "-p", "no:cacheprovider", "--hypothesis-seed=0")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", *options, *map(str, tests)],
-        cwd=ROOT,
-        env={**os.environ, "PYTHONPATH": f"{sources}{os.pathsep}{ROOT / 'tests'}"},
-        capture_output=True,
-        check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS)),
-    )
-    return done.returncode in (0, 5)  # 5: there are no tests
-
-
 def main() -> int:
     """Make mutants and test them."""
     parser = argparse.ArgumentParser(
@@ -221,6 +261,12 @@ def main() -> int:
     )
     parser.add_argument("--number", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument(
+        "--seconds", type=float, default=20, help="CPU seconds for the tests nearby, and again for others"
+    )
+    parser.add_argument(
+        "--whole", action="store_true", help="with sweeps and all examples, as make test-all has them"
+    )
     arguments = parser.parse_args()
     folder = ROOT / "src" / "eai"
     paths = [p.relative_to(folder) for name in PACKAGES for p in sorted((folder / name).rglob("*.py"))]
@@ -230,9 +276,13 @@ def main() -> int:
     sample = random.Random(arguments.seed).sample(made, min(arguments.number, len(made)))  # noqa: S311
     survivors = 0
     with tempfile.TemporaryDirectory() as temporary:
-        sources = Path(shutil.copytree(ROOT / "src", Path(temporary, "src")))
+        shutil.copytree(ROOT / "src", Path(temporary, "src"))
+        trial = Trial(Path(temporary), arguments.seconds, arguments.whole)
+        for package in sorted({mutant.path.parts[0] for mutant in sample}):
+            if not replace(trial, seconds=math.inf).passes([ROOT / "tests" / package], limit=10 * SECONDS):
+                sys.exit(f"tests/{package} does not pass as it is")
         for mutant in sample:
-            noticed = is_noticed(mutant, sources)
+            noticed = trial.is_noticed(mutant)
             survivors += not noticed
             print(f"{'noticed' if noticed else 'survives'}: {mutant}", flush=True)
     print(f"{len(sample) - survivors} of {len(sample)} mutants are noticed ({len(made)} can be made)")
