@@ -96,7 +96,7 @@ class Question(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class QuestionFile:
+class _QuestionFile:
     """The questions of a file.
 
     Attributes:
@@ -113,7 +113,7 @@ def questions_content(questions: Iterable[Question]) -> bytes:
     return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
 
 
-def read_questions(file: Path) -> QuestionFile:
+def read_questions(file: Path) -> _QuestionFile:
     """The questions of a file.
 
     Raises:
@@ -135,4 +135,4 @@ def read_questions(file: Path) -> QuestionFile:
         questions[question.id] = question
     if not questions:
         raise InputError(f"{file}: expected at least one question")
-    return QuestionFile(tuple(questions.values()), hashlib.sha256(content).hexdigest())
+    return _QuestionFile(tuple(questions.values()), hashlib.sha256(content).hexdigest())

@@ -34,7 +34,7 @@ _TIMES = 5
 """From how many times on that names of a statement stand in the text it is all the same how often they do."""
 
 
-class Shortcut(str, Enum):
+class _Shortcut(str, Enum):
     """A way to answer without knowing the world.
 
     Of several choices: ``names``: the one that shares most names with the others. ``longest``: the longest.
@@ -122,14 +122,14 @@ class Posed(NamedTuple):
 class _Trait(NamedTuple):
     """What a shortcut goes by in a statement; the label tells several of one shortcut apart."""
 
-    shortcut: Shortcut
+    shortcut: _Shortcut
     label: str = ""
 
 
 _NAMES, _LONGEST, _TEXT, _UNCHANGED = map(
-    _Trait, (Shortcut.NAMES, Shortcut.LONGEST, Shortcut.TEXT, Shortcut.UNCHANGED)
+    _Trait, (_Shortcut.NAMES, _Shortcut.LONGEST, _Shortcut.TEXT, _Shortcut.UNCHANGED)
 )
-_SHORTEST, _OFTEN = _Trait(Shortcut.LONGEST, "not"), _Trait(Shortcut.TEXT, "all times")
+_SHORTEST, _OFTEN = _Trait(_Shortcut.LONGEST, "not"), _Trait(_Shortcut.TEXT, "all times")
 
 
 class Ledger:
@@ -162,7 +162,7 @@ class Ledger:
             or a part where it has to guess among several.
         """
         traits = self._traits(posed)
-        hits = {shortcut.value: self._hit(shortcut, posed, traits) for shortcut in Shortcut}
+        hits = {shortcut.value: self._hit(shortcut, posed, traits) for shortcut in _Shortcut}
         self._imbalance += self._step(posed)
         self._balance.update(_weights(posed, traits))
         for place, each in enumerate(traits):
@@ -177,7 +177,7 @@ class Ledger:
         weights = _weights(posed, self._traits(posed))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
-    def _hit(self, shortcut: Shortcut, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
+    def _hit(self, shortcut: _Shortcut, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
         seen = [next((trait for trait in each if trait.shortcut is shortcut), None) for each in traits]
         if not any(seen):
             return _share(1, _options(posed))
@@ -185,7 +185,7 @@ class Ledger:
             yes = self._rate(seen[0], 2)
             scores, right = [yes, 1 - yes], 1 if posed.right is None else 0
         else:
-            learned = shortcut is Shortcut.OPERATOR
+            learned = shortcut is _Shortcut.OPERATOR
             alone = _Trait(shortcut)
             scores = [
                 self._rate(trait, len(seen)) if learned else alone in each
@@ -205,16 +205,16 @@ class Ledger:
         """The traits of each statement, with the part that it has of each."""
         looks = [posed.glance.at(text) for text in posed.shown]
         found = [
-            dict.fromkeys([_Trait(Shortcut.OPERATOR, label) for label in look.labels], _WHOLE)
+            dict.fromkeys([_Trait(_Shortcut.OPERATOR, label) for label in look.labels], _WHOLE)
             for look in looks
         ]
         if len(looks) == 1:
             (look,) = looks
             found[0] |= {
-                _Trait(Shortcut.TEXT, f"{look.told} of {len(look.names)}"): _WHOLE,
-                _Trait(Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
-                _Trait(Shortcut.LONGEST, self._size(look.length)): _WHOLE,
-                _Trait(Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
+                _Trait(_Shortcut.TEXT, f"{look.told} of {len(look.names)}"): _WHOLE,
+                _Trait(_Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
+                _Trait(_Shortcut.LONGEST, self._size(look.length)): _WHOLE,
+                _Trait(_Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
             }
             return found
         marked: Mapping[_Trait, Sequence[int]] = {

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.explanation import formula_text
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
-from eai.abilities.goal_interpretation.stated import StatedGoals, read_stated
+from eai.abilities.goal_interpretation.stated import _StatedGoals, read_stated
 from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task, make_task
 from eai.benchmark.registry import find_benchmark
@@ -21,11 +21,11 @@ from world import toy
 TASK = make_task("1", "Tidy up.", toy.initial(), toy.lit(Constant("lamp")))
 
 
-def stated(text: str) -> StatedGoals:
+def stated(text: str) -> _StatedGoals:
     return read_stated(text, TASK, toy.DOMAIN, JsonGoals())
 
 
-def texts(read: StatedGoals) -> list[tuple[GoalKind, str]]:
+def texts(read: _StatedGoals) -> list[tuple[GoalKind, str]]:
     return [(goal.kind, formula_text(goal.formula)) for goal in read.goals]
 
 

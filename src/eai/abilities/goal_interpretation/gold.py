@@ -16,7 +16,7 @@ from eai.world.relation import bits
 
 
 @dataclass(frozen=True, slots=True)
-class GoldGoal(Frozen):
+class _GoldGoal(Frozen):
     """A goal of a task; its options are sets of conditions, as masks.
 
     Attributes:
@@ -53,7 +53,7 @@ class GoldGoals:
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = tuple(
-            GoldGoal(each.kind, each.text, best_overlap(each.options, self._number)) for each in alternatives
+            _GoldGoal(each.kind, each.text, best_overlap(each.options, self._number)) for each in alternatives
         )
 
     def chosen(self, said: int) -> list[int]:

@@ -24,7 +24,7 @@ from eai.world.domain import Domain
 
 
 @dataclass(frozen=True, slots=True)
-class StatedGoals:
+class _StatedGoals:
     """The goals that an answer states, as goals of its task.
 
     Attributes:
@@ -42,14 +42,14 @@ class StatedGoals:
     unreadable: str | None = None
 
 
-def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -> StatedGoals:
+def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
     """The goals that an answer to goal interpretation states for a task."""
     meaning = _Meaning(task, domain, notation)
     read = notation.conditions(text, meaning.formula)
     if isinstance(read, Unreadable):
-        return StatedGoals((), unreadable=read.reason)
+        return _StatedGoals((), unreadable=read.reason)
     strange = {formula: tuple(meaning.unknown(formula)) for formula in read.formulas}
-    return StatedGoals(
+    return _StatedGoals(
         tuple([goal(formula) for formula in strange]),
         tuple([goal(formula) for formula, names in strange.items() if not names]),
         tuple(dict.fromkeys(name for names in strange.values() for name in names)),

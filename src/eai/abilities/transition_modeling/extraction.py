@@ -104,14 +104,14 @@ Readings: TypeAlias = Memory[str, WrittenOperator]
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenOperators(Frozen):
+class _WrittenOperators(Frozen):
     """The operators of an answer in order, each name once, and the repairs it took to read them."""
 
     operators: tuple[WrittenOperator, ...]
     repairs: tuple[str, ...]
 
 
-def extract(answer: str, readings: Readings) -> WrittenOperators | None:
+def extract(answer: str, readings: Readings) -> _WrittenOperators | None:
     """The operators of an answer, or None if it holds neither JSON with ``output`` nor an operator.
 
     Args:
@@ -135,7 +135,7 @@ def extract(answer: str, readings: Readings) -> WrittenOperators | None:
             operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
         repairs = (*repairs, *operator.repairs)
         operators[operator.name] = operator
-    return WrittenOperators(tuple(operators.values()), tuple(dict.fromkeys(repairs)))
+    return _WrittenOperators(tuple(operators.values()), tuple(dict.fromkeys(repairs)))
 
 
 def _output(value: object) -> str | None:
