@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.verdict import Confusion
-from eai.questions.answers import gold_text, grade, noisy_text
+from eai.questions.answers import gold_text, grade
 from eai.questions.question import Accept, Form, Kind, Question
 
 
@@ -93,16 +93,5 @@ def test_repairs_are_named() -> None:
 
 
 @pytest.mark.parametrize("asked", [YES, LETTER, FACTS, NOTHING, ANY])
-def test_the_gold_answer_is_right_and_noise_spoils_it_at_its_rate(asked: Question) -> None:
+def test_the_gold_answer_is_right(asked: Question) -> None:
     assert grade(asked, gold_text(asked)).exact
-    assert noisy_text(asked, 0.0, "1") == gold_text(asked)
-    if asked.answer:
-        assert not grade(asked, noisy_text(asked, 1.0, "1")).exact
-    assert noisy_text(asked, 0.5, "1") == noisy_text(asked, 0.5, "1")
-
-
-def test_noise_is_drawn_for_each_question_and_seed() -> None:
-    many = [question(Form.YES_NO, "yes", options=2, question_id=str(n)) for n in range(400)]
-    wrong = sum(noisy_text(each, 0.25, "0") == "no" for each in many)
-    assert 70 <= wrong <= 130
-    assert [noisy_text(each, 0.25, "0") for each in many] != [noisy_text(each, 0.25, "1") for each in many]

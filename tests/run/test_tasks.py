@@ -16,7 +16,7 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 
 
 def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
-    names = {f"{domain}_{ability.value}" for domain, ability in SUITES}
+    names = {"world_model", *(f"{domain}_{ability.value}" for domain, ability in SUITES)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
 

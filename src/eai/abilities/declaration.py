@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from eai.abilities.action_sequencing.notation import PlanNotation
     from eai.abilities.answer_schema import Schema
     from eai.abilities.goal_interpretation.notation import GoalNotation
+    from eai.abilities.record import TaskFeatures
     from eai.abilities.scorer import Scorer
     from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
     from eai.abilities.task import Task
@@ -74,6 +76,11 @@ def one_by_one(verdicts: Sequence[V]) -> Sequence[V]:
     return verdicts
 
 
+def always(one: V, other: V) -> bool:
+    """Tasks of one id in one domain are the same."""
+    return True
+
+
 @dataclass(frozen=True, slots=True)
 class AskedWorld:
     """The world of a benchmark as abilities see it: its declaration, and how its answers are written.
@@ -102,6 +109,20 @@ class Posed(NamedTuple):
     gold: str
 
 
+class OwnTasks(NamedTuple):
+    """The tasks of a file that an ability is asked of, instead of a benchmark's.
+
+    Attributes:
+        name: what records call them, in the place of a domain.
+        tasks: by id, in order.
+        sha256: digest of the file.
+    """
+
+    name: str
+    tasks: Mapping[str, Any]
+    sha256: str
+
+
 Form: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 """The form of an answer in which objects go by these words, or by any."""
 
@@ -115,12 +136,18 @@ class SingleTurn:
         pose: asks of a task; None where questions are published or rendered from the templates of the
             ability's name, and right answers are the data set's.
         form: what objects of a task are called in answers, and the form of these; None where that is unknown.
+        open_file: opens files of tasks of its own; None from one that is none.
+        features: what a task of its own is like.
+        written_by: the command that writes tasks of its own; empty where it is asked of a benchmark's tasks.
         of_operators: whether it is asked of the tasks of published operators, instead of the benchmark's own.
     """
 
     scorers: Callable[[AskedWorld], Callable[[Any], Scorer]]
-    pose: Callable[[AskedWorld, Task], Posed] | None = None
+    pose: Callable[[AskedWorld, Any], Posed] | None = None
     form: Callable[[AskedWorld, Task | None], tuple[Sequence[str], Form]] | None = None
+    open_file: Callable[[Path], OwnTasks | None] | None = None
+    features: Callable[[Any], TaskFeatures] | None = None
+    written_by: str = ""
     of_operators: bool = False
 
 
@@ -143,6 +170,7 @@ class AbilityDeclaration(Generic[V]):
         instead: by a metric of the paper, the one that ranks and is averaged in its place where it is known.
         yes_no: the metrics to which every answer contributes a yes or a no.
         of_run: the verdicts of one run as they count there.
+        alike: whether two verdicts on tasks of one id are on the same task.
     """
 
     ability: Ability
@@ -159,6 +187,7 @@ class AbilityDeclaration(Generic[V]):
     instead: Mapping[str, str] = field(default_factory=dict)
     yes_no: frozenset[str] = frozenset()
     of_run: Callable[[Sequence[V]], Sequence[V]] = field(default=one_by_one)
+    alike: Callable[[V, V], bool] = field(default=always)
 
     @property
     def has_plans(self) -> bool:

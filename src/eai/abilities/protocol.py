@@ -77,13 +77,16 @@ FOUR = (
 GROUP = "eai.abilities"
 """The group of entry points by which a distribution registers an `AbilityDeclaration`."""
 
-BUILT_IN = {ability.value: f"eai.abilities.{ability}.declaration:{ability.upper()}" for ability in FOUR}
+BUILT_IN = {
+    **{ability.value: f"eai.abilities.{ability}.declaration:{ability.upper()}" for ability in FOUR},
+    "world_model": "eai.questions.declaration:WORLD_MODEL",
+}
 """The abilities that come with the package, as its metadata have them, too."""
 
 
 @cache
 def registered_abilities() -> Mapping[Ability, EntryPoint]:
-    """All abilities: the paper's in its order, then the others by name."""
+    """All abilities: the paper's in its order, ours, then the others by name."""
     found = entry_points_of(GROUP, BUILT_IN)
     others = [name for name in sorted(found) if name not in BUILT_IN]
     return {Ability(name): found[name] for name in (*BUILT_IN, *others) if name in found}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.declaration import AskedWorld, declaration_of
@@ -19,6 +19,7 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.errata import NO_ERRATA, Errata
 from eai.data.progress import Report
 from eai.english.english import PLAIN, English
+from eai.errors import InputError
 from eai.logic.formula import Formula
 from eai.prompts.believed import GoalSection
 from eai.prompts.prompt import Prompt, PromptFiles, PublishedPrompts
@@ -103,6 +104,7 @@ class Benchmark:
         subgoal_domain: the world in which subgoals are carried out, where that takes actions which plans do
             not name; otherwise the declaration.
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
+        own_tasks: opens what an ability is asked of, for one that is not asked of the tasks.
         asks: for an ability that is not asked for in all tasks, whether it is in one.
         wordings: how prompts name things, by ability; by default as declared.
         also_observed: what observations of an environment tell besides that of which prompts of action
@@ -134,6 +136,7 @@ class Benchmark:
     subgoals: SubgoalNotation | None = None
     subgoal_domain: Domain | None = None
     open_operators: OpenTasks[TransitionTask] | None = None
+    own_tasks: Mapping[Ability, OpenTasks[Any]] = field(default_factory=dict)
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None
     also_observed: tuple[str, ...] = ()
@@ -164,8 +167,18 @@ class Benchmark:
         """All tasks in the order of the data set."""
         return self.errata_for(source).tasks(self.open_tasks(source))
 
-    def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Task]:
-        """The tasks in which an ability is asked for, other than transition modeling, in the same order."""
+    def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
+        """The tasks in which an ability is asked for, other than transition modeling, in the same order.
+
+        Raises:
+            InputError: the ability is asked of tasks of its own, and there are none.
+        """
+        if ability in self.own_tasks:
+            return self.own_tasks[ability](source)
+        writer = declaration_of(ability).asked.written_by
+        if writer or self.own_tasks:
+            wanted = f"a file that {writer} writes" if writer else "a benchmark"
+            raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
         tasks, asks = self.tasks(source), self.asks.get(ability)
         if asks is None:
             return tasks

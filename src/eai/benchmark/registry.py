@@ -14,12 +14,16 @@ from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
+from eai.abilities.declaration import OwnTasks, declaration_of
+from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
 from eai.data.entry_points import entry_points_of
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import OpenTasks
+from eai.tasks.source import OpenTasks, TaskSet, given
+from eai.world.domain import Domain
+from eai.world.vocabulary import Vocabulary
 
 GROUP = "eai.benchmarks"
 """The group of entry points."""
@@ -90,7 +94,8 @@ def _find(reference: str) -> Benchmark:
     if module not in (OBFUSCATED, RULES, PDDL) and (
         reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
     ):
-        return _open_tasks(Path(reference)).referred_to_as(reference)
+        own = None if Path(reference).is_dir() else _open_own(Path(reference))
+        return (own or _open_tasks(Path(reference))).referred_to_as(reference)
     if module in (OBFUSCATED, RULES):
         return _open_explained(name, module).referred_to_as(reference)
     if module == PDDL:
@@ -118,6 +123,23 @@ def _open_pddl(files: str) -> Benchmark:
 
     declared, tasks = open_pddl(Path(domain), Path(problems))
     return Benchmark(declared.name, declared, lambda source: tasks)
+
+
+def _open_own(path: Path) -> Benchmark | None:
+    """The tasks in a file that an ability is asked of instead of a benchmark's; None if it has none."""
+    for ability in registered_abilities():
+        opener = declaration_of(ability).asked.open_file
+        found = opener(path) if opener is not None and path.is_file() else None
+        if found is not None:
+            return _benchmark_of(ability, found)
+    return None
+
+
+def _benchmark_of(ability: Ability, own: OwnTasks) -> Benchmark:
+    """The benchmark that has tasks of an ability's own, and nothing else."""
+    tasks = TaskSet(own.tasks, own.tasks.__getitem__, own.sha256)
+    domain = Domain(own.name, Vocabulary(()), ())
+    return Benchmark(own.name, domain, given(), own_tasks={ability: lambda source: tasks})
 
 
 def _open_tasks(path: Path) -> Benchmark:

@@ -113,6 +113,10 @@ class Suite:
     def features(self, task_id: str) -> TaskFeatures | None:
         """What a task is like; None if the benchmark has only operators of it."""
         known = self._features.get(task_id)
+        own = declaration_of(self.ability).asked.features
+        if known is None and own is not None:
+            task = self.benchmark.tasks_for(self.ability, self.source)[task_id]
+            known = self._features[task_id] = own(task)
         if known is None and (task := self.tasks.get(task_id)) is not None:
             known = self._features[task_id] = TaskFeatures.of(task)
         return known

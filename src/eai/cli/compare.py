@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
@@ -18,9 +19,7 @@ from eai.cli.console import note, output, print_json, print_remark
 from eai.cli.options import AsJson
 from eai.cli.table import PERCENT
 from eai.errors import InputError
-from eai.questions.comparison import ALL, QuestionPair, compare_questions, question_pairs
-from eai.questions.records import ABILITY
-from eai.report.runs import Run, find_question_records, read_runs
+from eai.report.runs import Run, read_runs
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
@@ -46,10 +45,10 @@ def compare(
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
     Runs of the same domain, ability and protocol are compared; each side holds one of each. If there are
-    none, runs of the same tasks in other words, or with exact rules, are.
+    none, runs of the same tasks in other words, or with exact rules, are, and those on the same questions.
 
-    Tasks of one name are near copies and count together; a second line treats them as independent. Answers to
-    the same world-model questions are compared, too; there questions about one task count together.
+    Tasks of one name, and questions about one task, are near copies and count together; a second line treats
+    them as independent.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
     """
@@ -57,8 +56,7 @@ def compare(
     if not before.keys() & after.keys():
         before, after = _by_tasks(before), _by_tasks(after)
     shared = [place for place in before if place in after]
-    questions = question_pairs(*(find_question_records([path]) for path in (first, second)))
-    if not shared and not questions:
+    if not shared:
         raise InputError(f"{first} and {second}: no domain, ability and protocol that both have records of")
     for place in before.keys() ^ after.keys():
         note(f"only one side has {_named(place)}")
@@ -66,6 +64,10 @@ def compare(
     for place in shared:
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
+        if not comparison.tasks:
+            raise InputError(
+                f"{first} and {second}: no task of {_named(place)} that both have scored answers to"
+            )
         if as_json:
             printed.append(_json(one, other, comparison))
             continue
@@ -73,14 +75,6 @@ def compare(
         _note_planners(one, other)
         if not all(record.task for record in (*one.records, *other.records)):
             note(_UNNAMED)
-    for pair in questions:
-        compared = compare_questions(*pair)
-        if as_json:
-            about: dict[str, Json] = {"domain": pair.first.domain, "ability": ABILITY, "protocol": None}
-            named = {"a": pair.first.model, "b": pair.second.model}
-            printed.append({**about, **named, **_json_of(compared)})
-        else:
-            _print_questions(pair, compared, tasks)
     if as_json:
         print_json(printed)
 
@@ -148,40 +142,34 @@ def _runs(path: Path) -> Mapping[_Place, Run]:
 
 
 def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
-    """The runs under the names of the benchmarks whose tasks they have, where one name has one run."""
+    """The runs under the names of the benchmarks whose tasks they have, where one name has one run.
+
+    An ability that is asked of files of its own has one run whatever the file is called.
+    """
     from eai.benchmark.obfuscated import plain_name
 
-    places = {place: (plain_name(place[0]), *place[1:]) for place in runs}
+    places = {
+        place: (
+            "" if declaration_of(place[1]).asked.written_by else plain_name(place[0]),
+            *place[1:],
+        )
+        for place in runs
+    }
     alone = Counter(places.values())
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
 def _named(place: _Place) -> str:
     domain, ability, protocol = place
-    return f"{domain} {ability.value}, protocol {protocol}"
+    return f"{domain} {ability.value}, protocol {protocol}".lstrip()
 
 
-def _print_questions(pair: QuestionPair, found: Comparison, listed: int) -> None:
-    one, other = pair
-    title = (
-        f"{one.domain}, world-model questions: {found.tasks} about {found.names} tasks\n"
-        f"A {one.model}\nB {other.model}"
-    )
-    _print_differences(title, found, "questions", "questions about a task")
-    (whole,) = (each for each in found.differences if each.metric == ALL)
-    for name, only in ((one.model, whole.only_first), (other.model, whole.only_second)):
-        if only:
-            _print_tasks(f"right only in {name} ({len(only)})", only, listed)
-
-
-def _print_differences(
-    title: str, found: Comparison, units: str = "tasks", alike: str = "tasks of a name"
-) -> None:
+def _print_differences(title: str, found: Comparison) -> None:
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
-    texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", units)]
+    texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", "tasks")]
     rows = tuple(row for difference in found.differences for row in _rows(difference))
     print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
-    output().print(_caption(found, units, alike), highlight=False, style="italic")
+    output().print(_caption(found), highlight=False, style="italic")
 
 
 def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
@@ -207,11 +195,11 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
             _print_tasks(heading, [named[task] for task in tasks], listed)
 
 
-def _caption(found: Comparison, units: str, alike: str) -> str:
+def _caption(found: Comparison) -> str:
     """What the p values are of."""
     kinds = {difference.yes_no for difference in found.differences}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1"] * (False in kinds)
-    together = f" {alike} together; {units}: how many unlike ones say as much"
+    together = " tasks of a name together; tasks: how many unlike ones say as much"
     return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
 
 

@@ -22,7 +22,6 @@ from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.households.packs import published_packs
 from eai.prompts.prompt import PromptSet
-from eai.questions.records import read_question_runs
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
@@ -30,7 +29,7 @@ from eai.report.plots import draw_plots
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.runs import as_asked_in_paper, find_question_records, read_runs
+from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.writer import Narrow, write_tables
 from eai.results.cost import read_price_list
 from eai.studies.perception.course import courses
@@ -79,13 +78,13 @@ def report(
     """
     narrow = Narrow(listed(models), listed(columns), intervals)
     listed_prices = None if prices is None else read_price_list(prices)
-    runs, questions = list(read_runs(records)), read_question_runs(find_question_records(records))
+    runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     if pictures:
         if not _at_hand(store(data)):
             raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
         known = replace(known, course=courses(Source(store(data))))
-    explorer = ExplorerData(replace(known, question_runs=len(questions)))
+    explorer = ExplorerData(known)
     summaries = []
     for run in runs:
         summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
@@ -104,21 +103,17 @@ def report(
             with_paper=paper,
             narrow=narrow,
             prices=listed_prices,
-            questions=questions,
         )
-        if runs:
-            write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
+        write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    shown = out / (EXPLORER if runs else "report.md")
+    shown = out / EXPLORER
     if as_json:
         counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}
-        counts |= {"question_runs": len(questions)} if questions else {}
-        print_json({**counts, "folder": str(out), **({"explorer": str(shown)} if runs else {})})
+        print_json({**counts, "folder": str(out), "explorer": str(shown)})
         return
     made = (counted(len(summaries), "run"), counted(written, "table"), counted(len(drawn), "plot"))
-    of_questions = [f"{counted(len(questions), 'run')} of questions"] if questions else []
-    say(f"{', '.join([*made, *of_questions])}; open {shown}")
+    say(f"{', '.join(made)}; open {shown}")
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking]) -> list[Plot]:

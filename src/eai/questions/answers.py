@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import random
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -58,19 +56,6 @@ def gold_text(question: Question) -> str:
     """A right answer, as a model would write it."""
     named = question.answer[:1] if question.accept is Accept.ANY else question.answer
     return _written(question.form, named)
-
-
-def noisy_text(question: Question, rate: float, seed: str) -> str:
-    """A right answer of which each part is wrong, or left out of a list, at a rate; a pure function."""
-    stream = hashlib.sha256(f"{seed} {question.id}".encode()).digest()
-    rng = random.Random(stream)  # noqa: S311 - noise, not secrets
-    if question.form is Form.OPEN:
-        named = question.answer[:1] if question.accept is Accept.ANY else question.answer
-        return _written(Form.OPEN, [part for part in named if rng.random() >= rate])
-    right = question.answer[0]
-    others = ["yes", "no"] if question.form is Form.YES_NO else list("ABCD"[: question.options])
-    others.remove(right)
-    return rng.choice(others) if rng.random() < rate else right
 
 
 def _written(form: Form, parts: Sequence[str]) -> str:

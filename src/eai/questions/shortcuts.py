@@ -52,6 +52,10 @@ class _Shortcut(str, Enum):
     UNCHANGED = "unchanged"
 
 
+SHORTCUTS = tuple(shortcut.value for shortcut in _Shortcut)
+"""The names of the shortcuts."""
+
+
 class Glance:
     """What can be seen of statements beside a question without thinking of the world.
 

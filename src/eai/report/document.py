@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.protocol import Ability, Protocol
-from eai.questions.records import QuestionRun
 from eai.report.agreement import DIGIT, Agreement
 from eai.report.certainty import certainty_section
-from eai.report.questions import question_section
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import ability_title, domain_title
@@ -53,7 +51,6 @@ def report_markdown(
     agreements: Sequence[Agreement],
     cost: str,
     plots: Sequence[Plot],
-    questions: Sequence[QuestionRun],
 ) -> str:
     """The page; what the answers cost is a section of it, if there is one."""
     plain = plain_runs(runs)
@@ -62,7 +59,6 @@ def report_markdown(
         _INTRODUCTION + "\n",
         *_tables(tables),
         *_titled("Experiments", _EXPERIMENTS, experiments),
-        *question_section(questions),
         *_titled("What the paper reports besides", _BESIDES, besides),
         *certainty_section(plain),
         *_protocols(plain),

@@ -42,14 +42,12 @@ class Background:
         operators: domain -> operator -> its definition in the data set.
         instructions: domain -> task -> what it is in natural language.
         course: what gives the scenes that an answer passes through.
-        question_runs: how many runs of world-model questions the report has besides.
     """
 
     prompts: Mapping[Suite, Mapping[str, str]] = field(default_factory=dict)
     operators: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     instructions: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     course: Callable[[Record], Course] = lambda _: ()
-    question_runs: int = 0
 
 
 class ExplorerData:
@@ -102,7 +100,6 @@ class ExplorerData:
             "operators": [json.loads(operator) for operator in self._operators],
             "scenes": [json.loads(scene) for scene in self._scenes],
             "tiles": [json.loads(tile) for tile in self._tiles],
-            "questions": self._background.question_runs,
         }
         return for_script(content)
 

@@ -15,7 +15,6 @@ from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
 from eai.errors import InputError
-from eai.questions.records import are_of_questions
 from eai.results.paper_tables import paper_setting
 from eai.scoring.records import read_records
 
@@ -98,15 +97,6 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
     return list(found)
 
 
-def find_question_records(paths: Iterable[Path]) -> list[Path]:
-    """Of the files of records those of world-model questions.
-
-    Raises:
-        InputError: a path does not exist, or there is no file of records below it.
-    """
-    return [path for path in find_record_files(paths) if are_of_questions(path)]
-
-
 def _below(folder: Path) -> Iterator[Path]:
     seen: set[str] = set()
     for place, folders, files in os.walk(folder, followlinks=True):
@@ -123,16 +113,12 @@ def _below(folder: Path) -> Iterator[Path]:
 def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
     """The runs in files of records, file by file, so that only one file's records are in memory.
 
-    Records of world-model questions are passed over; `find_question_records` finds them.
-
     Raises:
         InputError: a file is not one of records or holds none, two hold the same run, or a task stands
             twice in one.
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):
-        if are_of_questions(path):
-            continue
         runs = _group(read_records(path))
         if not runs:
             raise InputError(f"{path}: expected at least one record, found none")

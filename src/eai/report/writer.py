@@ -13,11 +13,9 @@ from pathlib import Path
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
-from eai.questions.records import QuestionRun
 from eai.report.agreement import agreements
 from eai.report.cost import cost_csv, cost_section
 from eai.report.document import Plot, report_markdown
-from eai.report.questions import questions_json, questions_latex
 from eai.report.ranking import Cell, Ranking, Row, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
@@ -42,17 +40,16 @@ class Narrow:
     columns: Collection[str] = ()
     intervals: bool = True
 
-    def tables(self, tables: Sequence[Ranking], besides: Collection[str] = ()) -> list[Ranking]:
+    def tables(self, tables: Sequence[Ranking]) -> list[Ranking]:
         """What is shown of tables; one of which nothing is shown is left out.
 
         Args:
             tables: the tables.
-            besides: models that stand elsewhere.
 
         Raises:
             InputError: there is no such model or column in any of them.
         """
-        _check("--models", self.models, {*besides, *(row.model for table in tables for row in table.rows)})
+        _check("--models", self.models, {row.model for table in tables for row in table.rows})
         headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
         _check("--columns", [name.casefold() for name in self.columns], headings)
         return [narrow for table in tables if (narrow := self._table(table)) is not None]
@@ -101,13 +98,11 @@ def write_tables(
     with_paper: bool,
     narrow: Narrow = WHOLE,
     prices: PriceList | None = None,
-    questions: Sequence[QuestionRun] = (),
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
     Experiments have tables of their own. With the paper there is also what it reports besides. Where records
-    say what their answers took, there is ``cost.csv``. Runs of world-model questions are in ``report.md``,
-    ``tables.tex`` and ``questions.json``.
+    say what their answers took, there is ``cost.csv``.
 
     Args:
         folder: where the files go.
@@ -117,7 +112,6 @@ def write_tables(
         with_paper: whether the paper's models appear beside ours.
         narrow: what of them is shown in LaTeX, where a page has an end.
         prices: what tokens cost that were not priced when they were asked for.
-        questions: the runs of world-model questions, by domain and questions.
 
     Raises:
         InputError: a model or column to be shown is in none of them.
@@ -132,16 +126,14 @@ def write_tables(
     compared = agreements(plain) if with_paper else []
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, tried, others, compared, cost, plots, questions),
-        "tables.tex": "\n".join([*_latex(written, questions, narrow)]),
+        "report.md": report_markdown(runs, tables, tried, others, compared, cost, plots),
+        "tables.tex": "\n".join([*_latex(written, narrow)]),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
         "tables.json": rankings_json(written),
         "tables.csv": rankings_csv(written),
     }
     if (paid := cost_csv(runs, prices)) is not None:
         contents["cost.csv"] = paid
-    if questions:
-        contents["questions.json"] = questions_json(questions)
     write_whole({folder / name: text for name, text in contents.items()})
     return len(written)
 
@@ -160,13 +152,11 @@ def _check(option: str, names: Collection[str], known: Collection[str]) -> None:
             raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(known))}")
 
 
-def _latex(tables: Sequence[Ranking], questions: Sequence[QuestionRun], narrow: Narrow) -> Iterator[str]:
+def _latex(tables: Sequence[Ranking], narrow: Narrow) -> Iterator[str]:
     """Every table in LaTeX."""
-    for table in narrow.tables(tables, besides={run.model for run in questions}):
+    for table in narrow.tables(tables):
         label = ":".join((table.name, _slug(table.domain), _slug(table.protocol.value)))
         yield latex.table_latex(table.table(), label=label, intervals=narrow.intervals)
-    for label, asked in questions_latex(questions, narrow.models):
-        yield latex.table_latex(asked, label=label)
 
 
 def _slug(text: str) -> str:

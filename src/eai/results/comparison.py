@@ -142,13 +142,19 @@ class Comparison:
 def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     """Compare two runs of the same ability, domain and protocol, each with at least one record.
 
-    Tasks that either run excludes, or was not asked, are left out of both; a missing answer counts as a
-    failure, as everywhere.
+    Tasks that either run excludes, or was not asked, or that are other ones of the same id, are left out of
+    both; a missing answer counts as a failure, as everywhere.
     """
     before, after = _by_task(first), _by_task(second)
     known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
-    names = {task: known.get(task, task) for task in before if task in after}
     declared = declaration_of(first[0].ability)
+    verdicts = {record.task_id: record.verdict for record in first}
+    others = {
+        r.task_id
+        for r in second
+        if r.task_id in verdicts and not declared.alike(verdicts[r.task_id], r.verdict)
+    }
+    names = {task: known.get(task, task) for task in before if task in after and task not in others}
     columns = tuple(declared.main)
     differences = [
         difference(
@@ -164,8 +170,8 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
         len(names),
         len(set(names.values())),
         tuple(t for t in names if any(before[t].get(name) != after[t].get(name) for name in columns)),
-        tuple(task for task in before if task not in after),
-        tuple(task for task in after if task not in before),
+        tuple(task for task in before if task not in names),
+        tuple(task for task in after if task not in names),
     )
 
 

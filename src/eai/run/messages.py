@@ -107,9 +107,6 @@ async def _read(body: dict[str, Any]) -> None:
     await model_output_from_openai(ChatCompletion.construct(**body))
 
 
-QUESTION = "question"
-"""The field of a message's metadata that has the world-model question that it asks."""
-
 ERRATA = "errata"
 """The field that says whether the task's own answers are the corrected ones."""
 

@@ -45,10 +45,8 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
 from eai.planning.search import Limits
-from eai.questions.answers import gold_text, noisy_text
-from eai.questions.question import Question
 from eai.run.job import EYES, PROVIDER, check_model
-from eai.run.messages import ERRATA, QUESTION
+from eai.run.messages import ERRATA
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
 from eai.studies.perception.belief import perceiving, scene_words
@@ -166,8 +164,6 @@ class BuiltInModel(ModelAPI):
     ) -> ModelOutput:
         """Answer the last message."""
         about = input[-1].metadata or {}
-        if QUESTION in about:
-            return self._output(input, self._answer_question(Question.model_validate(about[QUESTION])))
         if not {"domain", "ability", "task_id"} <= about.keys():
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         question = _Question(
@@ -195,16 +191,6 @@ class BuiltInModel(ModelAPI):
             input_tokens=prompt_words, output_tokens=words, total_tokens=prompt_words + words
         )
         return output
-
-    def _answer_question(self, question: Question) -> str:
-        """The answer to a world-model question; the gold answer, or a spoilt one."""
-        match self.model_name:
-            case "oracle":
-                return gold_text(question)
-            case "noisy":
-                return noisy_text(question, self._rate, str(self._seed))
-            case _:
-                raise InputError(f"eai/{self.model_name} has no answers to world-model questions")
 
     def _answer(self, asked: _Question) -> str:
         if (self.model_name == EYES) != (asked.asks == SCENE_GRAPH):

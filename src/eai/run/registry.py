@@ -1,20 +1,20 @@
-"""What Inspect finds of us by entry point: the built-in models, scorers, metrics, a task for every suite."""
+"""Our part of Inspect, found by entry point: the built-in models, scorers, metrics, a task for every suite.
 
+An ability that is asked of files has one task, which ``-T domain=FILE`` names the file to.
+"""
+
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import registered_abilities
 from eai.benchmark.registry import registered
 from eai.run.provider import BuiltInModel
-from eai.run.questions import published_questions, question_scorer
 from eai.run.scorer import SCORERS, paper_metrics
 from eai.run.tasks import published_task
 
 TASKS = {
-    f"{name}_{ability.value}": published_task(name, ability)
-    for name in registered()
+    f"{name}_{ability}".lstrip("_"): published_task(name, ability)
     for ability in registered_abilities()
+    for name in ([""] if declaration_of(ability).asked.written_by else registered())
 }
 """The tasks by name; registering them is what making them does."""
 
-QUESTIONS = {f"{name}_questions": published_questions(name) for name in registered()}
-"""World-model questions about each benchmark, likewise."""
-
-__all__ = ["QUESTIONS", "SCORERS", "TASKS", "BuiltInModel", "paper_metrics", "question_scorer"]
+__all__ = ["SCORERS", "TASKS", "BuiltInModel", "paper_metrics"]

@@ -137,9 +137,13 @@ def build_scene_task(
 
 
 def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
-    """Register a suite as an Inspect task, ``eai/<domain>_<ability>``."""
+    """Register a suite as an Inspect task, ``eai/<domain>_<ability>``.
+
+    Without a reference it is ``eai/<ability>``, to which ``-T domain=`` names the benchmark.
+    """
 
     def suite(
+        domain: str = reference,
         protocol: str = DEFAULT_PROTOCOL.value,
         prompts: str = PromptSet.OFFICIAL.value,
         prompt_folder: str | None = None,
@@ -159,7 +163,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             scoring, goals, shown = spec.scoring, spec.of(Pipeline).goals, spec.of(Perception)
             experiment = spec.of(Attempts).experiment
             source = Source(planner=scoring.planner, errata=scoring.errata)
-            suite = open_suite(find_benchmark(reference), ability, scoring.protocol, source=source)
+            suite = open_suite(find_benchmark(domain), ability, scoring.protocol, source=source)
             library = Library(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
@@ -185,7 +189,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         task.score_on_error = True
         return task
 
-    name = f"{reference}_{ability.value}"
+    name = f"{reference}_{ability.value}".lstrip("_")
     registered = inspect_ai.task(name=name)(suite)
     if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)

@@ -35,9 +35,7 @@ function renderFilters(counts) {
   });
   const any = FACETS.some((facet) => state.chosen[facet.key].size) || state.query;
   const clear = element('button', { type: 'button', class: 'quiet', onclick: clearFilters, disabled: !any }, 'Clear all filters');
-  const elsewhere = packed.questions > 0
-    && element('p', { class: 'elsewhere' }, `${plural(packed.questions, 'run')} of world-model questions: in report.md`);
-  show('filters', facets, clear, elsewhere);
+  show('filters', facets, clear);
 }
 
 function option(facet, value, count, most) {
