@@ -8,6 +8,7 @@ actions of an episode: what a pair rests on is assumed until it fails. What cann
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
@@ -23,6 +24,9 @@ from eai.world.vocabulary import Vocabulary
 
 _MOST_PAIRS = 64
 """How many pairs are looked at for one question; of others it is taken that they can hold together."""
+
+_REMEMBERED = 4096
+"""How many facts are remembered of which it is known whether they hold at the start."""
 
 _PASSES = 2
 """How often conditions are gone through."""
@@ -43,16 +47,14 @@ class _Fact(NamedTuple):
 _Pair: TypeAlias = tuple[_Fact, _Fact]
 
 
-class Exclusion:
-    """What no state of an episode meets.
+class ExclusionRules:
+    """What the declaration of a domain says about which facts exclude each other, wherever an episode begins.
 
     Args:
         domain: the domain.
-        initial: where the episode begins.
     """
 
-    def __init__(self, domain: Domain, initial: State) -> None:
-        self.scene = initial.scene
+    def __init__(self, domain: Domain) -> None:
         self.vocabulary = domain.vocabulary
         self.effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
@@ -64,9 +66,7 @@ class Exclusion:
             for name in changed_by(o)
         }
         self.denying = self._denied_by(domain)
-        self._initially: dict[str, list[tuple[int, ...]]] = {}
-        for fact in initial.facts():
-            self._initially.setdefault(fact.predicate, []).append(fact.arguments)
+        self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 
     def _denied_by(self, domain: Domain) -> dict[str, set[str]]:
         """For each predicate those that may exclude it: what adds one deletes or denies the other."""
@@ -83,6 +83,21 @@ class Exclusion:
                     found.setdefault(other, set()).add(one)
         return found
 
+
+class Exclusion:
+    """What no state of an episode meets.
+
+    Args:
+        rules: what the declaration says.
+        initial: where the episode begins.
+    """
+
+    def __init__(self, rules: ExclusionRules, initial: State) -> None:
+        self.rules = rules
+        self.scene = initial.scene
+        self.at_start = lru_cache(_REMEMBERED)(self._at_start)
+        self._initial = initial
+
     def excludes(self, literals: Iterable[GroundAtom]) -> bool:
         """Whether no state that actions lead to meets all the literals."""
         wanted = []
@@ -93,9 +108,19 @@ class Exclusion:
             wanted.append((atom if literal.truth else f.Not(atom), scope))
         return _Induction(self).shows(wanted)
 
-    def at_start(self, fact: _Fact) -> bool:
+    def _at_start(self, fact: _Fact) -> bool:
         """Whether any such fact holds at the start."""
-        return any(_covers(fact.arguments, each) for each in self._initially.get(fact.predicate, ()))
+        match fact:
+            case _Fact(predicate, (None,)):
+                return bool(self._initial.those(predicate))
+            case _Fact(predicate, (int(source), None)):
+                return bool(self._initial.relation(predicate).row(source))
+            case _Fact(predicate, (None, int(target))):
+                return bool(self._initial.relation(predicate).column(target))
+            case _Fact(predicate, (None, None)):
+                return len(self._initial.relation(predicate)) > 0
+            case _:
+                return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
     def match(self, atom: f.Atom, fact: _Fact, scope: dict[str, _Term]) -> bool:
         """Whether an effect can be on such a fact; its variables' objects are entered in the scope."""
@@ -143,52 +168,64 @@ class _Induction:
     def __init__(self, known: Exclusion) -> None:
         self.known = known
         self._assumed: dict[_Pair, bool] = {}
+        self._pending: dict[_Pair, None] = {}
+        self._resting: dict[_Pair, dict[_Pair, None]] = {}
+        self._judged: _Pair | None = None
 
     def shows(self, wanted: Sequence[tuple[f.Formula, _Scope]]) -> bool:
         """Whether it follows that no state meets all that is wanted.
 
-        Pairs are assumed as they are asked for; those that do not last are given up, and it is asked again.
+        A pair is assumed as it is asked for. One that does not last is given up, and what rests on it judged
+        again.
         """
-        while not _Supposition(self).meets(wanted):
-            asked = len(self._assumed)
-            pairs = [pair for pair, assumed in self._assumed.items() if assumed]
-            failing = [pair for pair in pairs if not self._lasts(*pair)]
-            self._assumed.update(dict.fromkeys(failing, False))
-            if not failing and len(self._assumed) == asked:
-                return True
-        return False
+        if _Supposition(self).meets(wanted):
+            return False
+        while self._pending:
+            pair = next(iter(self._pending))
+            del self._pending[pair]
+            self._judged = pair
+            if not self._lasts(*pair):
+                self._assumed[pair] = False
+                self._judged = None
+                if _Supposition(self).meets(wanted):
+                    return False
+                resting = self._resting.pop(pair, {})
+                self._pending |= {each: None for each in resting if self._assumed[each]}
+        return True
 
     def apart(self, one: _Fact, other: _Fact) -> bool:
-        """Whether two facts exclude each other, as far as is known or assumed."""
-        one, other = _general(one), _general(other)
+        """Whether facts of two general forms exclude each other, as far as is known or assumed."""
+        rules = self.known.rules
         if one.predicate == other.predicate:
             different = one != other and None not in (*one.arguments, *other.arguments)
-            if (
-                different
-                and one.predicate in self.known.single
-                and one.arguments[:-1] == other.arguments[:-1]
-            ):
+            if different and one.predicate in rules.single and one.arguments[:-1] == other.arguments[:-1]:
                 return True
         elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
             return False
         same = _is_among(one, other) or _is_among(other, one)
-        if same or other.predicate not in self.known.denying.get(one.predicate, ()):
+        if same or other.predicate not in rules.denying.get(one.predicate, ()):
             return False
-        pair = (one, other) if _order(one) < _order(other) else (other, one)
+        return self._is_assumed((one, other) if _order(one) < _order(other) else (other, one))
+
+    def _is_assumed(self, pair: _Pair) -> bool:
         if pair not in self._assumed:
             self._assumed[pair] = len(self._assumed) < _MOST_PAIRS
+            if self._assumed[pair]:
+                self._pending[pair] = None
+        if self._judged is not None:
+            self._resting.setdefault(pair, {})[self._judged] = None
         return self._assumed[pair]
 
     def _lasts(self, one: _Fact, other: _Fact) -> bool:
         """Whether no more than one of them holds at the start, and no action changes that."""
-        if self.known.unread & {one.predicate, other.predicate} or (
+        if self.known.rules.unread & {one.predicate, other.predicate} or (
             self.known.at_start(one) and self.known.at_start(other)
         ):
             return False
         return all(
             self._keeps(schema, added, kept)
             for added, kept in ((one, other), (other, one))
-            for schemas in self.known.effects.values()
+            for schemas in self.known.rules.effects.values()
             for schema in schemas
             if schema.adds and schema.atom.predicate == added.predicate
         )
@@ -201,7 +238,7 @@ class _Induction:
         scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
         terms = [f"{i}?" if each is None else each for i, each in enumerate(other.arguments)]
         held = other._replace(arguments=tuple(terms))
-        effects = self.known.effects[schema.operator.name]
+        effects = self.known.rules.effects[schema.operator.name]
         if not any(self.known.deletes(each, schema, held, scope) for each in effects):
             asked = [check.condition for check in schema.operator.checks]
             if _Supposition(self, held).meets([(each, scope) for each in (*schema.given, *asked)]):
@@ -240,7 +277,7 @@ class _Supposition:
     def __init__(self, induction: _Induction, *facts: _Fact) -> None:
         self._induction = induction
         self._known = induction.known
-        self._true = dict.fromkeys(facts)
+        self._true = {fact: _general(fact) for fact in facts}
         self._false: list[_Fact] = []
         self._unknown = 0
 
@@ -256,7 +293,7 @@ class _Supposition:
         match formula:
             case f.Atom(predicate, terms):
                 arguments = tuple([self._known.term(term, scope) for term in terms])
-                if predicate not in self._known.vocabulary.derived_by_name:
+                if predicate not in self._known.rules.vocabulary.derived_by_name:
                     return self._fact(_Fact(predicate, arguments))
                 inner = None if predicate in within else self._unfolded(predicate, arguments)
                 return None if inner is None else self._value(*inner, within | {predicate})
@@ -281,10 +318,11 @@ class _Supposition:
                 deciding = isinstance(formula, f.Exists)
                 if self._value(body, {**scope, variable.name: None}, within) is (not deciding):
                     return not deciding
-                values = {
-                    self._value(body, {**scope, variable.name: t}, within) for t in self._terms(variable)
-                }
-                return deciding if deciding in values else None
+                some = any(
+                    self._value(body, {**scope, variable.name: term}, within) is deciding
+                    for term in self._terms(variable)
+                )
+                return deciding if some else None
             case _:
                 return None
 
@@ -298,7 +336,7 @@ class _Supposition:
         match formula:
             case f.Atom(predicate, terms):
                 arguments = tuple([self._known.term(term, scope) for term in terms])
-                if predicate not in self._known.vocabulary.derived_by_name:
+                if predicate not in self._known.rules.vocabulary.derived_by_name:
                     return self._enter(_Fact(predicate, arguments), truth=truth)
                 inner = None if predicate in within else self._unfolded(predicate, arguments)
                 return inner is None or self._suppose(*inner, within | {predicate}, truth=truth)
@@ -329,24 +367,29 @@ class _Supposition:
             self._false.append(fact)
             return not any(_is_among(each, fact) for each in self._true)
         if None not in fact.arguments:
-            self._true[fact] = None
+            self._true[fact] = _general(fact)
         return True
 
     def _fact(self, fact: _Fact) -> bool | None:
         """Whether a fact holds, or all such facts; None where that is not known."""
         if fact in self._true:
             return True
-        if fact.predicate not in self._known.changed:
+        if fact.predicate not in self._known.rules.changed:
             known = all(isinstance(each, int) for each in fact.arguments)
             found = self._known.at_start(_general(fact))
             return found if known or not found else None
         if any(_is_among(fact, each) for each in self._false):
             return False
-        return False if any(self._induction.apart(fact, each) for each in self._true) else None
+        rivals = self._known.rules.rivals[fact.predicate]
+        general = _general(fact)
+        for each in self._true.values():
+            if each.predicate in rivals and self._induction.apart(general, each):
+                return False
+        return None
 
     def _unfolded(self, predicate: str, arguments: tuple[_Term, ...]) -> tuple[f.Formula, _Scope] | None:
         """The definition of a derived predicate, for these arguments, if it has one."""
-        defined = meaning(self._known.vocabulary.derived_by_name[predicate])
+        defined = meaning(self._known.rules.vocabulary.derived_by_name[predicate])
         if defined is None:
             return None
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -382,9 +425,7 @@ def _order(fact: _Fact) -> tuple[str, list[int]]:
 
 def _general(fact: _Fact) -> _Fact:
     """All facts that one about unknown objects may be."""
-    return fact._replace(
-        arguments=tuple([each if isinstance(each, int) else None for each in fact.arguments])
-    )
+    return _Fact(fact.predicate, tuple([i if isinstance(i, int) else None for i in fact.arguments]))
 
 
 def _is_among(fact: _Fact, facts: _Fact) -> bool:

@@ -109,7 +109,7 @@ class Programs:
         self._told_apart = told_apart
         self.extent = Extent(task)
         self.brings_about = refinement.brings_about
-        self._exclusion = cache(lambda: Exclusion(refinement.domain, task.initial))
+        self._exclusion = cache(lambda: Exclusion(refinement.exclusion_rules(), task.initial))
         self.required = lru_cache(_REMEMBERED)(self._required)
         self.needless = lru_cache(_REMEMBERED)(self._needless)
         self.plans = lru_cache(_REMEMBERED)(self._plans)

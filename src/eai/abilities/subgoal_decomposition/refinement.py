@@ -12,7 +12,7 @@ Decomposition": a breadth-first search with a bounded number of actions for each
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import partial, reduce
+from functools import cache, partial, reduce
 from itertools import permutations, product
 from operator import or_
 from typing import NamedTuple
@@ -22,6 +22,7 @@ from eai.abilities.subgoal_decomposition.ground import Ground, is_needless
 from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
 from eai.abilities.subgoal_decomposition.repertoire import Holds, Repertoire, named_in
 from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, UniformCostSearch
+from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -68,10 +69,12 @@ class Refinement:
 
     Attributes:
         domain: the domain.
+        exclusion_rules: gives what its declaration says about facts that exclude each other.
     """
 
     def __init__(self, domain: Domain, budget: int = 300) -> None:
         self.domain = domain
+        self.exclusion_rules = cache(lambda: ExclusionRules(domain))
         self._repertoire = Repertoire(domain)
         self._budget = budget
 
