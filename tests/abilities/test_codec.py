@@ -15,6 +15,7 @@ from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepR
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.statement import Statement
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
@@ -180,8 +181,15 @@ def test_repairs_made_before_scoring_stand_first_and_are_told_apart() -> None:
 def test_an_explanation_is_a_field_of_the_record() -> None:
     explanation = Explanation(
         ("read with repair: prose",),
-        (StepReport("WALK(bed.1)", "executed", added=("NEXT_TO(me.65, bed.1)",)),),
-        (GoalReport("state", "ON(light.2)", True),),
+        (
+            StepReport(
+                "WALK(bed.1)",
+                "executed",
+                added=("NEXT_TO(me.65, bed.1)",),
+                call=Statement("WALK", ("bed.1",)),
+            ),
+        ),
+        (GoalReport("state", "ON(light.2)", True, predicates=("ON",)),),
         (PartReport("ON(light.2) and TOUCH(x.3)", None, ("TOUCH(x.3)",)),),
     )
     line = record_to_json(replace(record(PLAN), explanation=explanation))
@@ -197,9 +205,18 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
                 "added": ["NEXT_TO(me.65, bed.1)"],
                 "removed": [],
                 "hidden_changes": 0,
+                "call": ["WALK", ["bed.1"], True],
             }
         ],
-        "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True, "why": ""}],
+        "goals": [
+            {
+                "kind": "state",
+                "goal": "ON(light.2)",
+                "satisfied": True,
+                "why": "",
+                "predicates": ["ON"],
+            }
+        ],
         "parts": [
             {
                 "part": "ON(light.2) and TOUCH(x.3)",

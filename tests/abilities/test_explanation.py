@@ -17,6 +17,7 @@ from eai.abilities.explanation import (
     step_reports,
 )
 from eai.abilities.protocol import Protocol
+from eai.abilities.statement import Statement
 from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
@@ -228,7 +229,9 @@ def test_an_explanation_is_json() -> None:
     wire = json.loads(json.dumps(dataclass_to_json(explanation)))
     assert wire["notes"] == ["read with repair: code_fence"]
     assert wire["steps"][1]["added"] == ["OPEN(fridge.10)"]
-    assert wire["goals"] == [{"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True, "why": ""}]
+    assert wire["steps"][1]["call"] == ["OPEN", ["fridge.10"], True]
+    of_goal = {"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True, "why": ""}
+    assert wire["goals"] == [{**of_goal, "predicates": ["OPEN"]}]
 
 
 @pytest.mark.parametrize(
@@ -302,3 +305,17 @@ def test_a_state_is_a_near_miss_where_its_coming_ended_the_one_that_is_wanted() 
 def test_a_goal_that_is_reached_has_no_near_miss() -> None:
     steps = (StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)")),)
     assert near_misses(Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))) == {}
+
+
+def test_steps_and_goals_are_values_beside_their_texts_and_are_read_from_them_in_older_records() -> None:
+    goals = ("state CLOSED fridge.10", "relation ONTOP cup.13 bed.20", "action LOOKAT|WALK")
+    found = explain('{"WALK": ["table"], "PUTIN": ["cup", "fridge"]}', make_task(goals=goals))
+    calls = [Statement("WALK", ("table.12",)), Statement("PUTIN", ("cup.13", "fridge.10"))]
+    assert [(step.call.name, step.call.arguments) for step in found.steps if step.call] == [
+        (call.name, call.arguments) for call in calls
+    ]
+    assert [goal.predicates for goal in found.goals] == [("CLOSED",), ("ONTOP",), ("LOOKAT", "WALK")]
+    for step in found.steps:
+        assert StepReport(step.action, step.outcome).statement == step.statement
+    for goal in found.goals:
+        assert GoalReport(goal.kind, goal.goal, goal.satisfied).mentions == goal.mentions

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
@@ -15,7 +15,7 @@ from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.match import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.results.breakdown import Flow, break_down, names_in, outcome
+from eai.results.breakdown import Flow, break_down, outcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate, rate_of
 from eai.world.fault import FaultKind

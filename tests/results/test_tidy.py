@@ -1,9 +1,22 @@
 from __future__ import annotations
 
-from eai.abilities.protocol import Ability
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.record import Record
+from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine
-from eai.results.tidy import TableMaker
+from eai.results.tidy import TableMaker, Tables
+from eai.scoring.batch import Settings, score_run
 from eai.tasks.source import Source
 from report.samples import action_run, goal_run, operator_run, subgoal_run
 from studies.published import tables
@@ -46,3 +59,51 @@ def test_what_is_not_known_is_none() -> None:
     assert not any(line.task == excluded.task for line in maker.tables.steps if line.model == "first")
     assert {atom.reason for atom in maker.tables.atoms} <= {None}
     assert {clause.verdict for clause in maker.tables.clauses} == {"matched", "additional", "missing"}
+
+
+def _older(record: Record) -> Record:
+    """A record as it was before it had values beside its texts."""
+    verdict, explanation = record.verdict, record.explanation
+    if isinstance(verdict, GoalVerdict):
+        verdict = replace(verdict, atoms=None)
+    elif isinstance(verdict, OperatorVerdict):
+        verdict = replace(verdict, clauses=None)
+    assert explanation is not None
+    steps = tuple(replace(step, call=None) for step in explanation.steps)
+    goals = tuple(replace(goal, predicates=None) for goal in explanation.goals)
+    return replace(record, verdict=verdict, explanation=replace(explanation, steps=steps, goals=goals))
+
+
+def _tables(records: list[Record], *, features: bool) -> Tables:
+    maker = TableMaker(Source(Store()), features=features)
+    maker.add(records)
+    return maker.tables
+
+
+@pytest.mark.parametrize("protocol", Protocol)
+@pytest.mark.parametrize("ability", FOUR)
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_values_say_what_the_texts_of_older_records_do(
+    domain: str, ability: Ability, protocol: Protocol
+) -> None:
+    source = Source(Store(), planner=PlannerChoice.NONE)
+    suite = open_suite(domain, ability, protocol, source=source)
+    book = open_answer_book(suite.benchmark, ability, source)
+    asked = list(suite.task_ids)[:30:3]
+    written = [Response(task, noisy_answer(book, task, Noise(0.7, "values")).text) for task in asked]
+    scored = score_run(suite, ResponseFile("m", tuple(written)), {}, Settings(explanations=True))
+    records = [record for record in scored if record.unanswered is None]
+    assert len(records) == len(asked)
+    found = _tables(records, features=False)
+    older = _tables([_older(record) for record in records], features=False)
+    assert found.steps == older.steps
+    assert found.goals == older.goals
+    assert found.atoms == older.atoms
+    assert found.clauses == older.clauses
+    assert any((found.steps, found.goals, found.atoms, found.clauses))
+
+
+def test_the_data_set_is_not_looked_up_where_features_are_not_asked_for() -> None:
+    maker = TableMaker(Source(Store(Path("/nowhere"))), features=False)
+    maker.add([replace(record, domain="virtualhome") for record in action_run()])
+    assert maker.tables.answers[0].annotated_steps == 3

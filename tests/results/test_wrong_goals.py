@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from eai.abilities.statement import read_statement
 from eai.results.wrong_goals import Reason, WrongGoals
 from eai.tasks.source import Source
 from studies.lamps import lamp_task, lamps
@@ -25,4 +26,6 @@ from studies.lamps import lamp_task, lamps
 )
 def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: Reason) -> None:
     benchmark = lamps()
-    assert WrongGoals(benchmark, benchmark.tasks(Source())).reason(lamp_task(), atom) is reason
+    assert (
+        WrongGoals(benchmark, benchmark.tasks(Source())).reason(lamp_task(), read_statement(atom)) is reason
+    )

@@ -5,10 +5,12 @@ Near misses say, where a goal was not reached, what came of its objects instead.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from eai.abilities.statement import Statement, read_statement
 from eai.abilities.task import Goal, Task
 from eai.logic.evidence import breach, explain
 from eai.logic.formula import (
@@ -59,6 +61,7 @@ class StepReport:
         added: facts that became true.
         removed: facts that became false.
         hidden_changes: how many more facts changed that can be seen, about what the task is not about.
+        call: the action as a value; None in older records.
     """
 
     action: str
@@ -68,6 +71,12 @@ class StepReport:
     added: tuple[str, ...] = ()
     removed: tuple[str, ...] = ()
     hidden_changes: int = 0
+    call: Statement | None = field(default=None, compare=False)
+
+    @property
+    def statement(self) -> Statement:
+        """The action as a value, also in older records."""
+        return read_statement(self.action) if self.call is None else self.call
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,12 +85,19 @@ class GoalReport:
 
     Attributes:
         why: of a goal over time that was not, which part of it was violated, and when.
+        predicates: what it mentions, each once; of a goal of actions, these. None in older records.
     """
 
     kind: str
     goal: str
     satisfied: bool
     why: str = ""
+    predicates: tuple[str, ...] | None = field(default=None, compare=False)
+
+    @property
+    def mentions(self) -> tuple[str, ...]:
+        """The predicates that the goal mentions, also in older records; of a goal of actions, these."""
+        return names_in(self.goal) if self.predicates is None else self.predicates
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,9 +159,11 @@ def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
             undone = _undone(domain, action, before, before) if tries else ""
             reason = undone or _reason(fault.check, domain, action, before)
             earlier = _earlier(fault, trajectory, carried_out, task.scene)
-            reports.append(StepReport(action_text(action, task.scene), fault.kind.value, reason, earlier))
+            text, call = action_text(action, task.scene), _call(action, task.scene)
+            reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
-            reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED))
+            call = _call(action, task.scene)
+            reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED, call=call))
         else:
             carried_out.append(number)
             after = trajectory.states[len(carried_out)]
@@ -218,6 +236,7 @@ def _executed(focus: _Focus, domain: Domain, action: Action, before: State, afte
         added=told_added,
         removed=told_removed,
         hidden_changes=len(added) + len(removed) - len(told_added) - len(told_removed),
+        call=_call(action, focus.scene),
     )
 
 
@@ -255,6 +274,10 @@ def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], s
     return f"what it lacks held after step {number + 1}, {action}"
 
 
+def _call(action: Action, scene: Scene) -> Statement:
+    return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
+
+
 def action_text(action: Action, scene: Scene) -> str:
     """A ground action as ``GRAB(soap.1002)``."""
     return fact_text(Fact(action.operator, action.arguments), scene)
@@ -275,9 +298,27 @@ def goal_reports(
             formula_text(goal.formula),
             held,
             "" if held or course is None or not goal.is_over_time else _breach(goal.formula, course),
+            _mentioned(goal.formula),
         )
         for goal, held in zip(goals, satisfied, strict=True)
     )
+
+
+def _mentioned(formula: Formula) -> tuple[str, ...]:
+    names: dict[str, None] = {}
+    for part in walk(formula):
+        match part:
+            case Atom(name, _) | Occurs(name, _):
+                names[name] = None
+    return tuple(names)
+
+
+_NAME = re.compile(r"([^\s(),]+)\(")
+
+
+def names_in(goal: str) -> tuple[str, ...]:
+    """What a goal mentions, from its text; a goal of actions has no parentheses."""
+    return tuple(dict.fromkeys(_NAME.findall(goal))) or tuple(goal.split(" or "))
 
 
 def _breach(formula: Formula, course: Trajectory) -> str:

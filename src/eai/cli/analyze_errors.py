@@ -39,7 +39,7 @@ def errors(
 
     Example: eai analyze errors scores --out errors
     """
-    tables = tables_of(records, data)
+    tables = tables_of(records, data, features=False)
     found = error_tables(tables.answers, tables.clauses, examples=examples, explorer=address(explorer, out))
     written = write_analysis("errors", found, figures(found), out, plots=plots)
     say(written, as_json=as_json)

@@ -58,18 +58,19 @@ def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure |
     return name, figure
 
 
-def tables_of(records: Iterable[Path], data: Path | None) -> Tables:
+def tables_of(records: Iterable[Path], data: Path | None, *, features: bool = True) -> Tables:
     """The tidy tables of all runs in files and folders.
 
     Args:
         records: the files and folders.
         data: the folder of the data set; the user's if None.
+        features: whether the tables say what tasks are like, which the data set knows.
 
     Raises:
         InputError: there are no records, or one is unusable.
     """
     with data_progress() as report, undisturbed():
-        maker = TableMaker(Source(store(data), report, errata=ErrataChoice.NONE))
+        maker = TableMaker(Source(store(data), report, errata=ErrataChoice.NONE), features=features)
         for run in read_runs(records):
             maker.add(run.records)
     return maker.tables

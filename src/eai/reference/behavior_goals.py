@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.explanation import Explanation, GoalReport
+from eai.abilities.explanation import Explanation, GoalReport, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.scorer import wrong_told
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.households.behavior.goal_notation import RELATIONS, STATES
@@ -126,6 +127,7 @@ class ByFirstOption(Scorer):
             matched=matched,
             wrong=wrong,
             missing=missing,
+            atoms={_text(each): _statement(each) for group in groups for each in group},
         )
 
     def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
@@ -151,8 +153,9 @@ class ByFirstOption(Scorer):
         return Explanation(
             notes=notes,
             goals=tuple(
-                GoalReport("condition", " and ".join(map(_text, option)), said.issuperset(option))
+                GoalReport("condition", text, said.issuperset(option), predicates=names_in(text))
                 for option in self._chosen(said)
+                for text in (" and ".join(map(_text, option)),)
             ),
         )
 
@@ -177,3 +180,14 @@ def _text(condition: Value) -> str:
             return f"{predicate}({', '.join(map(str, arguments))})"
         case _:
             return str(condition)
+
+
+def _statement(condition: Value) -> Statement:
+    """What a condition says; one of another form is a name."""
+    match condition:
+        case ("not", (predicate, *arguments)):
+            return Statement(str(predicate), tuple(map(str, arguments)), positive=False)
+        case (predicate, *arguments):
+            return Statement(str(predicate), tuple(map(str, arguments)))
+        case _:
+            return Statement(_text(condition), None)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from eai.abilities.explanation import GoalReport
+from eai.abilities.explanation import GoalReport, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.notation import (
     SECTIONS,
@@ -115,6 +115,7 @@ class ByLargestId(GoalInterpretation):
             matched=tuple(map(str, matched)),
             wrong=tuple(map(str, wrong)),
             missing=tuple([text for text, options in self._options if options.isdisjoint(matched)]),
+            atoms={str(goal): goal.statement for goal in (*known, *self._needed)},
         )
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
@@ -127,7 +128,12 @@ class ByLargestId(GoalInterpretation):
         """Each goal is met by any prediction that is equal to it."""
         named = frozenset(self._named(goals))
         return tuple(
-            GoalReport(goal.kind, goal.text or "", not named.isdisjoint(options))
+            GoalReport(
+                goal.kind,
+                goal.text or "",
+                not named.isdisjoint(options),
+                predicates=names_in(goal.text or ""),
+            )
             for goal, (_, options) in zip(self.gold.goals, self._options, strict=True)
         )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ from eai.abilities.record import Record
 from eai.abilities.share import Share
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
-from eai.pddl.clauses import predicates_in
 from eai.results.certainty import Case
 from eai.results.rate import Rate
 from eai.results.summary import name_of
@@ -101,7 +99,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         if isinstance(verdict, OperatorVerdict):
             _break_down_operators(verdict, by_action, by_predicate)
         for report, reached in goals_of(record):
-            for name in names_in(report.goal):
+            for name in report.mentions:
                 _put(by_predicate, name, Rate(reached, 1))
         if has_plans:
             _break_down_steps(explanation, by_action)
@@ -133,14 +131,9 @@ def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
     yield from zip(reports, reached, strict=True)
 
 
-def names_in(goal: str) -> tuple[str, ...]:
-    """The predicates that a goal mentions, each once; of a goal of actions, these."""
-    return tuple(dict.fromkeys(_PREDICATE.findall(goal))) or tuple(goal.split(" or "))
-
-
 def _break_down_steps(explanation: Explanation, by_action: dict[str, Rate]) -> None:
     for step in explanation.steps:
-        _put(by_action, step.action.partition("(")[0], Rate(step.outcome == EXECUTED, 1))
+        _put(by_action, step.statement.name, Rate(step.outcome == EXECUTED, 1))
 
 
 def _break_down_operators(
@@ -153,11 +146,8 @@ def _break_down_operators(
             found = [*((part, Rate(2, 2)) for part in side.matched), *((part, Rate(0, 1)) for part in wrong)]
             for part, rate in found:  # F1 is 2 TP / (2 TP + FP + FN)
                 _put(by_action, operator.name, rate)
-                for predicate in predicates_in(part):
+                for predicate in verdict.predicates_of(part):
                     _put(by_predicate, predicate, rate)
-
-
-_PREDICATE = re.compile(r"([^\s(),]+)\(")
 
 
 def _put(table: dict[str, Rate], key: str, rate: Rate) -> None:

@@ -13,17 +13,15 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Shares
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict, clause_contents
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import FeatureBook
 from eai.benchmark.registry import find_benchmark, registered
-from eai.pddl.clauses import predicates_in
-from eai.results.breakdown import goals_of, names_in, outcome
+from eai.results.breakdown import goals_of, outcome
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.summary import contributions, name_of
-from eai.results.words import read_call
 from eai.results.wrong_goals import WrongGoals
 from eai.tasks.source import Source
 
@@ -47,16 +45,19 @@ class TableMaker:
 
     Args:
         source: where the data set is.
+        features: whether lines say what tasks are like and where wrong goals come from. Without, the data set
+            is looked up for records alone that are too old to say of what categories clauses are.
     """
 
-    def __init__(self, source: Source) -> None:
+    def __init__(self, source: Source, *, features: bool = True) -> None:
         self.tables = Tables()
         self._source = source
+        self._features = features
         self._books: dict[str, _Book | None] = {}
 
     def add(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
-        book = self._book(records[0].domain)
+        book = self._book(records[0].domain) if self._features or any(map(_is_older, records)) else None
         scored = [record for record in records if record.verdict.excluded is None]
         shares = contributions([record.verdict for record in scored], records[0].ability)
         adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
@@ -104,6 +105,11 @@ class _Book:
         """The categories of the predicates of operators."""
         tasks = self._benchmark.operators(self._source).values()
         return next((task.domain.categories for task in tasks), {})
+
+
+def _is_older(record: Record) -> bool:
+    """Whether a record has clauses without what they speak of."""
+    return isinstance(record.verdict, OperatorVerdict) and record.verdict.clauses is None
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
@@ -198,7 +204,7 @@ def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
     if record.explanation is None or not _has_plans(record):
         return
     for number, step in enumerate(record.explanation.steps):
-        call = read_call(step.action)
+        call = step.statement
         yield StepLine(
             **key,
             step=number,
@@ -213,7 +219,7 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(goals_of(record)):
-        names = " ".join(names_in(report.goal))
+        names = " ".join(report.mentions)
         yield GoalLine(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
         )
@@ -225,9 +231,9 @@ def _atoms(record: Record, key: Beginning, book: _Book | None, task: Task | None
         return
     for found in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, found):
-            call, reason = read_call(atom), None
+            call, reason = verdict.statement(atom), None
             if found == "wrong" and book is not None and task is not None:
-                reason = book.wrong_goals.reason(task, atom).value
+                reason = book.wrong_goals.reason(task, call).value
             yield AtomLine(
                 **key, verdict=found, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )
@@ -236,14 +242,15 @@ def _atoms(record: Record, key: Beginning, book: _Book | None, task: Task | None
 def _clauses(record: Record, key: Beginning, book: _Book | None) -> Iterator[ClauseLine]:
     if not isinstance(record.verdict, OperatorVerdict):
         return
-    known = {} if book is None else book.categories
+    contents = record.verdict.clauses
+    if contents is None:
+        contents = clause_contents(record.verdict.operators, {} if book is None else book.categories)
     for report in record.verdict.operators:
         line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for found in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), found):
-                    names = sorted(predicates_in(clause))
-                    kinds = dict.fromkeys(known[name].value for name in names if name in known)
+                    names, kinds = contents[clause]
                     yield line(
                         side=side,
                         verdict=found,

@@ -14,10 +14,10 @@ from itertools import product
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import Word
 from eai.abilities.goal_test import alternatives
+from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.formula import Atom, Constant
-from eai.results.words import Call, read_call
 from eai.tasks.source import TaskSet
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
@@ -59,9 +59,9 @@ class WrongGoals:
             for action in alternatives(goal)
         }
         self._histories: dict[str, _History] = {}
-        self._known: dict[tuple[str, str], Reason] = {}
+        self._known: dict[tuple[str, Statement], Reason] = {}
 
-    def reason(self, task: Task, atom: str) -> Reason:
+    def reason(self, task: Task, atom: Statement) -> Reason:
         """Why a goal that is none may be stated.
 
         Args:
@@ -72,10 +72,10 @@ class WrongGoals:
         if key not in self._known:
             if task.id not in self._histories:
                 self._histories[task.id] = _History(self._benchmark, task)
-            self._known[key] = self._found(self._histories[task.id], read_call(atom))
+            self._known[key] = self._found(self._histories[task.id], atom)
         return self._known[key]
 
-    def _found(self, history: _History, call: Call) -> Reason:
+    def _found(self, history: _History, call: Statement) -> Reason:
         if call.arguments is None:
             if call.name not in history.lexicon.actions:
                 return Reason.UNKNOWN
@@ -100,7 +100,7 @@ class _History:
         self._predicates = benchmark.goals.words(benchmark.domain)
         self._names = benchmark.goals.names(task)
 
-    def holds(self, call: Call) -> list[bool]:
+    def holds(self, call: Statement) -> list[bool]:
         """In which states it holds of some objects of these names; nowhere if the domain cannot say."""
         scene, vocabulary, arguments = self._task.scene, self._task.scene.vocabulary, call.arguments or ()
         predicate = self._predicates.get(Word(call.name, len(arguments)))

@@ -17,6 +17,7 @@ from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.explanation import formula_text
 from eai.abilities.goal_interpretation.nested import read_nested
 from eai.abilities.json_text import Pairs, Value, find_json
+from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.logic.choice import Choice, ground
@@ -52,6 +53,12 @@ class WrittenGoal(NamedTuple):
         predicate, names, positive, is_action = self
         text = predicate if is_action and not names else f"{predicate}({', '.join(names)})"
         return text if positive else f"not {text}"
+
+    @property
+    def statement(self) -> Statement:
+        """The same without the kind of goal; an action without objects has no place for any."""
+        predicate, names, positive, is_action = self
+        return Statement(predicate, None if is_action and not names else names, positive)
 
 
 class IllFormed(NamedTuple):

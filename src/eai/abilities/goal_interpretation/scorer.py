@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from mypy_extensions import mypyc_attr
 
-from eai.abilities.explanation import Explanation, GoalReport, repairs_told
+from eai.abilities.explanation import Explanation, GoalReport, names_in, repairs_told
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
@@ -118,6 +118,7 @@ class GoalInterpretation(Scorer):
             matched=self.gold.as_texts(found),
             wrong=tuple(wrong),
             missing=self.gold.as_texts(missing),
+            atoms={str(goal): goal.statement for goal in (*said, *self.gold.conditions(found | missing))},
         )
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
@@ -137,13 +138,13 @@ class GoalInterpretation(Scorer):
             if times > 0:
                 left[condition] = times - 1
                 met |= 1 << number
-        return tuple(
-            GoalReport(
-                goal.kind,
-                goal.text or " and ".join(map(str, self.gold.conditions(option))),
-                goal.is_possible and not option & ~met,
-            )
+        texts = [
+            goal.text or " and ".join(map(str, self.gold.conditions(option)))
             for goal, option in zip(self.gold.goals, options, strict=True)
+        ]
+        return tuple(
+            GoalReport(goal.kind, text, goal.is_possible and not option & ~met, predicates=names_in(text))
+            for goal, text, option in zip(self.gold.goals, texts, options, strict=True)
         )
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:

@@ -5,10 +5,10 @@ A verdict says operator by operator how an answer compares with the gold ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.answer_schema import closed, text
 from eai.abilities.declaration import (
@@ -27,6 +27,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
 from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, Verdict
+from eai.pddl.clauses import predicates_in
 from eai.pddl.match import NO_MATCH, SideMatch
 from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PlannerOutcome
@@ -66,6 +67,32 @@ class OperatorReport:
     offences: tuple[PddlFinding, ...] = ()
 
 
+class ClauseContent(NamedTuple):
+    """What a clause speaks of.
+
+    Attributes:
+        predicates: those in it, by name.
+        categories: those of its predicates, each once.
+    """
+
+    predicates: tuple[str, ...]
+    categories: tuple[str, ...]
+
+
+def clause_contents(
+    reports: Iterable[OperatorReport], categories: Mapping[str, Category]
+) -> dict[str, ClauseContent]:
+    """What each clause of the sides of operators speaks of, by its text."""
+    sides = [side for report in reports for side in (report.precondition, report.effect)]
+    found: dict[str, ClauseContent] = {}
+    for clause in [clause for s in sides for clause in (*s.matched, *s.additional, *s.missing)]:
+        if clause not in found:
+            names = tuple(sorted(predicates_in(clause)))
+            kinds = dict.fromkeys([categories[name].value for name in names if name in categories])
+            found[clause] = ClauseContent(names, tuple(kinds))
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class OperatorVerdict(Verdict):
     """What scoring says of operators.
@@ -85,6 +112,7 @@ class OperatorVerdict(Verdict):
         plan: the steps of the plan that was found.
         planner_detail: what else the planner says.
         planner_name: which planner was asked, with its version; None if none was, or in older records.
+        clauses: what each clause of the operators' sides speaks of, by its text; None in older records.
     """
 
     success: bool | None = None
@@ -97,6 +125,13 @@ class OperatorVerdict(Verdict):
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
     planner_name: str | None = None
+    clauses: Mapping[str, ClauseContent] | None = field(default=None, compare=False)
+
+    def predicates_of(self, clause: str) -> tuple[str, ...]:
+        """The predicates of a clause by name, also in older records."""
+        if self.clauses is None:
+            return tuple(sorted(predicates_in(clause)))
+        return self.clauses[clause].predicates
 
 
 OVERALL = "overall"

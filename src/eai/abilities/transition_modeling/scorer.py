@@ -9,7 +9,12 @@ from mypy_extensions import mypyc_attr
 
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.declaration import (
+    OperatorReport,
+    OperatorStatus,
+    OperatorVerdict,
+    clause_contents,
+)
 from eai.abilities.transition_modeling.judgement import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.abilities.verdict import ALL, Confusion
@@ -102,6 +107,7 @@ class TransitionModeling(Scorer):
             plan=tuple(str(step) for step in judgement.planning.plan),
             planner_detail=judgement.planning.detail,
             planner_name=None if planner is None else planner.name,
+            clauses=clause_contents(judgement.operators, self.task.domain.categories),
         )
 
     def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:

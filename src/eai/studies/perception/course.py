@@ -87,9 +87,8 @@ def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) ->
 
 
 def _action(step: StepReport, scene: Scene) -> Action:
-    """The action that a report writes as ``GRAB(soap.1002)``."""
-    operator, _, names = step.action.removesuffix(")").partition("(")
-    return Action(operator, tuple([scene.index[name] for name in names.split(", ") if name]))
+    """The action that a report tells of."""
+    return Action(step.statement.name, tuple([scene.index[name] for name in step.statement.arguments or ()]))
 
 
 def _before(record: Record) -> list[StepReport]:

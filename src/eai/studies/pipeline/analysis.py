@@ -250,4 +250,4 @@ def _difference(one: Sequence[Case], other: Sequence[Case]) -> Estimate:
 def _conditions(verdict: GoalVerdict) -> Iterator[tuple[str, bool]]:
     """The conditions that are asked for, by predicate, and whether each is missing."""
     for conditions, missed in ((verdict.matched, False), (verdict.missing, True)):
-        yield from ((condition.partition("(")[0], missed) for condition in conditions)
+        yield from ((verdict.statement(condition).name, missed) for condition in conditions)

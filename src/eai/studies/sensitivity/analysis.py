@@ -17,7 +17,6 @@ from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.judgement import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category
-from eai.pddl.clauses import predicates_in
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import Line
@@ -88,7 +87,7 @@ def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
                 for side in sides
                 for found in ("missing", "additional")
                 for clause in getattr(getattr(report, side), found)
-                for predicate in sorted(predicates_in(clause))
+                for predicate in record.verdict.predicates_of(clause)
             )
         )
         for report in record.verdict.operators

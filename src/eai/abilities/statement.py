@@ -1,4 +1,4 @@
-"""Reading the texts of records again: atoms, steps and goals, as explanations print them."""
+"""What a record says, as values beside the texts: atoms, actions and steps."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 _NOT = "not "
 
 
-class Call(NamedTuple):
+class Statement(NamedTuple):
     """An atom or an action: ``not open(jar_0)``, ``GRAB(soap.1002)``, ``TOUCH``.
 
     Attributes:
@@ -21,10 +21,10 @@ class Call(NamedTuple):
     positive: bool = True
 
 
-def read_call(text: str) -> Call:
-    """What an atom or a step says; a text of any other form is a name."""
+def read_statement(text: str) -> Statement:
+    """The atom or step in a text that has no value beside it, as in older records; else it is a name."""
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
     if not opened or not rest.endswith(")"):
-        return Call(text, None)
-    return Call(name, tuple(part for part in rest[:-1].split(", ") if part), positive)
+        return Statement(text, None)
+    return Statement(name, tuple([part for part in rest[:-1].split(", ") if part]), positive)
