@@ -9,19 +9,23 @@ from typing import Any
 
 import pytest
 
+import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
+from eai.abilities.task import Task, goal
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
-from eai.generator.over_time import Seeker
+from eai.generator import over_time
+from eai.generator.over_time import Seeker, _are_apart, _if_it_matters, _reach_all
 from eai.generator.prior import Kind
 from eai.generator.spec import Generated
+from eai.generator.walk import Walk
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.trace import TakenAction
+from eai.planning.planner import Planner
 from eai.tasks.source import Source
 from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.listing import Listing
@@ -137,3 +141,107 @@ def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
     listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
     became = Seeker(lamps.domain, lamps.domain, prior, listings)._became(task, way.states)
     assert {print_ltl(atom): when for atom, when in became.items()} == expected
+
+
+def atom(name: str, *about: str) -> f.Formula:
+    return f.Atom(name, tuple(map(f.Constant, about)))
+
+
+ONE, OTHER = atom("lit", "lamp_1"), atom("lit", "lamp_2")
+
+
+def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
+    """Both lamps are to be lit, or what else is asked for, on this way."""
+    task = lamps.tasks(Source())["light"]
+    steps = [
+        Action(name, tuple([task.scene.index[each] for each in about]))
+        for name, *about in (step.split() for step in way.split("; "))
+    ]
+    return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
+
+
+def seeker(lamps: Benchmark, **changes: Any) -> Seeker:
+    listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
+    wanted = {"wanted": {("lit", True): 1, ("is_open", True): 1, ("inside", True): 1}}
+    prior = replace(NOTHING_IS_USUAL, **{**wanted, **changes})
+    return Seeker(lamps.domain, lamps.domain, prior, listings)
+
+
+FIRST, SECOND = "GO lamp_1; PRESS lamp_1", "GO lamp_2; PRESS lamp_2"
+BOX = "GO box; OPEN box"
+
+
+@pytest.mark.parametrize(
+    ("way", "cuts"),
+    [
+        (f"{FIRST}; {SECOND}", [2, 4]),
+        (f"{SECOND}; {FIRST}", [2, 4]),
+        (f"{BOX}; {FIRST}; {SECOND}; GO ball", [4, 6]),
+        ("GO lamp_1; PRESS lamp_1; GO box; GO lamp_2; PRESS lamp_2", [2, 5]),
+    ],
+)
+def test_a_plan_is_cut_where_one_goal_more_holds_to_the_end(
+    lamps: Benchmark, way: str, cuts: list[int]
+) -> None:
+    task, found = asked(lamps, way), seeker(lamps)
+    assert found._cuts([ONE, OTHER], found._course(task, task.script)) == cuts
+
+
+def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Benchmark) -> None:
+    task, found = asked(lamps, f"{BOX}; {FIRST}; {SECOND}"), seeker(lamps)
+    ours, other = (
+        found._course(task, asked(lamps, way).script)
+        for way in (f"{BOX}; {FIRST}; {SECOND}", f"{SECOND}; {BOX}; {FIRST}")
+    )
+    is_open = atom("is_open", "box")
+    assert [ours.comes_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
+        True,
+        True,
+        False,
+    ]
+    assert ours.comes_first(ONE, ONE)
+    assert ours.has_both(is_open, OTHER)
+    goals = {print_ltl(goal): apart for apart, goal in found._candidates(task, ours, other)}
+    assert goals == {
+        "not lit(lamp_2) until lit(lamp_1)": True,
+        "not lit(lamp_2) until is_open(box)": True,
+    }
+    for text in goals:
+        (goal,) = [each for _, each in found._candidates(task, ours, other) if print_ltl(each) == text]
+        kept = _if_it_matters(goal, ours, other)
+        assert kept is not None
+        assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
+        assert _if_it_matters(goal, other, ours) is None
+        assert _if_it_matters(goal, ours, ours) is None
+    pressed = seeker(lamps, actions={("PRESS",): 1})._candidates(task, ours, ours)
+    told = [print_ltl(goal) for _, goal in pressed]
+    assert len(told) == 2 * 3
+    assert "not is_open(box) until PRESS(lamp_1)" in told
+
+
+@pytest.mark.parametrize(("goals", "walks"), [((ONE,), 0), ((ONE, OTHER), 1)])
+def test_goals_are_reached_in_another_order_where_there_are_several(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, goals: tuple[f.Formula, ...], walks: int
+) -> None:
+    task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
+    monkeypatch.setattr(over_time, "_reach_all", lambda walk, goals: reached.append(goals))
+    monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
+
+    def begin() -> Walk:
+        return Walk(lamps.domain, Planner(lamps.domain), task.initial)
+
+    found = seeker(lamps)._in_order(task, goals, begin, None, random.Random(0))  # type: ignore[arg-type]
+    assert found is None
+    assert len(reached) == walks
+
+
+def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
+    def reached(*goals: f.Formula) -> tuple[bool, int]:
+        walk = Walk(lamps.domain, Planner(lamps.domain), asked(lamps, FIRST).initial)
+        return _reach_all(walk, goals), len(walk.conditions)
+
+    assert reached(ONE, OTHER) == (True, 2)
+    assert reached(ONE, ONE) == (True, 2), "what holds already is kept, too"
+    assert reached(ONE, atom("lit", "ball")) == (False, 1)
+    assert _are_apart(ONE, OTHER)
+    assert not _are_apart(atom("inside", "ball", "box"), atom("is_open", "box"))

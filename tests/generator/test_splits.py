@@ -13,13 +13,15 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.generator import fingerprint
 from eai.generator.generator import Generator
-from eai.generator.prior import patterns_of
+from eai.generator.prior import Pattern, patterns_of
 from eai.generator.sets import Seeds
 from eai.generator.spec import Generated, HeldOut, Reason, Rejected, Spec, Split
 from eai.generator.splits import (
     SHARES,
     Overlap,
     Rivals,
+    _pair,
+    _split_at,
     bases_of,
     is_before,
     split_of,
@@ -159,3 +161,63 @@ def test_all_of_a_kind_is_said_of_what_some_public_task_has_several_of() -> None
     assert {"plate", "cup", "light"} <= several
     assert {"phone", "television", "soap"}.isdisjoint(several)
     assert not generator("behavior").prior.several
+
+
+@pytest.mark.parametrize(
+    ("place", "split"),
+    [
+        *((0.0, Split.TRAIN), (0.599, Split.TRAIN), (0.601, Split.VALIDATION), (0.799, Split.VALIDATION)),
+        *((0.801, Split.TEST), (0.999, Split.TEST), (1.0, Split.TEST)),
+    ],
+)
+def test_three_in_five_are_for_training_and_one_for_each_of_the_others(place: float, split: Split) -> None:
+    assert _split_at(place) is split
+
+
+@pytest.mark.parametrize(
+    ("categories", "pair"),
+    [
+        (("robot", "lamp"), ("p", "lamp")),
+        (("lamp", "robot"), ("p", "lamp")),
+        (("ball", "box"), ("p", "ball")),
+        (("robot",), ("p",)),
+        ((), ("p",)),
+    ],
+)
+def test_a_pair_is_of_a_predicate_and_the_first_kind_that_is_not_the_agents(
+    lamps: Benchmark, categories: tuple[str, ...], pair: tuple[str, ...]
+) -> None:
+    scene = lamps.tasks(Source())["light"].scene
+    assert _pair(Pattern("p", categories, True), scene) == pair
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "expected"),
+    [
+        ("train", "validation", True),
+        ("validation", "test", True),
+        ("test", "train", False),
+        ("train", "train", False),
+        ("train", "mine", False),
+        ("mine", "test", False),
+    ],
+)
+def test_a_split_comes_before_later_ones(one: str, other: str, expected: bool) -> None:
+    assert is_before(one, other) is expected
+
+
+def test_each_title_and_each_scene_is_of_one_split_and_the_shares_are_those_of_all(lamps: Benchmark) -> None:
+    light, pack = lamps.tasks(Source()).values()
+    for held_out in (HeldOut.TITLES, HeldOut.SCENES):
+        public = [
+            replace(task, id=f"{task.id}-{n}", title=f"title {n // 2}")
+            for n in range(10)
+            for task in (light, pack)
+        ]
+        parts = [bases_of(public, split, held_out) for split in PARTS]
+        keys = [{task.title if held_out is HeldOut.TITLES else task.id for task in part} for part in parts]
+        number = 5 if held_out is HeldOut.TITLES else 20
+        assert [len(key) for key in keys] == [3 * number // 5, number // 5, number // 5]
+        assert sorted(task.id for part in parts for task in part) == sorted(task.id for task in public)
+        assert bases_of(public, Split.ALL, held_out) == public
+    assert bases_of(public, Split.TEST, HeldOut.GOALS) == public

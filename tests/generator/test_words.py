@@ -218,3 +218,27 @@ def test_things_are_told_by_what_is_so_of_them_alone() -> None:
     assert _Reader(words).goals(f"Make sure that {said}.") == (
         formula("inside(cup_1, box_1) or not is_clean(cup_2)"),
     )
+
+
+def test_kinds_that_would_be_called_the_same_are_called_by_their_names() -> None:
+    things = ["gift_box.n.01", "gift_box", "cup.n.01", "cup.n.01"]
+    objects = [WorldObject(f"thing_{n}", kind) for n, kind in enumerate(things)]
+    scene = Scene(WORDS.scene.vocabulary, objects)
+    assert replace(WORDS, scene=scene).nouns == {
+        "gift_box.n.01": "gift box",
+        "gift_box": "gift_box",
+        "cup.n.01": "cup",
+    }
+    called = replace(WORDS, scene=scene, english=English(nouns={"gift_box": "case"}))
+    assert called.nouns["gift_box"] == "case"
+
+
+def test_an_action_is_read_on_things_that_are_there() -> None:
+    def read(things: str) -> tuple[f.Formula, ...]:
+        text = f"the lamp is not switched on until the action GRAB has been taken on {things}"
+        return _Reader(WORDS).goals(f"Make sure that {text}.")
+
+    lit = f.Not(f.Atom("ON", (f.Constant("lamp_1"),)))
+    on = tuple(map(f.Constant, ("cup_1", "box_2")))
+    assert read("cup_1 with box_2") == (f.Until(lit, f.Occurs("GRAB", on)),)
+    assert read("cup_1 with nothing") == (f.Until(lit, f.Occurs("GRAB", on[:1])),)
