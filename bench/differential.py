@@ -88,7 +88,7 @@ def scorers(suite: str) -> Suite:
     domain, ability = parts(suite)
     opener = partial(open_virtualhome, with_ids=True) if suite == "virtualhome/action_sequencing" else None
     source = Source(planner=PlannerChoice.NONE)
-    return open_suite(domain, ability, Protocol.EAI_1_0_5, source=source, opener=opener)
+    return open_suite(domain, ability, Protocol("eai-1.0.5"), source=source, opener=opener)
 
 
 def judged_by_reference(suite: str, rows: Sequence[Row], python: Path, workers: int) -> list[dict[str, Any]]:

@@ -195,7 +195,7 @@ def main() -> int:
     failed = False
     for name in [each for each in SUITES if arguments.suite in each]:
         domain, _, ability = name.partition("/")
-        for protocol in Protocol:
+        for protocol in Protocol.known():
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
             )

@@ -41,7 +41,7 @@ from eai.world.domain import Domain as Simulator
 from eai.world.execution import Trajectory, execute
 from eai.world.fault import FaultKind
 
-STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
+STRICT, REFERENCE = Protocol.STRICT, Protocol("eai-1.0.5")
 RATES = ("task_success", "execution_success")
 ERRORS = (
     "parsing",
@@ -131,7 +131,7 @@ class Judge:
         return PlanVerdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
 
     def _judge(self, trajectory: Trajectory, rules: Rules) -> PlanVerdict:
-        tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol}
+        tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol.known()}
         goals = GoalTallies(
             tallies[STRICT].state, tallies[rules.relations].relation, tallies[rules.actions].action
         )
@@ -181,7 +181,7 @@ class Answers:
         Raises:
             AssertionError: they are not.
         """
-        for protocol in Protocol:
+        for protocol in Protocol.known():
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
             rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
             if rates != self.rates(rules_of(protocol)):

@@ -22,7 +22,7 @@ def virtualhome_subgoals(
     protocol: Protocol, limits: SearchLimits | None = None
 ) -> Callable[[Task], SubgoalDecomposition]:
     """What makes the scorer of a VirtualHome task."""
-    if protocol is Protocol.EAI_1_0_5:
+    if protocol is Protocol("eai-1.0.5"):
         return partial(of_reference("virtualhome_subgoals").VirtualHomeSubgoalDecomposition, limits=limits)
     domain, notation = virtualhome.with_either_hand(), VirtualHomeSubgoals()
     refinement = Refinement(domain)
@@ -33,7 +33,7 @@ def behavior_subgoals(
     protocol: Protocol, limits: SearchLimits | None = None
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """What makes the scorer of a BEHAVIOR task."""
-    if protocol is Protocol.EAI_1_0_5:
+    if protocol is Protocol("eai-1.0.5"):
         return partial(of_reference("behavior_subgoals").BehaviorSubgoalDecomposition, limits=limits)
     domain, notation = behavior.as_meant(), BehaviorSubgoals()
     refinement = Refinement(domain)

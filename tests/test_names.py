@@ -12,7 +12,7 @@ import eai
 SOURCE = Path(eai.__file__).parent
 HOMES = ("households", "reference")
 HOUSEHOLD = re.compile(r"virtualhome|\bbehavior\b", re.IGNORECASE)
-PROTOCOL = re.compile(r"\bProtocol\.[A-Z]")
+PROTOCOL = re.compile(r"\bProtocol(\.[A-Z]|\([\"'])")
 
 EXAMPLES = frozenset(
     {
@@ -32,7 +32,7 @@ EXAMPLES = frozenset(
 )
 """Where households are named as examples in help, or to stand in the order of the paper."""
 
-DEFAULTS = frozenset({"benchmark/suite.py", "cli/score.py", "cli/run.py"})
+DEFAULTS = frozenset({"abilities/protocol.py", "benchmark/suite.py", "cli/score.py", "cli/run.py"})
 """Where it is said which protocol is the default."""
 
 

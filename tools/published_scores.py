@@ -60,7 +60,7 @@ NOTES: Mapping[str, Sequence[str]] = {
 """What a reader must know of the published answers to a suite."""
 
 
-_S, _R = Protocol.STRICT, Protocol.EAI_1_0_5
+_S, _R = Protocol.STRICT, Protocol("eai-1.0.5")
 _GOALS, _SUBGOALS, _PLANS, _OPERATORS = FOUR
 _F1, _SUCCESS, _PLANNER = "overall.f1", "task_success", "overall.planner_success"
 
@@ -106,7 +106,9 @@ def main() -> None:
     parser.add_argument("--null-models", action="store_true", help="score these instead; needs no answers")
     arguments = parser.parse_args()
     if arguments.null_models:
-        made = {null_table(each.value): (each, partial(null_suite, protocol=each)) for each in Protocol}
+        made = {
+            null_table(each.value): (each, partial(null_suite, protocol=each)) for each in Protocol.known()
+        }
     else:
         made = {TABLE: (DEFAULT_PROTOCOL, partial(scored_suite, folder=arguments.folder))}
     same = [

@@ -20,7 +20,7 @@ def tasks(data_store: Store) -> BehaviorTasks:
     return open_tasks(data_store)
 
 
-@pytest.mark.parametrize(("protocol", "reached"), [(Protocol.EAI_1_0_5, 83), (Protocol.STRICT, 93)])
+@pytest.mark.parametrize(("protocol", "reached"), [(Protocol("eai-1.0.5"), 83), (Protocol.STRICT, 93)])
 def test_subgoals_of_the_annotated_plans_reach_the_goals(
     tasks: BehaviorTasks, protocol: Protocol, reached: int
 ) -> None:

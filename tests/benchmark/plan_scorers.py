@@ -15,13 +15,13 @@ from protocols import of_reference
 
 def virtualhome_scorer(task: Task, protocol: Protocol, *, with_ids: bool | None = None) -> ActionSequencing:
     """The scorer of a task in VirtualHome; the reference can be told that objects have ids."""
-    if protocol is Protocol.EAI_1_0_5:
+    if protocol is Protocol("eai-1.0.5"):
         return of_reference("virtualhome_plans").VirtualHomeActionSequencing(task, with_ids=with_ids)
     return ActionSequencing(task, virtualhome.as_meant(), VirtualHomePlans())
 
 
 def behavior_scorer(task: BehaviorTask, protocol: Protocol) -> ActionSequencing:
     """The scorer of a task in BEHAVIOR."""
-    if protocol is Protocol.EAI_1_0_5:
+    if protocol is Protocol("eai-1.0.5"):
         return of_reference("behavior_plans").BehaviorActionSequencing(task)
     return ActionSequencing(task, behavior.as_meant(), JsonPlans())

@@ -76,7 +76,7 @@ def test_what_else_ends_an_attempt_is_as_with_us() -> None:
 
 ALL_THREE = GoalTallies(Tally(0, 0), Tally(3, 3), Tally(0, 0))
 REACHED = PlanVerdict(executable=True, success=True, goals=ALL_THREE, goals_satisfied=(True,) * 3)
-PLAN = Record(Protocol.EAI_1_0_5, "behavior", Ability.ACTION_SEQUENCING, "m", TASK, "", "", REACHED)
+PLAN = Record(Protocol("eai-1.0.5"), "behavior", Ability.ACTION_SEQUENCING, "m", TASK, "", "", REACHED)
 TASK_SUCCESS = PaperColumn(Ability.ACTION_SEQUENCING.value, "task_success", "behavior")
 
 OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}

@@ -20,8 +20,8 @@ from households.virtualhome import household
 from subgoal_scorers import behavior_subgoals, virtualhome_subgoals
 
 HOME = replace(household.make_task(), temporal_goal="OPEN(fridge.10)")
-HOMES = virtualhome_subgoals(Protocol.EAI_1_0_5)(HOME)
-SCENES = behavior_subgoals(Protocol.EAI_1_0_5)(kitchen.make_task())
+HOMES = virtualhome_subgoals(Protocol("eai-1.0.5"))(HOME)
+SCENES = behavior_subgoals(Protocol("eai-1.0.5"))(kitchen.make_task())
 
 IN_HOMES = ("OPEN(fridge.10)", "CLOSED(fridge.10)", "TOUCH(yacht.9)", "TOUCH(table.12, cup.13)")
 IN_SCENES = ("open(fridge.1)", "not open(fridge.1)", "open(yacht.9)", "open(fridge.1, sink.1)")
@@ -99,11 +99,11 @@ def test_a_full_seat_cannot_be_diagnosed_in_subgoals_and_is_a_missing_step_in_pl
     """A bed has three places; it has four seats."""
     full = [f"ONTOP {thing} {seat}" for thing in ("cup.13", "milk.11", "bread.14")]
     task = replace(household.make_task(*full), temporal_goal="OPEN(fridge.10)")
-    subgoals = virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer(f"ONTOP(character.65, {seat})"))
+    subgoals = virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(f"ONTOP(character.65, {seat})"))
     assert told(subgoals) == "not_parseable"
     name, _, number = seat.partition(".")
     plan = json.dumps({"WALK": [name, number], posture: [name, number]})
-    error = virtualhome_scorer(task, Protocol.EAI_1_0_5).score(plan).error
+    error = virtualhome_scorer(task, Protocol("eai-1.0.5")).score(plan).error
     assert error is not None
     assert (error.kind, error.detail) == (FaultKind.MISSING_STEP, f"there is no room left on {seat}")
 

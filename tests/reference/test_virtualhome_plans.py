@@ -106,7 +106,7 @@ def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> No
         script=["WALK sofa_bed.40", "SIT sofa_bed.40"],
         more_objects=("sofa_bed.40",),
     )
-    verdict = virtualhome_scorer(task, Protocol.EAI_1_0_5, with_ids=True).score(plan)
+    verdict = virtualhome_scorer(task, Protocol("eai-1.0.5"), with_ids=True).score(plan)
     if verdict.error is not None:
         assert verdict.error.kind.value == outcome
         return

@@ -20,6 +20,7 @@ from eai.results.summary import summarise
 from eai.tasks.source import Source
 from oracle import MODELS, Oracle, read_shared
 
+REFERENCE = Protocol("eai-1.0.5")
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "protocols.md"
 
@@ -89,7 +90,7 @@ def scored(name: str, *, oracle: Oracle, store: Store) -> Scored:
     suite = open_suite(
         "virtualhome",
         Ability.ACTION_SEQUENCING,
-        Protocol.EAI_1_0_5,
+        Protocol("eai-1.0.5"),
         source=Source(store),
     ).over([row["llm_output"] for row in rows])
     verdicts = [suite.score(row["id"].partition("@")[0], row["llm_output"]) for row in rows]
@@ -208,7 +209,7 @@ def test_the_documentation_names_every_quirk_of_the_simulator() -> None:
     assert [quirk.name for quirk in QUIRKS if f"`{quirk.name}`" not in page] == []
 
 
-def summary(verdicts: Sequence[Verdict], protocol: Protocol = Protocol.EAI_1_0_5) -> dict[str, Rate]:
+def summary(verdicts: Sequence[Verdict], protocol: Protocol = REFERENCE) -> dict[str, Rate]:
     return summarise(verdicts, Ability.ACTION_SEQUENCING)
 
 

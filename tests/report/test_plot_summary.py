@@ -31,7 +31,7 @@ def tables(folder: Path, *, with_paper: bool) -> list[Ranking]:
     [
         (Protocol.STRICT, False, None),
         (Protocol.STRICT, True, "published answers of the paper's models (9)"),
-        (Protocol.EAI_1_0_5, True, "the paper's models, as it prints them (18)"),
+        (Protocol("eai-1.0.5"), True, "the paper's models, as it prints them (18)"),
     ],
 )
 def test_a_page_has_each_number_of_the_model_and_says_what_stands_beside(
@@ -57,7 +57,7 @@ def test_a_page_has_each_number_of_the_model_and_says_what_stands_beside(
 
 
 def test_a_model_without_numbers_has_no_page(tmp_path: Path) -> None:
-    assert plot_summary.draw(tables(tmp_path, with_paper=True), "GPT-4o", Protocol.EAI_1_0_5) is None
+    assert plot_summary.draw(tables(tmp_path, with_paper=True), "GPT-4o", Protocol("eai-1.0.5")) is None
 
 
 def test_a_report_draws_pages_where_they_are_asked_for(tmp_path: Path) -> None:

@@ -17,8 +17,10 @@ from eai.results.paper_tables import OTHER_TABLES, paper_table
 from report.samples import action_run, goal_run, operator_run
 from results.verdicts import whole
 
+REFERENCE = Protocol("eai-1.0.5")
 
-def summary(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) -> RunSummary:
+
+def summary(records: Sequence[Record], protocol: Protocol = REFERENCE) -> RunSummary:
     renamed = whole([replace(record, protocol=protocol) for record in records])
     first = renamed[0]
     return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed))

@@ -62,7 +62,7 @@ def test_every_suite_has_the_same_models_and_all_metrics() -> None:
             assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
 
 
-@pytest.mark.parametrize("protocol", Protocol)
+@pytest.mark.parametrize("protocol", list(Protocol.known()))
 def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
     table = null_scores(protocol.value)
     assert (table.schema, table.protocol) == (SCHEMA, protocol.value)

@@ -14,6 +14,7 @@ from eai.scoring.batch import Settings, score_run
 from eai.tasks.source import ErrataChoice, Source
 from oracle import read_oracle
 
+REFERENCE = Protocol("eai-1.0.5")
 GPT_4O = "gpt-4o-2024-05-13"
 
 
@@ -22,7 +23,7 @@ def tables(
     domain: str,
     ability: Ability,
     models: tuple[str, ...] = (GPT_4O,),
-    protocol: Protocol = Protocol.EAI_1_0_5,
+    protocol: Protocol = REFERENCE,
     planner: PlannerChoice = PlannerChoice.NONE,
 ) -> Tables:
     """The tables of one suite; skips the test where the answers are not on this machine."""

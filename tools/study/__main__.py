@@ -78,7 +78,7 @@ def from_answers(
     evidence = Evidence(source)
     for domain in domains:
         for ability in abilities:
-            suite = open_suite(domain, ability, Protocol.EAI_1_0_5, source=source)
+            suite = open_suite(domain, ability, Protocol("eai-1.0.5"), source=source)
             for file in paper_models():
                 answers = find_answers(folder / domain / ability.value, file, suite)
                 if answers is None:

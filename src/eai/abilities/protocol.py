@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from enum import Enum
 from functools import cache
 from importlib.metadata import EntryPoint
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
+
+from typing_extensions import Self
 
 from eai.data.entry_points import entry_points_of
 from eai.errors import InputError, did_you_mean
@@ -15,26 +17,97 @@ if TYPE_CHECKING:
     from pydantic_core.core_schema import CoreSchema
 
 
-class Protocol(str, Enum):
-    """A named, versioned set of rules for scoring.
-
-    `STRICT` is what the paper says, with the defects of its reference package mended. `EAI_1_0_5` gives the
-    verdicts of that package, release 1.0.5, defect by defect.
-    """
-
-    STRICT = "strict"
-    EAI_1_0_5 = "eai-1.0.5"
-
-
-_NAMED: dict[str, Ability] = {}
+_NAMED: dict[tuple[type[_Name], str], _Name] = {}
 """The one value of each name."""
 
 
-class Ability(str):
-    """The name of an ability: what records, files and options call it.
+class _Name(str):
+    """The name of what is registered: what records, files and options call it.
 
-    There is one value for each name, so that abilities can be compared by identity. What one asks, and how
-    answers to it are read, judged and counted, is registered under the name (`eai.abilities.declaration`).
+    There is one value for each name, so that names can be compared by identity.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, name: str) -> Self:
+        """This name, whether or not anything is registered under it."""
+        found = _NAMED.setdefault((cls, name), super().__new__(cls, name))
+        return cast(Self, found)
+
+    @property
+    def value(self) -> str:
+        """The name as a plain text."""
+        return str(self)
+
+    @classmethod
+    def known(cls) -> Collection[Self]:
+        """The names that are known."""
+        raise NotImplementedError
+
+    @classmethod
+    def named(cls, name: str) -> Self:
+        """A known name.
+
+        Raises:
+            InputError: it is not known.
+        """
+        if name not in cls.known():
+            raise _unknown(name, cls.__name__.lower(), cls.known())
+        return cls(name)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: object, handler: object) -> CoreSchema:
+        """Pydantic reads a known name."""
+        from pydantic_core import PydanticCustomError, core_schema
+
+        def read(name: str) -> _Name:
+            if name not in cls.known():
+                known = " or ".join(map(repr, map(str, cls.known())))
+                raise PydanticCustomError("enum", "Input should be {expected}", {"expected": known})
+            return cls(name)
+
+        return core_schema.no_info_after_validator_function(read, core_schema.str_schema())
+
+
+class Protocol(_Name):
+    """The name of a named, versioned set of rules for scoring.
+
+    `STRICT` is what the paper says, with the defects of its reference package mended. The others are found by
+    entry points of the group ``eai.protocols`` (`eai.benchmark.protocols`): ``eai-1.0.5`` gives the verdicts
+    of that package, release 1.0.5, defect by defect.
+    """
+
+    __slots__ = ()
+
+    STRICT: ClassVar[Protocol]
+
+    @classmethod
+    def known(cls) -> Collection[Protocol]:
+        """`STRICT`, those that come with the package, be they there or not, and then the others by name."""
+        return dict.fromkeys(map(cls, (cls.STRICT, *PROTOCOLS_BUILT_IN, *registered_protocols())))
+
+
+Protocol.STRICT = Protocol("strict")
+
+PROTOCOLS = "eai.protocols"
+"""The group of entry points of protocols other than ``strict``."""
+
+PROTOCOLS_BUILT_IN = {"eai-1.0.5": "eai.reference.protocol:EAI_1_0_5"}
+"""The protocols that come with the package, as its metadata have them, too."""
+
+
+@cache
+def registered_protocols() -> Mapping[str, EntryPoint]:
+    """All protocols besides ``strict`` that are there, by name."""
+    found = entry_points_of(PROTOCOLS, PROTOCOLS_BUILT_IN)
+    return {name: found[name] for name in sorted(found)}
+
+
+class Ability(_Name):
+    """The name of an ability.
+
+    What one asks, and how answers to it are read, judged and counted, is registered under the name
+    (`eai.abilities.declaration`).
     """
 
     __slots__ = ()
@@ -44,21 +117,10 @@ class Ability(str):
     ACTION_SEQUENCING: ClassVar[Ability]
     TRANSITION_MODELING: ClassVar[Ability]
 
-    def __new__(cls, name: str) -> Ability:
-        """The ability of this name, whether or not one is registered."""
-        return _NAMED.setdefault(name, super().__new__(cls, name))
-
-    @property
-    def value(self) -> str:
-        """The name as a plain text."""
-        return str(self)
-
     @classmethod
-    def __get_pydantic_core_schema__(cls, source: object, handler: object) -> CoreSchema:
-        """Pydantic reads the name of a registered ability."""
-        from pydantic_core import core_schema
-
-        return core_schema.no_info_after_validator_function(_read, core_schema.str_schema())
+    def known(cls) -> Collection[Ability]:
+        """All that are registered: the paper's in its order, then the others by name."""
+        return registered_abilities()
 
 
 Ability.GOAL_INTERPRETATION = Ability("goal_interpretation")
@@ -107,20 +169,7 @@ def ability_of(name: Ability | str) -> Ability:
     Raises:
         InputError: there is none.
     """
-    ability = Ability(name)
-    if ability not in registered_abilities():
-        raise _unknown(name, "ability", registered_abilities())
-    return ability
-
-
-def _read(name: str) -> Ability:
-    """The registered ability of this name, for pydantic."""
-    from pydantic_core import PydanticCustomError
-
-    if name not in registered_abilities():
-        known = " or ".join(map(repr, map(str, registered_abilities())))
-        raise PydanticCustomError("enum", "Input should be {expected}", {"expected": known})
-    return Ability(name)
+    return Ability.named(name)
 
 
 def protocol_of(name: Protocol | str) -> Protocol:
@@ -129,7 +178,7 @@ def protocol_of(name: Protocol | str) -> Protocol:
     Raises:
         InputError: there is none.
     """
-    return member(Protocol, name, "protocol")
+    return Protocol.named(name)
 
 
 def member(kind: type[E], name: E | str, noun: str) -> E:

@@ -6,13 +6,12 @@ else knows of it: what a protocol does otherwise is in that value.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING
 
-from eai.data.entry_points import entry_points_of
+from eai.abilities.protocol import registered_protocols
 from eai.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -20,12 +19,6 @@ if TYPE_CHECKING:
     from eai.abilities.experiment import Experiment
     from eai.abilities.record import Record
     from eai.benchmark.benchmark import Opener
-
-GROUP = "eai.protocols"
-"""The group of entry points."""
-
-BUILT_IN = {"eai-1.0.5": "eai.reference.protocol:EAI_1_0_5"}
-"""The protocols that come with the package, as its metadata have them, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,25 +43,15 @@ class Implementation:
 
 
 @cache
-def _found() -> Mapping[str, EntryPoint]:
-    return entry_points_of(GROUP, BUILT_IN)
-
-
-def implemented() -> tuple[str, ...]:
-    """The names of all protocols that are implemented besides ``strict``."""
-    return tuple(sorted(_found()))
-
-
-@cache
 def implementation_of(name: str) -> Implementation | None:
     """The implementation of a protocol; None if there is none.
 
     Raises:
         InputError: what is registered is none.
     """
-    if name not in _found():
+    if name not in registered_protocols():
         return None
-    value = _found()[name].load()
+    value = registered_protocols()[name].load()
     if not isinstance(value, Implementation):
         raise InputError(f"{name}: expected an Implementation, found {type(value).__name__}")
     return value
@@ -82,7 +65,7 @@ def preset(name: str) -> Implementation:
     """
     implementation = implementation_of(name)
     if implementation is None:
-        known = implemented()
+        known = registered_protocols()
         expected = f"expected {' or '.join(known)}" if known else "there is none"
         raise InputError(f"{name!r} is no preset: {expected}{did_you_mean(name, known)}")
     return implementation

@@ -8,14 +8,14 @@ from functools import partial
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability, Protocol, registered_protocols
 from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
 from eai.benchmark.benchmark import Benchmark, Opened, Opener, each_by_itself
 from eai.benchmark.errata import Errata
-from eai.benchmark.protocols import implementation_of, implemented
+from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
@@ -173,6 +173,6 @@ def _opener(protocol: Protocol) -> Opener:
         return open_scorers
     implementation = implementation_of(protocol.value)
     if implementation is None:
-        known = ", ".join((DEFAULT_PROTOCOL.value, *implemented()))
+        known = ", ".join((DEFAULT_PROTOCOL.value, *registered_protocols()))
         raise InputError(f"protocol {protocol.value} is not installed: expected one of {known}")
     return implementation.open_suite

@@ -42,9 +42,9 @@ def label(command: Any) -> None:
             name = max(parameter.opts, key=len)
             parameter.metavar = METAVARS.get(name, "" if parameter.is_flag else None)
         if "--protocol" in parameter.opts:
-            from eai.benchmark.protocols import implemented
+            from eai.abilities.protocol import registered_protocols
 
-            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *implemented()))}."
+            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *registered_protocols()))}."
 
 
 def _nothing(ctx: Any) -> str:

@@ -41,9 +41,7 @@ class ReferencePlans(ActionSequencing):
         differences = _differences(_steps(self.notation, text), _steps(strict.notation, text))
         notes = [f"lossy_reading: {difference}" for difference in differences]
         if notes:
-            notes.append(
-                f"{Protocol.STRICT.value}, which passes over nothing: {_outcome(strict.score(text))}"
-            )
+            notes.append(f"{Protocol.STRICT}, which passes over nothing: {_outcome(strict.score(text))}")
         return replace(explanation, notes=(*explanation.notes, *notes))
 
 

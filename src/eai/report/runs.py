@@ -41,7 +41,7 @@ class RunKey(NamedTuple):
         """What runs are sorted by; unknown domains come last."""
         known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
-        protocols = list(Protocol)
+        protocols = [*Protocol.known()]
         return (
             protocols.index(self.protocol),
             place,

@@ -139,7 +139,7 @@ def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, nam
     assert verdict.planner is not None
     assert verdict.planner.value == strict
     assert offences(verdict) == found
-    reference_verdict = score(task, answer, Protocol.EAI_1_0_5)
+    reference_verdict = score(task, answer, Protocol("eai-1.0.5"))
     assert reference_verdict.planner is not None
     assert reference_verdict.planner.value == reference
 
@@ -164,7 +164,7 @@ def test_a_mutated_operator_has_its_documented_outcome(task: TransitionTask, nam
 def test_an_answer_as_a_whole_has_its_documented_outcome(
     task: TransitionTask, answer: str, strict: str, reference: str | None
 ) -> None:
-    for protocol, expected in ((Protocol.STRICT, strict), (Protocol.EAI_1_0_5, reference)):
+    for protocol, expected in ((Protocol.STRICT, strict), (Protocol("eai-1.0.5"), reference)):
         outcome = score(task, answer, protocol).planner
         assert (outcome and outcome.value) == expected, protocol
 

@@ -87,7 +87,7 @@ def _sizes(side: SideMatch, known: Collection[str]) -> list[int]:
 @pytest.mark.parametrize("name", [*first_of(MODELS), "gold", "perturbed"])
 def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: Oracle, name: str) -> None:
     rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
-    rules = rules_of(Protocol.EAI_1_0_5, planner())
+    rules = rules_of(Protocol("eai-1.0.5"), planner())
     for row in rows:
         task = virtualhome[row["id"].split("@")[0]]
         verdict = TransitionModeling(task, rules).score(row["llm_output"])
@@ -99,7 +99,7 @@ def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: 
 @pytest.mark.parametrize("name", [*MODELS, "gt", "perturb_logic_only"])
 def test_behavior_counters(behavior_as_published: TransitionTasks, oracle: Oracle, name: str) -> None:
     rows = oracle("behavior", "transition_modeling", name)["records"]
-    rules = rules_of(Protocol.EAI_1_0_5, None)
+    rules = rules_of(Protocol("eai-1.0.5"), None)
     for row in rows:
         task = behavior_as_published[row["identifier"].split("@")[0]]
         verdict = TransitionModeling(task, rules).score(row["response"])
@@ -125,7 +125,7 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
 
 @pytest.mark.parametrize(
     ("protocol", "status"),
-    [(Protocol.STRICT, OperatorStatus.COMPARED), (Protocol.EAI_1_0_5, OperatorStatus.HALLUCINATED)],
+    [(Protocol.STRICT, OperatorStatus.COMPARED), (Protocol("eai-1.0.5"), OperatorStatus.HALLUCINATED)],
 )
 def test_an_operator_has_the_name_that_was_asked_for(
     oracle: Oracle, data_store: Store, protocol: Protocol, status: OperatorStatus
@@ -143,7 +143,7 @@ def test_an_operator_has_the_name_that_was_asked_for(
     assert found == [status] * 3
 
 
-@pytest.mark.parametrize("protocol", list(Protocol))
+@pytest.mark.parametrize("protocol", list(Protocol.known()))
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_gold_answers_are_right_in_every_respect(
     virtualhome: TransitionTasks, behavior: TaskSet[TransitionTask], domain: str, protocol: Protocol

@@ -51,7 +51,7 @@ what does not exist. No lot of an ``or`` falls otherwise.
 @pytest.fixture(scope="module")
 def suite(data_store: Store) -> Suite:
     return open_suite(
-        "behavior", Ability.SUBGOAL_DECOMPOSITION, Protocol.EAI_1_0_5, source=Source(data_store)
+        "behavior", Ability.SUBGOAL_DECOMPOSITION, Protocol("eai-1.0.5"), source=Source(data_store)
     )
 
 

@@ -15,7 +15,7 @@ from households.behavior.kitchen import make_task
 from sweeps import examples
 
 TASK = make_task()
-STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
+STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5")))
 GOAL_REACHED = (
     "OPEN fridge_1",
     "RIGHT_GRASP peach_1",
@@ -79,7 +79,7 @@ def test_an_answer_that_never_ran_meets_no_goal_and_in_the_reference_those_that_
     text: str,
 ) -> None:
     task = make_task("(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))")
-    for protocol, satisfied in ((Protocol.STRICT, [False, False]), (Protocol.EAI_1_0_5, [True, False])):
+    for protocol, satisfied in ((Protocol.STRICT, [False, False]), (Protocol("eai-1.0.5"), [True, False])):
         verdict = behavior_scorer(task, protocol).score(text)
         assert verdict.executable is False
         assert fields_of(verdict)["goals_satisfied"] == satisfied

@@ -20,7 +20,9 @@ from sweeps import examples
 from threading_tests import asked_by_threads
 
 TASK = make_task()
-STRICT, REFERENCE = (behavior_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
+STRICT, REFERENCE = (
+    behavior_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5"))
+)
 REACHED = (
     "open(fridge.1)",
     "inside(peach.1, saucepan.1)",
@@ -192,7 +194,7 @@ def test_errors_and_goals_are_told() -> None:
 def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
     dusty = Goal(GoalKind.STATE, Atom("dusty", (Constant("plate_1"),)))
     task = replace(TASK, goals=(dusty,))
-    for protocol, state in ((Protocol.STRICT, Tally(0, 1)), (Protocol.EAI_1_0_5, Tally(1, 1))):
+    for protocol, state in ((Protocol.STRICT, Tally(0, 1)), (Protocol("eai-1.0.5"), Tally(1, 1))):
         for text in ("?", answer("flies(rag.1)")):
             goals = behavior_subgoals(protocol)(task).score(text).goals
             assert goals is not None

@@ -50,7 +50,7 @@ def test_every_row_has_the_references_verdict(
     behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
 ) -> None:
     for row in oracle("behavior", "subgoal_decomposition", name)["records"]:
-        scorer = behavior_subgoals(Protocol.EAI_1_0_5)(behavior_tasks[row["identifier"]])
+        scorer = behavior_subgoals(Protocol("eai-1.0.5"))(behavior_tasks[row["identifier"]])
         expected = told_by_reference(row["verdict"])
         if not row["contains_or"]:
             assert (row["identifier"], told_by_us(scorer, row["response"])) == (row["identifier"], expected)

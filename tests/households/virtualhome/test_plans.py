@@ -15,8 +15,8 @@ from protocols import of_reference
 
 virtualhome_plans = of_reference("virtualhome_plans")
 
-STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
-BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
+STRICT, REFERENCE = Protocol.STRICT, Protocol("eai-1.0.5")
+BOTH = pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
 FRIDGE_OPEN = '{"WALK": ["fridge"], "OPEN": ["fridge"]}'
 
 

@@ -20,12 +20,12 @@ from eai.tasks.source import Source
 from households.virtualhome.household import make_task
 from oracle import Oracle
 
-BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
+BOTH = pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
 
 MADE_UP = make_task(goals=("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|TYPE"))
 SCORERS = [
     virtualhome_scorer(MADE_UP, protocol, with_ids=with_ids)
-    for protocol in Protocol
+    for protocol in Protocol.known()
     for with_ids in (None, True, False)
 ]
 ACTIONS = sorted(virtualhome.as_meant().compiled)
@@ -130,7 +130,8 @@ def test_a_plan_of_ten_thousand_steps_is_executed(protocol: Protocol) -> None:
 def suites(data_store: Store) -> tuple[Suite, ...]:
     source = Source(data_store)
     return tuple(
-        open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=source) for protocol in Protocol
+        open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=source)
+        for protocol in Protocol.known()
     )
 
 

@@ -24,7 +24,7 @@ TASK = replace(
     temporal_goal="(exists x. ((TOUCH(x) or PUSH(x))) then (OPEN(fridge.10) and ONTOP(cup.13, bed.20)))",
 )
 SCORERS = STRICT, REFERENCE = tuple(
-    virtualhome_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5)
+    virtualhome_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol("eai-1.0.5"))
 )
 CUP_HELD = "HOLDS_RH(character.65, cup.13)"
 REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", CUP_HELD, "ONTOP(cup.13, bed.20)")
@@ -178,11 +178,11 @@ def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -
         make_task(goals=("action TOUCH", "action TYPE", "action PUSH")), temporal_goal="exists x. (PUSH(x))"
     )
     plan = answer("PUSH(table.12)", "TOUCH(table.12)")
-    strict, reference = (virtualhome_subgoals(p)(task).score(plan).goals for p in Protocol)
+    strict, reference = (virtualhome_subgoals(p)(task).score(plan).goals for p in Protocol.known())
     assert strict is not None
     assert reference is not None
     assert (strict.action, reference.action) == (Tally(1, 3), Tally(1, 3))
-    other = virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer("PUSH(table.12)")).goals
+    other = virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer("PUSH(table.12)")).goals
     assert other is not None
     assert other.action == Tally(0, 3)
 
@@ -190,7 +190,7 @@ def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -
 def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() -> None:
     task = replace(TASK, temporal_goal="exists x. (exists y. (POUR(x, y)))")
     assert (
-        told(virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer(*REACHED)))
+        told(virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(*REACHED)))
         == "not_parseable parsing"
     )
     assert told(virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED))) == "goal_unreachable"
@@ -227,7 +227,7 @@ def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
     task = replace(make_task(goals=()), temporal_goal=None)
     assert virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED)).excluded is not None
     assert (
-        told(virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer(*REACHED)))
+        told(virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer(*REACHED)))
         == "not_parseable parsing"
     )
 

@@ -154,7 +154,7 @@ def is_met(part: Formula, report: PartReport, explanation: Explanation, states: 
 
 
 def score(tasks: VirtualHomeTasks, row_id: str, text: str) -> SubgoalVerdict:
-    return virtualhome_subgoals(Protocol.EAI_1_0_5)(tasks[row_id.partition("@")[0]]).score(text)
+    return virtualhome_subgoals(Protocol("eai-1.0.5"))(tasks[row_id.partition("@")[0]]).score(text)
 
 
 def choices(text: str) -> Iterator[str]:
