@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.transition_modeling.declaration import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
@@ -45,6 +45,7 @@ def _of(ability: Ability) -> st.SearchStrategy[Record]:
 
 
 st.register_type_strategy(str, TEXTS)
+st.register_type_strategy(Protocol, st.sampled_from([*Protocol.known()]))
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Tally, st.builds(Tally, HALVES, COUNTS))
 for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, PartReport):

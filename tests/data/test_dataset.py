@@ -19,10 +19,10 @@ from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Archive
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, Pack
-from eai.households.virtualhome.records import PACK, VirtualHome
+from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, VIRTUALHOME, Pack
+from eai.households.virtualhome.records import VirtualHome
 
-NAMES = (PACK, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
+NAMES = (VIRTUALHOME, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
 
 FETCH = """
 import sys
@@ -64,7 +64,7 @@ def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> 
     assert {step.stage for step in steps} == {Stage.DOWNLOAD, Stage.CONVERT}
     assert fetch(store, packs=packs) == ()
     assert fetch(store, packs=packs, force=True) == NAMES
-    assert list(VirtualHome.of(store.open(PACK))) == ["1_1", "2_1", "3_1"]
+    assert list(VirtualHome.of(store.open(VIRTUALHOME))) == ["1_1", "2_1", "3_1"]
     assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
         ["1_1", "2_1", "3_1"], "(define)"
     )
@@ -72,14 +72,14 @@ def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> 
 
 
 def test_what_is_absent_is_fetched_on_first_use(store: Store, packs: Sequence[Pack]) -> None:
-    assert len(VirtualHome.of(open_pack(PACK, store, packs=packs))) == 3
+    assert len(VirtualHome.of(open_pack(VIRTUALHOME, store, packs=packs))) == 3
     assert all(store.has(name) for name in NAMES)
 
 
 def test_first_use_does_not_wait_for_archives_it_has_no_need_of(store: Store, packs: Sequence[Pack]) -> None:
     unobtainable = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
     other = Pack("other", (unobtainable,), lambda files, report: {})
-    assert open_pack(PACK, store, packs=[*packs, other]).manifest.members
+    assert open_pack(VIRTUALHOME, store, packs=[*packs, other]).manifest.members
     with pytest.raises(DataError, match="no-such-archive"):
         open_pack("other", store, packs=[*packs, other])
     assert not store.has("other")
@@ -127,8 +127,8 @@ def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[
     store.path(RESOURCES).write_bytes(b"damaged")
     ready, damaged, absent, *_ = info(store, packs=packs)
     assert ready.problem is None
-    assert ready.sha256 == VirtualHome.of(store.open(PACK)).sha256
-    assert ready.size == store.path(PACK).stat().st_size
+    assert ready.sha256 == VirtualHome.of(store.open(VIRTUALHOME)).sha256
+    assert ready.size == store.path(VIRTUALHOME).stat().st_size
     assert damaged.problem is not None
     assert "eai data fetch --force" in damaged.problem
     assert absent.problem is not None
@@ -155,7 +155,7 @@ def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive, index: Pa
 
 def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    before = store.path(PACK).read_bytes()
+    before = store.path(VIRTUALHOME).read_bytes()
     process = subprocess.Popen(
         [sys.executable, "-c", HANG, str(store.folder)], stdout=subprocess.PIPE, text=True
     )
@@ -165,7 +165,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
     finally:
         process.kill()
         process.communicate()
-    assert store.path(PACK).read_bytes() == before
+    assert store.path(VIRTUALHOME).read_bytes() == before
     started = time.monotonic()
     assert fetch(store, packs=packs, force=True) == NAMES
     assert time.monotonic() - started < 300  # and not for as long as the dead one would have held it
@@ -198,14 +198,14 @@ def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Pa
 
 def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    before = store.path(PACK).read_bytes()
+    before = store.path(VIRTUALHOME).read_bytes()
 
     def fail(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
         raise DataError("not as expected")
 
     with pytest.raises(DataError, match="not as expected"):
-        fetch(store, packs=[Pack(PACK, packs[0].archives, fail)], force=True)
-    assert store.path(PACK).read_bytes() == before
+        fetch(store, packs=[Pack(VIRTUALHOME, packs[0].archives, fail)], force=True)
+    assert store.path(VIRTUALHOME).read_bytes() == before
 
 
 def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, packs: Sequence[Pack]) -> None:
@@ -238,7 +238,7 @@ def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> No
         fetch(store, packs=packs)
         with read_only(folder):
             assert fetch(store, packs=packs) == ()
-            assert len(VirtualHome.of(open_pack(PACK, store, packs=packs))) == 3
+            assert len(VirtualHome.of(open_pack(VIRTUALHOME, store, packs=packs))) == 3
             with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
                 fetch(store, packs=packs, force=True)
             assert "\n" not in str(caught.value)

@@ -10,9 +10,8 @@ import pytest
 from eai.data.dataset import fetch
 from eai.data.source import Pack
 from eai.data.store import Store
-from eai.households.packs import PROMPTS, RESOURCES
-from eai.households.validation import validate
-from eai.households.virtualhome.records import PACK, TASKS_MEMBER
+from eai.households.packs import PROMPTS, RESOURCES, VIRTUALHOME, validate
+from eai.households.virtualhome.records import TASKS_MEMBER
 
 Change = Callable[[dict[str, Any]], None]
 
@@ -33,7 +32,7 @@ def test_a_wrong_count_is_found(store: Store, packs: Sequence[Pack]) -> None:
 
 def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
-    store.path(PACK).unlink()
+    store.path(VIRTUALHOME).unlink()
     content = bytearray(store.path(RESOURCES).read_bytes())
     place = content.index(b"vocabulary.json") + len("vocabulary.json")
     content[place] ^= 0xFF
@@ -41,7 +40,7 @@ def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: S
     pinned = packs[2].archives[0]
     foreign = dataclasses.replace(packs[2], archives=(dataclasses.replace(pinned, sha256="0" * 64),))
     found = validate(store, packs=[*packs[:2], foreign])
-    assert [each.place for each in found] == [PACK, RESOURCES, PROMPTS]
+    assert [each.place for each in found] == [VIRTUALHOME, RESOURCES, PROMPTS]
     assert "no such data" in found[0].problem
     assert "vocabulary.json" in found[1].problem
     assert "other archives" in found[2].problem
@@ -50,11 +49,11 @@ def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: S
 def rewritten(store: Store, packs: Sequence[Pack], change: Change) -> None:
     """Change the last task's line, with matching digests: what a faulty converter would write."""
     fetch(store, packs=packs)
-    lines = store.open(PACK).read(TASKS_MEMBER).splitlines()
+    lines = store.open(VIRTUALHOME).read(TASKS_MEMBER).splitlines()
     values = json.loads(lines[-1])
     change(values)
     content = b"\n".join([*lines[:-1], json.dumps(values).encode()])
-    store.write(PACK, packs[0].pins, {TASKS_MEMBER: content})
+    store.write(VIRTUALHOME, packs[0].pins, {TASKS_MEMBER: content})
 
 
 @pytest.mark.parametrize(
@@ -80,7 +79,7 @@ def test_a_reference_to_nothing_is_found(
 ) -> None:
     def with_known_object(task: dict[str, Any]) -> None:
         change(task)
-        header = json.loads(store.open(PACK).read(TASKS_MEMBER).splitlines()[0])
+        header = json.loads(store.open(VIRTUALHOME).read(TASKS_MEMBER).splitlines()[0])
         absent = [
             n for n, row in enumerate(header["objects"]) if n not in header["base_objects"] and row[0] == 1000
         ]

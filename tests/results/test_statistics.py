@@ -8,9 +8,9 @@ from eai.benchmark.benchmark import Figure
 from eai.benchmark.registry import find_benchmark
 from eai.data.dataset import fetch
 from eai.data.store import Store
-from eai.households.packs import Pack, open_virtualhome
+from eai.households.packs import VIRTUALHOME, Pack
 from eai.households.virtualhome.benchmark import count_annotated
-from eai.households.virtualhome.records import PACK, VirtualHome
+from eai.households.virtualhome.records import VirtualHome, open_virtualhome
 from eai.results.data_set.distributions import distributions
 from eai.results.data_set.profiles import profiles_of
 from eai.results.data_set.statistics import StatRow, table_of
@@ -31,7 +31,8 @@ def rows_of(domain: str, store: Store) -> dict[str, StatRow]:
 def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
     figures: dict[str, Figure] = {
-        figure.label: figure for figure in count_annotated(VirtualHome.of(store.open(PACK)), ["1_1"], 5)
+        figure.label: figure
+        for figure in count_annotated(VirtualHome.of(store.open(VIRTUALHOME)), ["1_1"], 5)
     }
     assert {label: figure.value for label, figure in figures.items()} == {
         "task names": 2,

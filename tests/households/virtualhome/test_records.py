@@ -9,23 +9,23 @@ import pytest
 
 from benchmark.graphs import final_graph, initial_graph
 from eai.data.store import Store
-from eai.households.packs import PROMPTS, RESOURCES, open_published, open_virtualhome
+from eai.households.packs import PROMPTS, RESOURCES, VIRTUALHOME, open_published
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
-    PACK,
     Edge,
     VirtualHome,
     _EdgeGoal,
     _NodeGoal,
     _ScriptObject,
     _ScriptStep,
+    open_virtualhome,
 )
 from oracle import Oracle
 
 LOAD = """
 import sys, time
 from pathlib import Path
-from eai.households.packs import open_virtualhome
+from eai.households.virtualhome.records import open_virtualhome
 from eai.data.store import Store
 tasks = open_virtualhome(Store(Path(sys.argv[1])))
 seconds = time.process_time()
@@ -99,7 +99,7 @@ def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHom
 
 
 def test_the_store_is_small_and_quick_to_load(data_store: Store) -> None:
-    assert data_store.path(PACK).stat().st_size <= 3_000_000
+    assert data_store.path(VIRTUALHOME).stat().st_size <= 3_000_000
     command = [sys.executable, "-c", LOAD, str(data_store.folder)]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     seconds, *kilobytes = map(float, output.split())

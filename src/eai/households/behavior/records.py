@@ -15,9 +15,6 @@ from typing import Any, TypeAlias
 from eai.data.store import PackFile
 from eai.logic.bddl import Problem, parse_problem
 
-PACK = "behavior"
-"""Name of the pack with what scoring needs."""
-
 TASKS_MEMBER = "tasks.jsonl"
 """One line a task, in data set order."""
 

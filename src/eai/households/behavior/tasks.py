@@ -12,8 +12,8 @@ from eai.data.store import Store
 from eai.households.behavior import predicates as p
 from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
 from eai.households.behavior.predicates import VOCABULARY
-from eai.households.behavior.records import PACK, Behavior, BehaviorObject, BehaviorRecord, GroundOption
-from eai.households.packs import open_published
+from eai.households.behavior.records import Behavior, BehaviorObject, BehaviorRecord, GroundOption
+from eai.households.packs import BEHAVIOR, open_published
 from eai.logic.formula import Atom, Formula
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import walk
@@ -115,7 +115,7 @@ def open_tasks(store: Store | None = None, *, report: Report = silent) -> Behavi
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return BehaviorTasks(Behavior(open_published(PACK, store, report=report)))
+    return BehaviorTasks(Behavior(open_published(BEHAVIOR, store, report=report)))
 
 
 def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:

@@ -17,7 +17,6 @@ from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.english.english import english_of
 from eai.households.packs import RESOURCES, open_published
-from eai.households.packs import open_virtualhome as open_records
 from eai.households.published import OfficialPrompts, open_virtualhome
 from eai.households.published_files import published_task
 from eai.households.virtualhome.convert import convert_demonstrations
@@ -26,6 +25,7 @@ from eai.households.virtualhome.goal_notation import VirtualHomeGoals
 from eai.households.virtualhome.goal_prompts import GOAL_SECTIONS, goal_interpretation_prompts
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.households.virtualhome.records import TaskRecord, VirtualHome
+from eai.households.virtualhome.records import open_virtualhome as open_records
 from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask, VirtualHomeTasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks

@@ -17,9 +17,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind
 from eai.data.progress import Report, silent
 from eai.data.store import Store
-from eai.households.packs import RESOURCES, TEMPLATES, open_published, open_virtualhome
+from eai.households.packs import RESOURCES, TEMPLATES, open_published
 from eai.households.published_files import TEMPLATE_MEMBER
-from eai.households.virtualhome.records import ObjectRecord, TaskRecord
+from eai.households.virtualhome.records import ObjectRecord, TaskRecord, open_virtualhome
 from eai.households.virtualhome.slot_order import union_order
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION
 from eai.logic.formula import Atom, Formula

@@ -17,10 +17,9 @@ from dataclasses import dataclass, field
 from itertools import starmap
 from typing import Any, NamedTuple
 
-from eai.data.store import PackFile
-
-PACK = "virtualhome"
-"""Name of the pack with what scoring needs."""
+from eai.data.progress import Report, silent
+from eai.data.store import PackFile, Store
+from eai.households.packs import VIRTUALHOME, open_published
 
 TASKS_MEMBER = "tasks.jsonl"
 """Line 1: the tables and the base scene; then one line a task, in data set order."""
@@ -237,3 +236,12 @@ class VirtualHome(Mapping[str, TaskRecord]):
 
 CHARACTER_ID = 65
 """Id of the acting character in every VirtualHome graph of the data set."""
+
+
+def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> VirtualHome:
+    """The records of the VirtualHome tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return VirtualHome.of(open_published(VIRTUALHOME, store, report=report))

@@ -10,7 +10,6 @@ from eai.abilities.task import Goal, GoalKind, Task
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.packs import open_virtualhome
 from eai.households.virtualhome.predicates import VOCABULARY
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
@@ -20,6 +19,7 @@ from eai.households.virtualhome.records import (
     ObjectRecord,
     TaskRecord,
     VirtualHome,
+    open_virtualhome,
 )
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import TaskSet

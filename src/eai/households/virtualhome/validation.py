@@ -1,14 +1,12 @@
-"""Is the store whole, and is it the published data? Digests, counts, and references between the files."""
+"""Whether the packs of VirtualHome are the published data: counts, and references between their files."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
-from eai.data.source import Pack
 from eai.data.store import PackFile, Store
-from eai.errors import DataError
-from eai.households.packs import PROMPTS, RESOURCES, published_packs
+from eai.households.packs import PROMPTS, RESOURCES, VIRTUALHOME
 from eai.households.published_files import PROBLEMS_MEMBER
 from eai.households.virtualhome.benchmark import count_annotated
 from eai.households.virtualhome.records import (
@@ -20,7 +18,6 @@ from eai.households.virtualhome.records import (
     TaskRecord,
     VirtualHome,
 )
-from eai.households.virtualhome.records import PACK as VIRTUALHOME
 from eai.tasks.source import Finding
 
 PUBLISHED_COUNTS: Mapping[str, int | float] = MappingProxyType(
@@ -41,48 +38,14 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = MappingProxyType(
 """Figures of the published data set, by their labels."""
 
 
-def validate(
-    store: Store | None = None,
-    *,
-    packs: Sequence[Pack] | None = None,
-    counts: Mapping[str, int | float] = PUBLISHED_COUNTS,
-) -> tuple[Finding, ...]:
-    """Check every pack of a store; nothing is fetched.
+def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[Finding]:
+    """Findings of counts and references, given that all packs can be read.
 
     Args:
-        store: the folder of packs; the user's default one if None.
-        packs: what should be there; all published packs if None.
-        counts: label of a statistic -> the figure it should show.
-
-    Returns:
-        What is wrong; empty when the store is valid.
+        store: the folder of packs.
+        counts: label of a statistic -> the figure it should show; that of the published data set if None.
     """
-    store = store or Store()
-    packs = published_packs() if packs is None else packs
-    broken = tuple(finding for pack in packs for finding in _check_pack(store, pack))
-    if broken:
-        return broken
-    return tuple(_check_tasks(store, counts))
-
-
-def _check_pack(store: Store, pack: Pack) -> Iterator[Finding]:
-    """Digests and origin."""
-    try:
-        opened = store.open(pack.name)
-    except DataError as error:
-        yield Finding(pack.name, str(error))
-        return
-    if opened.manifest.archives != pack.pins:
-        yield Finding(pack.name, "was made from other archives than the pinned ones; run `eai data fetch`")
-    for member in opened.manifest.members:
-        try:
-            opened.read(member)
-        except DataError as error:
-            yield Finding(pack.name, str(error))
-
-
-def _check_tasks(store: Store, counts: Mapping[str, int | float]) -> Iterator[Finding]:
-    """Counts and references, given that all packs can be read."""
+    counts = PUBLISHED_COUNTS if counts is None else counts
     tasks = VirtualHome.of(store.open(VIRTUALHOME))
     resources, prompts = store.open(RESOURCES), store.open(PROMPTS)
     transition_tasks = resources.read_json("success_task.json")
