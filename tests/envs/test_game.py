@@ -228,7 +228,16 @@ def test_a_game_is_cut_off() -> None:
 
 def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_success() -> None:
     assert make(SWITCHES, "both").rules == Rules()
-    assert Rules() == Rules(0.0, Observe.FULL, Shaping.SUCCESS, 1.0, Until.GOAL, 100, False, Feedback.FACTS)
+    assert Rules() == Rules(
+        slip=0.0,
+        observe=Observe.FULL,
+        reward=Shaping.SUCCESS,
+        gamma=1.0,
+        until=Until.GOAL,
+        max_steps=100,
+        admissible=False,
+        feedback=Feedback.FACTS,
+    )
 
 
 def test_the_last_step_that_is_allowed_may_win() -> None:
@@ -386,25 +395,37 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
     [
         ({"task_id": "some"}, "switches has no task 'some'"),
         ({"task_id": []}, "switches: no task is named"),
-        ({"slip": 2}, "a slip probability of 2 is not between 0 and 1"),
-        ({"gamma": -1}, "a discount of -1 is not between 0 and 1"),
-        ({"max_steps": 0}, "an episode of at most 0 steps has none"),
-        ({"observe": "all"}, "'all' is no way to observe: expected one of full, partial"),
-        ({"reward": "much"}, "'much' is no reward: expected one of success, goals, progress, diagnosis"),
+        ({"slip": 2}, "make.slip: expected less than or equal to 1, found 2"),
+        ({"gamma": -1}, "make.gamma: expected greater than or equal to 0, found -1"),
+        ({"max_steps": 0}, "make.max_steps: expected greater than or equal to 1, found 0"),
+        ({"observe": "all"}, "make.observe: expected 'full' or 'partial', found 'all'"),
+        (
+            {"reward": "much"},
+            "make.reward: expected 'success', 'goals', 'progress' or 'diagnosis', found 'much'",
+        ),
         ({"reward": "sparse"}, "the reward 'sparse' is called 'success' now"),
         ({"reward": "verdict"}, "the reward 'verdict' is called 'goals' now"),
-        ({"feedback": "none"}, "'none' is no feedback: expected one of facts, changes, outcome"),
+        ({"feedback": "none"}, "make.feedback: expected 'facts', 'changes' or 'outcome', found 'none'"),
         (
             {"observe": "partial", "feedback": "changes"},
             "a partial view is told by its facts, not by changes",
         ),
-        ({"until": "noon"}, "'noon' is no end of an episode: expected one of goal, done"),
+        ({"until": "noon"}, "make.until: expected 'goal' or 'done', found 'noon'"),
     ],
 )
 def test_an_option_that_cannot_be_is_refused(options: dict[str, Any], told: str) -> None:
     with pytest.raises(InputError) as error:
         make(SWITCHES, **options)
     assert str(error.value) == told
+
+
+def test_an_option_that_there_is_not_is_refused_with_those_that_there_are() -> None:
+    known = ", ".join(Rules.model_fields)
+    with pytest.raises(
+        InputError, match=rf"make.step: unknown; did you mean max_steps\? \(make has {known}\)"
+    ):
+        make(SWITCHES, step=3)
+    assert all(map(Rules.about, Rules.model_fields))
 
 
 def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:

@@ -16,10 +16,11 @@ from example import PLAN
 
 import eai
 from eai.abilities.protocol import Ability
+from eai.envs.rules import Rules
 from eai.errors import DataError
 from eai.scoring.reward import METRICS
 from eai.scoring.shaping import Shaping
-from eai_verifiers.steps import StepsConfig, StepsTaskset
+from eai_verifiers.steps import StepsConfig, StepsTaskConfig, StepsTaskset
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdTask, HouseholdTaskset
 from envs.switches import CASES_BY_SHAPING, as_plan, reference
@@ -80,6 +81,14 @@ def test_an_episode_is_played_step_by_step(play: Callable[..., list[vf.Trace]]) 
 def test_less_can_be_told_of_a_turn(play: Callable[..., list[vf.Trace]]) -> None:
     (won,) = play(id=STEPS, task={"feedback": "outcome"})
     assert won.branches[-1].messages[2].content == "GO(lamp_1): done."
+
+
+def test_the_rules_are_those_of_environments_and_go_by_their_old_names_too() -> None:
+    options = {"turns": 3, "rules": {"slip": 0.5, "observe": "partial"}}
+    assert StepsTaskConfig.model_validate(options).rules == Rules(max_steps=3, slip=0.5, observe="partial")
+    assert StepsTaskConfig().rules == Rules(max_steps=50)
+    with pytest.raises(ValueError, match="step"):
+        StepsTaskConfig.model_validate({"rules": {"step": 3}})
 
 
 @pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)

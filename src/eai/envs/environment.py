@@ -11,18 +11,16 @@ from typing import Any
 import gymnasium
 from gymnasium.error import ResetNeeded
 
-from eai.abilities.protocol import Ability, member
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
-from eai.envs.rules import Feedback, Observe, Rules
+from eai.envs.rules import Rules
 from eai.errors import InputError
-from eai.scoring.shaping import Shaping
 from eai.studies.perception.pictures import pixels
 from eai.tasks.source import Source
-from eai.world.episode import Until
 
 
 class RandomAgent:
@@ -92,9 +90,6 @@ class AnyText(gymnasium.Space[str]):
 
 
 RENDER_MODE = "rgb_array"
-
-_RENAMED = {"sparse": Shaping.SUCCESS.value, "verdict": Shaping.GOALS.value}
-"""Rewards by the names that they once had."""
 
 
 class TextEnvironment(gymnasium.Env[str, str]):
@@ -207,61 +202,32 @@ def make(
     benchmark: Benchmark | str,
     task_id: str | Sequence[str] | None = None,
     *,
-    slip: float = 0.0,
-    observe: Observe | str = Observe.FULL,
-    reward: Shaping | str = Shaping.SUCCESS,
-    gamma: float = 1.0,
-    until: Until | str = Until.GOAL,
-    max_steps: int | None = 100,
-    admissible: bool = False,
-    feedback: Feedback | str = Feedback.FACTS,
     render_mode: str | None = None,
     source: Source | None = None,
+    **rules: Any,
 ) -> TextEnvironment:
     """The environment of a benchmark.
 
     Args:
         benchmark: its name, ``module:object``, or a `Benchmark`.
         task_id: the task; or several, of which each reset chooses one; or None for all that have goals.
-        slip: the probability that a possible action does not work.
-        observe: ``full``, or ``partial``: what the agent can see, as the domain declares it. Then actions may
-            name only what has been seen.
-        reward: what is paid for: ``success``, ``goals``, ``progress`` or ``diagnosis``, as by `eai.Reward`. A
-            turn pays by how much it changes what the episode is worth.
-        gamma: the discount: a turn pays this share of what the episode is worth after it, less all of before.
-        until: ``goal``: an episode ends in the first state in which all goals are reached; ``done``: it ends
-            when the agent writes ``DONE``, as a plan ends.
-        max_steps: after how many actions an episode is cut off; None for never.
-        admissible: whether ``info`` lists all actions that are possible now, about what has been seen.
-        feedback: what is told of each turn: all ``facts`` that are seen, ``changes`` alone, or the
-            ``outcome`` of the action alone; a partial view tells facts.
         render_mode: ``rgb_array`` for pictures of what is seen, or None.
         source: where the data comes from; the user's default store if None. It is fetched on first use.
+        rules: the options of `Rules` by name, such as ``slip=0.1, until="done"``.
 
     Raises:
-        InputError: there is no such benchmark or task, or an option has no such value.
+        InputError: there is no such benchmark, task or option, or an option has no such value.
         DataError: the data cannot be had.
     """
     found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
-    if reward in _RENAMED:
-        raise InputError(f"the reward {reward!r} is called {_RENAMED[reward]!r} now")
-    rules = Rules(
-        slip,
-        member(Observe, observe, "way to observe"),
-        member(Shaping, reward, "reward"),
-        gamma,
-        member(Until, until, "end of an episode"),
-        max_steps,
-        admissible,
-        member(Feedback, feedback, "feedback"),
-    )
+    read = Rules.read("make", rules)
     source = source or Source()
     tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)
     task_ids = (task_id,) if isinstance(task_id, str) else tuple(tasks if task_id is None else task_id)
     if not task_ids:
         raise InputError(f"{found.name}: no task is named")
     _refuse_strangers(task_ids, tasks, found)
-    return TextEnvironment(found, task_ids, rules, tasks, render_mode)
+    return TextEnvironment(found, task_ids, read, tasks, render_mode)
 
 
 def _refuse_strangers(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
@@ -100,7 +100,7 @@ class TrlHousehold:
     """
 
     def __init__(self, shaping: Shaping | str = Shaping.SUCCESS) -> None:
-        self._rules = replace(RULES, reward=member(Shaping, shaping, "shaping"))
+        self._rules = RULES.model_copy(update={"reward": member(Shaping, shaping, "shaping")})
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:

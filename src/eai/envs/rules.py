@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
+from pydantic import field_validator, model_validator
+from typing_extensions import Self
+
+from eai.abilities.options import Options, option
 from eai.errors import InputError
 from eai.scoring.shaping import Shaping
-from eai.world.episode import Slips, Until
+from eai.world.episode import Until
 
 
 class Observe(str, Enum):
@@ -28,39 +31,56 @@ class Feedback(str, Enum):
     OUTCOME = "outcome"
 
 
-@dataclass(frozen=True, slots=True)
-class Rules:
-    """The rules of a game.
+_RENAMED = {"sparse": Shaping.SUCCESS.value, "verdict": Shaping.GOALS.value}
+"""Rewards by the names that they once had."""
 
-    Attributes:
-        slip: the probability that a possible action does not work.
-        observe: how much of the world is shown.
-        reward: what is paid for, by the definition of `eai.Reward`; a turn pays by how much it changes what
-            the episode is worth.
-        gamma: the discount: a turn pays this share of what the episode is worth after it, less all of before.
-        until: when an episode ends.
-        max_steps: after how many actions it is cut off; None for never.
-        admissible: whether all actions that are possible now are listed after each turn.
-        feedback: what is told of each turn; in a partial view the facts.
+
+class Rules(Options):
+    """The rules of a game: options of `eai.envs.make`, and of the packages that play games.
 
     Raises:
-        InputError: a number is out of its range, or a partial view is to be told otherwise than by facts.
+        InputError: a partial view is to be told otherwise than by facts.
     """
 
-    slip: float = 0.0
-    observe: Observe = Observe.FULL
-    reward: Shaping = Shaping.SUCCESS
-    gamma: float = 1.0
-    until: Until = Until.GOAL
-    max_steps: int | None = 100
-    admissible: bool = False
-    feedback: Feedback = Feedback.FACTS
+    slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
+    observe: Observe = option(
+        "How much of the world is shown: full, or partial: what the agent can see, as the domain declares "
+        "it. Then actions may name only what has been seen.",
+        Observe.FULL,
+    )
+    reward: Shaping = option(
+        "What is paid for: success, goals, progress or diagnosis, as by eai.Reward. A turn pays by how "
+        "much it changes what the episode is worth.",
+        Shaping.SUCCESS,
+    )
+    gamma: float = option(
+        "The discount: a turn pays this share of what the episode is worth after it, less all of before.",
+        1.0,
+        ge=0,
+        le=1,
+    )
+    until: Until = option(
+        "When an episode ends: goal (in the first state in which all goals are reached), or done (when the "
+        "agent writes DONE, as a plan ends).",
+        Until.GOAL,
+    )
+    max_steps: int | None = option("After how many actions an episode is cut off; None for never.", 100, ge=1)
+    admissible: bool = option("List all actions that are possible now, about what has been seen.", False)
+    feedback: Feedback = option(
+        "What is told of each turn: all facts that are seen, changes alone, or the outcome of the action "
+        "alone; a partial view tells facts.",
+        Feedback.FACTS,
+    )
 
-    def __post_init__(self) -> None:
-        Slips(self.slip)
-        if not 0 <= self.gamma <= 1:
-            raise InputError(f"a discount of {self.gamma} is not between 0 and 1")
-        if self.max_steps is not None and self.max_steps < 1:
-            raise InputError(f"an episode of at most {self.max_steps} steps has none")
+    @field_validator("reward", mode="before")
+    @classmethod
+    def _by_its_name(cls, reward: object) -> object:
+        if reward in _RENAMED:
+            raise InputError(f"the reward {reward!r} is called {_RENAMED[str(reward)]!r} now")
+        return reward
+
+    @model_validator(mode="after")
+    def _without_contradictions(self) -> Self:
         if self.observe is Observe.PARTIAL and self.feedback is not Feedback.FACTS:
             raise InputError(f"a partial view is told by its facts, not by {self.feedback.value}")
+        return self

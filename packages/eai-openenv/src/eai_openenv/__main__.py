@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 import uvicorn
 
+from eai.envs.game import RULES
 from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import EaiError
 from eai.scoring.shaping import Shaping
@@ -27,12 +28,10 @@ def serve(
             "task file. A split without a name is called as its domain. Repeat it for several."
         ),
     ],
-    shaping: Annotated[
-        Shaping, typer.Option(help="What answers and episodes are paid for.")
-    ] = Shaping.SUCCESS,
-    turns: Annotated[int, typer.Option(min=1, help="After how many actions an episode is cut off.")] = 50,
-    observe: Annotated[Observe, typer.Option(help="How much of the world is seen.")] = Observe.FULL,
-    feedback: Annotated[Feedback, typer.Option(help="What is told of each turn.")] = Feedback.FACTS,
+    shaping: Annotated[Shaping, typer.Option(help="What answers and episodes are paid for.")] = RULES.reward,
+    turns: Annotated[int, typer.Option(min=1, help=Rules.about("max_steps"))] = 50,
+    observe: Annotated[Observe, typer.Option(help=Rules.about("observe"))] = RULES.observe,
+    feedback: Annotated[Feedback, typer.Option(help=Rules.about("feedback"))] = RULES.feedback,
     host: Annotated[
         str,
         typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
+from typing import Any
 
 import verifiers.v1 as vf
+from pydantic import model_validator
 
 from eai.abilities.protocol import Ability
-from eai.envs.game import Game, Stage, stage_of
+from eai.envs.game import RULES, Game, Stage, stage_of
 from eai.envs.rewards import answer_of
-from eai.envs.rules import Feedback, Observe, Rules
+from eai.envs.rules import Rules
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
 
@@ -18,15 +20,26 @@ _KEPT = 4096
 """How many new tasks are kept ready in a process."""
 
 
+_MOVED = {"turns": "max_steps", "observe": "observe", "feedback": "feedback"}
+"""Options that were the task's own, by their names among the rules."""
+
+
 class StepsTaskConfig(HouseholdTaskConfig):
     """How tasks are played, and what is paid for."""
 
-    turns: int = 50
-    """After how many actions an episode ends."""
-    observe: Observe = Observe.FULL
-    """``full``: all that the task is about; ``partial``: what can be seen."""
-    feedback: Feedback = Feedback.FACTS
-    """What is told of each turn: all ``facts``, ``changes``, or the ``outcome`` alone."""
+    rules: Rules = RULES
+    """The rules of a game, as `eai.envs.make` takes them; ``shaping`` says what is paid for."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_rules(cls, given: Any) -> Any:
+        if not isinstance(given, Mapping):
+            return given
+        rules = given.get("rules", {})
+        chosen = rules.model_dump(exclude_unset=True) if isinstance(rules, Rules) else rules
+        moved = {_MOVED[name]: value for name, value in given.items() if name in _MOVED}
+        others = {name: value for name, value in given.items() if name not in _MOVED}
+        return {**others, "rules": {"max_steps": RULES.max_steps, **chosen, **moved}}
 
 
 class StepsConfig(HouseholdConfig):
@@ -40,10 +53,7 @@ class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
 
     def game(self) -> Game:
         """An episode that begins."""
-        config = self.config
-        rules = Rules(
-            max_steps=config.turns, observe=config.observe, feedback=config.feedback, reward=config.shaping
-        )
+        rules = self.config.rules.model_copy(update={"reward": self.config.shaping})
         line = self.data.line
         stage = stage_of(self.data.task, rules) if line is None else _stage_of_one(line, rules)
         return Game(stage)
