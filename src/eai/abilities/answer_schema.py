@@ -42,7 +42,7 @@ def closed(members: Mapping[str, Schema]) -> Schema:
 
 
 def either(schemas: Sequence[Schema]) -> Schema:
-    """What has one of these forms."""
+    """A value that has one of these forms."""
     return schemas[0] if len(schemas) == 1 else {"anyOf": schemas}
 
 

@@ -34,7 +34,7 @@ V = TypeVar("V", bound=Verdict)
 
 
 class AnswerOutcome(str, Enum):
-    """What one answer, or the lack of one, came to; what is no error of the model's comes first."""
+    """The outcome of one answer, or of the lack of one; those that are no error of the model's come first."""
 
     EXCLUDED = "excluded"
     NOT_ANSWERED = "not_answered"
@@ -103,7 +103,7 @@ class AskedWorld:
 
 
 class Posed(NamedTuple):
-    """What is asked of a task, and a right answer to it, which built-in models give."""
+    """A question about a task, and a right answer to it, which built-in models give."""
 
     question: str
     gold: str
@@ -222,7 +222,7 @@ def error_outcome(verdict: Verdict) -> AnswerOutcome | None:
 
 
 def counts_outcome(counts: Confusion, *, enough: bool = True) -> AnswerOutcome:
-    """What an answer came to whose parts are right or wrong; if all are right, whether that is enough."""
+    """The outcome of an answer whose parts are right or wrong; ``enough``: whether all right will do."""
     if enough and not counts.false_positives and counts.false_negatives <= 0:
         return AnswerOutcome.SUCCESS
     return AnswerOutcome.PARTLY_RIGHT if counts.true_positives else AnswerOutcome.GOAL_MISSED

@@ -10,7 +10,7 @@ from eai.errors import InputError
 from eai.world.episode import Notice, Slips, Until
 
 SEPARATOR = "+"
-"""What separates the parts of a name or a label."""
+"""The separator of the parts of a name or a label."""
 
 
 class World(str, Enum):
@@ -21,7 +21,7 @@ class World(str, Enum):
 
 
 class Feedback(str, Enum):
-    """What a model is told of its earlier attempts.
+    """The feedback to a model on its earlier attempts.
 
     ``none``: nothing, so that it is asked the same again (the resampling arm). ``kind``: its answer, the kind
     of its error and what that means, and the goals that were missed. ``explained``: the failed check in words
@@ -51,7 +51,7 @@ class Experiment:
     Attributes:
         replans: how many further attempts a task gets that fails.
         world: where they begin.
-        feedback: what is told of the attempts before.
+        feedback: what a model hears of the attempts before.
         form: where it stands.
         slip: the probability that a possible action does not work.
         slip_seed: the seed of those draws; None if nothing slips.
@@ -97,7 +97,7 @@ class Experiment:
 
     @property
     def name(self) -> str:
-        """What kind it is: ``pipeline``, ``perception``, ``replanning``, ``prompts`` or several of them."""
+        """Its kind: ``pipeline``, ``perception``, ``replanning``, ``prompts`` or several of them."""
         kinds = {
             "pipeline": self.goals_from is not None,
             "perception": self.scene is not None,

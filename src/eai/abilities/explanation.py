@@ -41,7 +41,7 @@ SLIP = FaultKind.SLIP.value
 """The outcome of a step that was possible and did not work."""
 
 SLIPPED = "it was possible, but it did not work"
-"""What there is to say of such a step."""
+"""The reason of such a step."""
 
 
 EXECUTED = "executed"
@@ -130,7 +130,7 @@ class PartReport:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What became of an answer.
+    """The explanation of what became of an answer.
 
     ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read. ``parts``
     are those of the task's temporal goal, if it has one.
@@ -142,8 +142,8 @@ class Explanation:
     parts: tuple[PartReport, ...] = ()
 
 
-def repairs_told(repairs: Iterable[str]) -> tuple[str, ...]:
-    """What there is to say of the repairs that reading an answer took."""
+def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:
+    """A note on each repair that reading an answer took."""
     return tuple(f"read with repair: {repair}" for repair in repairs)
 
 
@@ -206,7 +206,7 @@ class _Focus:
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
-    def told(self, facts: Sequence[Fact], action: Action) -> tuple[str, ...]:
+    def visible_texts(self, facts: Sequence[Fact], action: Action) -> tuple[str, ...]:
         """Those of the facts that are worth telling of an action, as texts: about nothing but its objects.
 
         What holds both ways between two things, and not the agent, has to be about objects of goals or of the
@@ -214,34 +214,34 @@ class _Focus:
         """
         meant = frozenset({*self.goals, *action.arguments})
         together = frozenset(facts)
-        told = []
+        texts = []
         for fact in facts:
             between_things = len(fact.arguments) == 2 and self.scene.agent not in fact.arguments
             both_ways = between_things and Fact(fact.predicate, fact.arguments[::-1]) in together
             if self.objects.issuperset(fact.arguments) and (
                 not both_ways or meant.issuperset(fact.arguments)
             ):
-                told.append(fact_text(fact, self.scene))
-        return tuple(told)
+                texts.append(fact_text(fact, self.scene))
+        return tuple(texts)
 
 
 def _executed(focus: _Focus, domain: Domain, action: Action, before: State, after: State) -> StepReport:
     difference = change(before, after)
     added, removed = focus.seen(difference.added), focus.seen(difference.removed)
-    told_added, told_removed = focus.told(added, action), focus.told(removed, action)
+    added_texts, removed_texts = focus.visible_texts(added, action), focus.visible_texts(removed, action)
     return StepReport(
         action_text(action, focus.scene),
         EXECUTED,
         reason=_undone(domain, action, before, after),
-        added=told_added,
-        removed=told_removed,
-        hidden_changes=len(added) + len(removed) - len(told_added) - len(told_removed),
+        added=added_texts,
+        removed=removed_texts,
+        hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
         call=_call(action, focus.scene),
     )
 
 
 def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
-    """What an action that has several things to try leaves undone, in words; empty for any other."""
+    """In words, the things that an action with several to try leaves undone; empty for any other."""
     operator = domain.compiled[action.operator]
     if not operator.tries:
         return ""
@@ -255,7 +255,7 @@ def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
 
 
 def _reason(check: Check, domain: Domain, action: Action, state: State) -> str:
-    """What is wrong with an action in a state, in words, and by name what the words leave without one."""
+    """The fault of an action in a state, in words, and by name what the words leave without one."""
     reason = check.reason.format_map(names_of(action, domain, state.scene))
     witnesses = witnesses_of(check, domain, action, state)
     return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
@@ -369,11 +369,11 @@ def formula_text(formula: Formula) -> str:
 _Fact: TypeAlias = tuple[str, ...]
 
 SHOWN = 2
-"""How many near misses of one goal are told."""
+"""How many near misses of one goal are shown."""
 
 
 def near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
-    """What the steps of an answer brought about instead of the goals that it misses: goal -> facts, as texts.
+    """The facts that an answer brought about instead of the goals that it misses: goal -> facts, as texts.
 
     A fact is a near miss if it became true and stayed so, and is another relation of the same objects in the
     same order, a state of the same object whose coming ended the one that is wanted, or the same relation of

@@ -18,7 +18,7 @@ _END_OF_THINKING = "</think>"
 _OPENING = re.compile(r"[^{\[\\]*(?:\\.[^{\[\\]*)*[{\[]", re.DOTALL)
 _BRACKET = re.compile(r'[^{}\[\]"\\]*(?:(?:\\.|"[^"\\]*(?:\\.[^"\\]*)*")[^{}\[\]"\\]*)*[{}\[\]]', re.DOTALL)
 _ALIKE = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
-"""What means the same in Python and, with other quotes, in JSON, if it is JSON then."""
+"""Text that means the same in Python and, with other quotes, in JSON, if it is JSON then."""
 
 MAX_LENGTH = 1_000_000
 """Longest answer, in characters, that is searched for JSON; no model writes as much."""
@@ -48,7 +48,7 @@ class Pairs:
 
 
 Value: TypeAlias = object
-"""What JSON holds: `Pairs`, a list, a text, a number, a truth value, or None."""
+"""A value of JSON: `Pairs`, a list, a text, a number, a truth value, or None."""
 
 _Found: TypeAlias = tuple[object, tuple[str, ...]]
 """A JSON value and the names of the repairs that were needed to find it."""
@@ -76,7 +76,7 @@ def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple
 
 
 def _stretches(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """What may be JSON, with the repairs that it took to find it."""
+    """Texts that may be JSON, with the repairs that it took to find them."""
     repairs: tuple[str, ...] = ()
     for remove, repair in ((_without_reasoning, "reasoning"), (_without_special_tokens, "special_tokens")):
         if (rest := remove(text)) != text:

@@ -28,7 +28,7 @@ _EXPECTED = {
     "int_from_float": "expected a whole number",
 }
 _BRANCHES = ("str", "list[str]")
-"""What pydantic puts after the place where a value may be of several types."""
+"""The words that pydantic puts after the place where a value may be of several types."""
 
 
 def misfit(

@@ -1,4 +1,4 @@
-"""What a suite is of: the ability that is asked for, and the protocol, which says what the numbers mean."""
+"""The two names of a suite: the ability that is asked for, and the protocol, which says what numbers mean."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ E = TypeVar("E", bound=Enum)
 
 
 def place_of(ability: Ability) -> int:
-    """What abilities are sorted by; those that are not installed come last."""
+    """The place of an ability among all, by which they are sorted; those that are not installed come last."""
     known = list(registered_abilities())
     return known.index(ability) if ability in known else len(known)
 

@@ -62,7 +62,7 @@ NOT_ANSWERED = "not answered"
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What an answer took.
+    """The effort that an answer took.
 
     Attributes:
         input_tokens: tokens of the question, those read from a provider's cache included.
@@ -119,7 +119,7 @@ class Attempt:
 
     Attributes:
         response: the answer as it was scored.
-        verdict: what it came to; where the world goes on, its goals are those of all attempts so far.
+        verdict: what it came to; where the world continues, its goals are those of all attempts so far.
         slipped_at: the first of its steps that slipped, from 0; None if none did.
         goal_held_at: after how many of its steps all goals held for the first time, 0 for at its start; None
             if they never did. It says of a plan that passes through the goal what its end does not.
@@ -141,7 +141,7 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True)
 class TaskFeatures:
-    """What a task is like, whatever was answered: what success may be set against, as an outcome may not.
+    """The features of a task, whatever was answered: what success may be set against, as an outcome may not.
 
     Attributes:
         name: the name that tasks of a kind share; tasks of one name are near copies of each other.
@@ -212,7 +212,7 @@ class Record:
             not known.
         experiment: how its run differs from asking each question once; None if it does not.
         stated: in a pipeline, the goals that the question stated; None where it was not asked.
-        perceived: how the scene that the question told of differs from the task's, where it may.
+        perceived: how the scene that the question described differs from the task's, where it may.
         attempts: every answer to the task, in order, where answers were carried out in an experiment. The
             verdict is that of the last.
     """
@@ -242,7 +242,7 @@ class Record:
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)
 
-    def asked_with(self, prompt_name: str) -> Record:
+    def with_prompt_name(self, prompt_name: str) -> Record:
         """The same record as one of a run whose prompts have this name."""
         return replace(self, experiment=replace(self.experiment or Experiment(), prompt_name=prompt_name))
 

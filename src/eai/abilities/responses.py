@@ -22,7 +22,7 @@ LINES = "_outputs.jsonl"
 PARQUET = "_outputs.parquet"
 """How the names of Parquet files end."""
 COLUMNS = ("identifier", "llm_output")
-"""What a row has: the id of the task, as the file spells it, and the answer."""
+"""A row: the id of the task, as the file spells it, and the answer."""
 ENDINGS = (SUFFIX, LINES, PARQUET)
 """How the names of response files end."""
 _ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
@@ -139,7 +139,7 @@ def model_name(path: Path) -> str:
 
 
 def attempt_name(name: str, attempt: int) -> str:
-    """What the answers of one attempt, counted from 1, are named after."""
+    """The name of the answers of one attempt, counted from 1."""
     return f"{name}_attempt_{attempt}"
 
 

@@ -22,7 +22,7 @@ from eai.world.state import Scene
 
 @dataclass(frozen=True, slots=True)
 class Assessment(Frozen):
-    """What scoring says of one answer.
+    """The assessment of one answer.
 
     Attributes:
         verdict: the verdict.
@@ -35,7 +35,7 @@ class Assessment(Frozen):
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class Scorer(ABC):
-    """What scores the answers to one task; all it says are pure functions of the answer."""
+    """A scorer of the answers to one task; all it says are pure functions of the answer."""
 
     @abstractmethod
     def assess(self, text: str) -> Assessment:
@@ -53,7 +53,7 @@ class Scorer(ABC):
         return self.score("").without_answer()
 
     def explain(self, text: str) -> Explanation:
-        """What became of an answer, in words."""
+        """The explanation of an answer, in words."""
         return self.assess(text).explain()
 
 

@@ -1,4 +1,4 @@
-"""What one answer contributes to a metric: a numerator and a denominator, for `eai.results` to divide."""
+"""The contribution of one answer to a metric: a numerator and a denominator, for `eai.results` to divide."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from eai.abilities.verdict import Confusion
 
 
 class Share(NamedTuple):
-    """What one answer adds to both sides of a rate."""
+    """The addition of one answer to both sides of a rate."""
 
     numerator: float
     denominator: float
 
 
 Shares: TypeAlias = Mapping[str, Share]
-"""What one answer contributes to each metric, by the name of the metric."""
+"""The contributions of one answer, by the name of the metric."""
 
 NOTHING = Share(0, 0)
-"""What an answer contributes to a rate that is not about it."""
+"""The contribution of an answer to a rate that is not about it."""
 
 
 NONE, ONE = Share(0.0, 1), Share(1.0, 1)
-"""What nearly all answers contribute to a share of all answers."""
+"""The contributions of nearly all answers to a share of all answers."""
 
 
 def of_all(counted: bool | float | None) -> Share:
-    """What one answer contributes to a share of all answers."""
+    """The contribution of one answer to a share of all answers."""
     if not counted:
         return NONE
     return ONE if counted == 1 else Share(float(counted), 1)
 
 
 def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
-    """What counts contribute to precision, recall and F1, each a ratio of sums over answers.
+    """The contributions of counts to precision, recall and F1, each a ratio of sums over answers.
 
     F1 is ``2 TP / (2 TP + FP + FN)``, which is the harmonic mean of the other two.
     """

@@ -1,4 +1,4 @@
-"""What plans and subgoals are measured by alike (tables "trajectory evaluation" and "goal satisfaction")."""
+"""The measures that plans and subgoals share (tables "trajectory evaluation" and "goal satisfaction")."""
 
 from __future__ import annotations
 
@@ -83,14 +83,14 @@ def times_additional(verdict: PlanVerdict) -> int:
 
 
 def goal_shares(goals: GoalTallies | None) -> Shares:
-    """What one answer contributes to the goal satisfaction rates; nothing where its goals are not known."""
+    """The contributions of one answer to goal satisfaction rates; nothing where its goals are not known."""
     known: tuple[Tally, ...] = (Tally(0, 0),) * len(KINDS) if goals is None else goals
     whole = Share(sum(t.satisfied for t in known), sum(t.total for t in known))
     return dict(zip(GOAL_METRICS, (*(Share(*tally) for tally in known), whole), strict=True))
 
 
 def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:
-    """What a plan came to."""
+    """The outcome of a plan."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     return error_outcome(verdict) or AnswerOutcome.GOAL_MISSED

@@ -54,7 +54,7 @@ class Confusion(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ErrorReport:
-    """What ended an answer.
+    """The error that ended an answer.
 
     Attributes:
         kind: the kind of error.
@@ -77,7 +77,7 @@ class ErrorReport:
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What scoring says of one answer, whatever the ability.
+    """The verdict on one answer, whatever the ability.
 
     Attributes:
         excluded: why the task is left out of all statistics, or None if it is scored.
@@ -100,7 +100,7 @@ class Verdict:
 
 @dataclass(frozen=True, slots=True)
 class Counted:
-    """What an answer counts as in a summary, where that is not what its verdict says.
+    """The way an answer counts in a summary, where that is not what its verdict says.
 
     Attributes:
         success: whether it counts as a success.
@@ -115,7 +115,7 @@ class Counted:
 
 @dataclass(frozen=True, slots=True)
 class PlanVerdict(Verdict):
-    """What scoring says of a plan.
+    """The verdict on a plan.
 
     Attributes:
         executable: whether it ran to its end.

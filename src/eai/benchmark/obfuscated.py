@@ -146,7 +146,7 @@ class _TwinWording(Wording):
     def operators(self) -> str:
         return f"{_HOW_TO_READ}\n{super().operators()}"
 
-    def told_of(self, each: str) -> str:
+    def contents_of(self, each: str) -> str:
         return f"what {each} needs and what it does"
 
     def operator(self, operator: Operator) -> str:

@@ -41,7 +41,7 @@ _REPLACED = {
     "run": "eai run --ability world_model --domain FILE --model NAME",
     "score": "eai score ANSWERS --ability world_model --domain FILE",
 }
-"""What is written instead of the sub-commands that there were."""
+"""The commands to write instead of the sub-commands that there were."""
 
 
 class _WritesByDefault(TyperGroup):
@@ -131,7 +131,7 @@ def _print_balance(questions: Sequence[Question]) -> None:
 
 
 def _print_chances(questions: Sequence[Question]) -> None:
-    """What guessing and shortcuts give, the best of them for each kind and form."""
+    """The rates of guessing and shortcuts, the best of them for each kind and form."""
     found = _chances(questions)
     kinds = list(dict.fromkeys([question.kind for question in questions]))
     columns: list[NamedCells] = [

@@ -263,7 +263,7 @@ def _records(
         believed = _believed(goals, share)
         records = [believed.marked(record) for record in records]
     if share.prompt_name is not None:
-        records = [record.asked_with(share.prompt_name) for record in records]
+        records = [record.with_prompt_name(share.prompt_name) for record in records]
     return records
 
 

@@ -273,7 +273,7 @@ def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
         "told": _TOLD[feedback],
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
-        "of_each": wording.told_of("each"),
+        "of_each": wording.contents_of("each"),
     }
     return Templates().fill("environment.txt", values)
 

@@ -15,12 +15,12 @@ from eai.errors import InputError
 from eai.prompts.prompt import Image
 
 TOLD = "$initial"
-"""What questions say of the start: what holds there."""
+"""The place in questions for what holds at the start."""
 
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What someone believes of a task.
+    """The belief that someone has of a task.
 
     Attributes:
         task: the task with the believed goals, or the perceived scene, in place of its own.

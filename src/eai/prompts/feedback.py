@@ -1,6 +1,6 @@
 """Feedback: what a model is asked after it has failed, as text from templates.
 
-How much it is told is the experiment's choice (`eai.abilities.experiment.Feedback`); the words are those of
+How much it hears is the experiment's choice (`eai.abilities.experiment.Feedback`); the words are those of
 the files in ``templates/feedback``, of which each kind of error has one.
 """
 
@@ -34,7 +34,7 @@ Restate = Callable[[Task], Prompt]
 
 @dataclass(frozen=True)
 class Asker:
-    """What a model is asked in each attempt of a trial.
+    """The questions to a model in each attempt of a trial.
 
     Attributes:
         prompt_of: the question of the first attempt, by task.
@@ -50,18 +50,18 @@ class Asker:
     templates: Templates = field(default_factory=Templates)
 
     def question(self, trial: Trial) -> Prompt:
-        """What is asked next."""
+        """The next question."""
         prompt, chosen = self.prompt_of(trial.task.id), trial.experiment
         if not trial.attempts or chosen.feedback is Feedback.NONE:
             return prompt
         if chosen.form is FeedbackForm.CHAT:
             return self._conversation(prompt, trial)
-        told = self._told(trial.attempts, chosen) if chosen.feedback is not Feedback.STATE else ""
+        feedback = self._feedback_on(trial.attempts, chosen) if chosen.feedback is not Feedback.STATE else ""
         if chosen.world is World.CONTINUE and self.restate is not None:
             prompt = self.restate(trial.remaining)
         elif chosen.world is World.CONTINUE:
-            told = "\n\n".join([self._now(trial), told or self._text("again_continue")])
-        return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [told])]))
+            feedback = "\n\n".join([self._now(trial), feedback or self._text("again_continue")])
+        return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [feedback])]))
 
     def _conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
         """The first question with all answers and what was said to each; of the state only what it is now."""
@@ -72,15 +72,15 @@ class Asker:
         return replace(prompt, turns=tuple(turns))
 
     def _reply(self, number: int, attempt: Attempt, chosen: Experiment) -> str:
-        """What is said to one answer in a conversation."""
+        """The reply to one answer in a conversation."""
         values = {"world": self._text(chosen.world.value), "again": self._text(f"again_{chosen.world.value}")}
         if chosen.feedback is Feedback.STATE:
             return " ".join(values.values())
         return self._fill("chat", reasons=self._reasons(number, attempt, chosen), **values)
 
-    def _told(self, attempts: Sequence[Attempt], chosen: Experiment) -> str:
-        """What is said of all attempts at the end of a question."""
-        told = [
+    def _feedback_on(self, attempts: Sequence[Attempt], chosen: Experiment) -> str:
+        """The feedback on all attempts at the end of a question."""
+        feedback = [
             self._fill(
                 "attempt",
                 number=str(number),
@@ -92,7 +92,7 @@ class Asker:
         return self._fill(
             "prompt",
             world=self._text(chosen.world.value),
-            attempts="\n\n".join(told),
+            attempts="\n\n".join(feedback),
             again=self._text(f"again_{chosen.world.value}"),
         )
 

@@ -26,7 +26,7 @@ Example: TypeAlias = Callable[[str], str]
 
 @dataclass(frozen=True, slots=True)
 class Questions:
-    """What prompts of one ability are rendered from; any declared domain will do.
+    """The material of the prompts of one ability; any declared domain will do.
 
     Attributes:
         ability: the ability; transition modeling is rendered by `operator_prompts`.
@@ -52,8 +52,8 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     shared = {
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
-        "of_each": wording.told_of("each"),
-        "of_each_action": wording.told_of("each action"),
+        "of_each": wording.contents_of("each"),
+        "of_each_action": wording.contents_of("each action"),
         "format": questions.answer_format,
     }
     texts = {task_id: _question(name, wording, task, templates) for task_id, task in questions.tasks.items()}

@@ -33,7 +33,7 @@ class PromptSet(str, Enum):
 
 
 class Turn(NamedTuple):
-    """A turn of a conversation: what the model answered, and what it was told then."""
+    """A turn of a conversation: what the model answered, and the reply to it."""
 
     answer: str
     reply: str
@@ -48,7 +48,7 @@ class Image(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Prompt:
-    """What a model is asked.
+    """A question to a model.
 
     Attributes:
         user: the question.

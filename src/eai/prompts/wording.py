@@ -18,7 +18,7 @@ from eai.world.state import Fact
 from eai.world.vocabulary import Predicate
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
-"""What a prompt calls an object of a task."""
+"""The name of an object of a task in a prompt."""
 
 _MEANING = (
     (FaultKind.AFFORDANCE, "impossible where"),
@@ -56,7 +56,7 @@ class Wording:
         return Wording(domain, tuple(changeable))
 
     def vocabulary(self) -> str:
-        """What can be said of objects, one predicate with its parameters a line."""
+        """The predicates that can be said of objects, one with its parameters a line."""
         return _lines(
             f"{self._name(name)}({', '.join('xyz'[: self._arity(name)])})" for name in self.predicates
         )
@@ -65,8 +65,8 @@ class Wording:
         """The actions with their parameters, and what each of their checks means in words."""
         return _lines(map(self.operator, self.domain.operators))
 
-    def told_of(self, each: str) -> str:
-        """What `operators` tells of each action, for the heading above it."""
+    def contents_of(self, each: str) -> str:
+        """The heading above `operators`: what it tells of each action."""
         return f"the reasons for which {each} can fail"
 
     def operator(self, operator: Operator) -> str:
@@ -85,14 +85,14 @@ class Wording:
         return f"{self.object_name(task, index)} [{category}]: {', '.join(having) or '-'}"
 
     def initial(self, task: Task) -> str:
-        """What holds of a task's objects at the start."""
+        """The facts about a task's objects at the start."""
         about = subjects(task)
         facts = [fact for each in self.listings for fact in each.facts(task.initial, about)]
         return _lines(dict.fromkeys([self.fact(task, fact) for fact in facts]))
 
     @cached_property
     def listings(self) -> tuple[Listing, ...]:
-        """What lists the facts of each predicate, in order."""
+        """The listing of the facts of each predicate, in order."""
         return tuple([listing(self.domain.vocabulary, name) for name in self.predicates])
 
     def fact(self, task: Task, fact: Fact) -> str:

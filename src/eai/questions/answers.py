@@ -16,7 +16,7 @@ _WORDS = {Form.YES_NO: re.compile(r"\b(yes|no)\b", re.IGNORECASE), Form.CHOICE: 
 
 
 @dataclass(frozen=True, slots=True)
-class Graded:
+class _Graded:
     """How right an answer is.
 
     Attributes:
@@ -33,13 +33,13 @@ class Graded:
     repairs: tuple[str, ...] = ()
 
 
-def grade(question: Question, text: str) -> Graded:
+def grade(question: Question, text: str) -> _Graded:
     """How right an answer is; one that cannot be read is wrong."""
     wanted = {_plain(each) for each in question.answer}
     found = _read(question.form, text)
     if found is None:
         missed = min(len(wanted), 1) if question.accept is Accept.ANY else len(wanted)
-        return Graded(False, Confusion(0, 0, missed), readable=False)
+        return _Graded(False, Confusion(0, 0, missed), readable=False)
     parts, repairs = found
     given = set(map(_plain, parts))
     right = len(given & wanted)
@@ -49,7 +49,7 @@ def grade(question: Question, text: str) -> Graded:
     else:
         exact = given == wanted
         missed = len(wanted) - right
-    return Graded(exact, Confusion(right, len(given) - right, missed), repairs=repairs)
+    return _Graded(exact, Confusion(right, len(given) - right, missed), repairs=repairs)
 
 
 def gold_text(question: Question) -> str:

@@ -19,7 +19,7 @@ from eai.abilities.declaration import (
     error_outcome,
     label_of,
 )
-from eai.abilities.explanation import Explanation, repairs_told
+from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Assessment, Scorer
@@ -39,7 +39,7 @@ WAYS = (GUESS, *SHORTCUTS)
 _NONE = Confusion(0, 0, 0)
 
 
-class AskedQuestion(NamedTuple):
+class _AskedQuestion(NamedTuple):
     """A question of a file, and how often guessing hits it: at random, or with the most common answer."""
 
     question: Question
@@ -70,10 +70,10 @@ class QuestionVerdict(Verdict):
     chances: Mapping[str, float] = field(default_factory=dict)
 
 
-class QuestionScorer(Scorer):
+class _QuestionScorer(Scorer):
     """Scores the answers to a question."""
 
-    def __init__(self, asked: AskedQuestion) -> None:
+    def __init__(self, asked: _AskedQuestion) -> None:
         self._question, self._guess = asked
 
     def assess(self, text: str) -> Assessment:
@@ -96,11 +96,11 @@ class QuestionScorer(Scorer):
 
 def _explanation(question: Question, repairs: Sequence[str]) -> Explanation:
     wanted = f"right is {question.accept.value} of {', '.join(question.answer)}"
-    return Explanation(notes=(wanted, *repairs_told(repairs)))
+    return Explanation(notes=(wanted, *repair_notes(repairs)))
 
 
 def contributions(verdict: QuestionVerdict) -> dict[str, Share]:
-    """What one answer contributes to each rate.
+    """The contributions of one answer to each rate.
 
     It is right or not among all, among those of its kind and of its form, and of each kind among those of its
     depth. ``chance``: what guessing and each shortcut would have got right. F1 is that of the parts of
@@ -130,7 +130,7 @@ def contributions(verdict: QuestionVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: QuestionVerdict) -> AnswerOutcome:
-    """What an answer came to."""
+    """The outcome of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     partly = AnswerOutcome.PARTLY_RIGHT if verdict.counts.true_positives else AnswerOutcome.GOAL_MISSED
@@ -153,15 +153,15 @@ def open_questions(path: Path) -> OwnTasks | None:
             return None
     found = read_questions(path)
     guesses = guesses_of(found.questions)
-    asked = {each.id: AskedQuestion(each, guesses[each.id]) for each in found.questions}
+    asked = {each.id: _AskedQuestion(each, guesses[each.id]) for each in found.questions}
     return OwnTasks(f"{found.questions[0].domain}-{path.stem}", asked, found.sha256)
 
 
-def _pose(world: AskedWorld, asked: AskedQuestion) -> Posed:
+def _pose(world: AskedWorld, asked: _AskedQuestion) -> Posed:
     return Posed(asked.question.prompt, gold_text(asked.question))
 
 
-def _features(asked: AskedQuestion) -> TaskFeatures:
+def _features(asked: _AskedQuestion) -> TaskFeatures:
     """Questions about one task are alike and count together."""
     return TaskFeatures(asked.question.task, None, 0)
 
@@ -173,7 +173,7 @@ _CHANCE = tuple(MetricColumn(f"chance.{way}", "Without knowing the world", label
 WORLD_MODEL = AbilityDeclaration(
     ability=Ability("world_model"),
     asked=SingleTurn(
-        lambda world: QuestionScorer,
+        lambda world: _QuestionScorer,
         _pose,
         open_file=open_questions,
         features=_features,

@@ -12,7 +12,7 @@ from eai.world.execution import Action
 from eai.world.state import Fact, State
 
 _CANDIDATES = 8
-"""How many actions are to be told apart where some of them are possible."""
+"""How many actions are to be distinguished where some of them are possible."""
 
 _DRAWS = 20
 """How often a fact is drawn that never held."""
@@ -34,7 +34,7 @@ _CHOICES = 3
 
 
 def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """What holds after an action; in open form, what is different."""
+    """The facts that hold after an action; in open form, those that are different."""
     state, action = _moment(setting, rng)
     if action is None or (after := setting.after(state, action)) is None:
         return None
@@ -42,7 +42,9 @@ def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
     if not changes and rng.random() > _IDLE:
         return None
     right, wrong = statements(setting, rng, [state, after])
-    return Item(state, {action.operator}, 1, right, wrong, changes, values={"action": setting.said(action)})
+    return Item(
+        state, {action.operator}, 1, right, wrong, changes, values={"action": setting.text_of(action)}
+    )
 
 
 def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
@@ -55,11 +57,11 @@ def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
         return None
     fact = rng.choice([*added, *removed])
     wanted = fact in added
-    told = [operator.name for operator in setting.rules.operators]
-    candidates = [name for name in told if fact.predicate in setting.rules.written(name)]
+    shown = [operator.name for operator in setting.rules.operators]
+    candidates = [name for name in shown if fact.predicate in setting.rules.written(name)]
     outcomes = _outcomes(setting, state, candidates)
     right = [each for each, reached in outcomes if _holds(reached, fact) is wanted]
-    literal = setting.said(fact) if wanted else f"not {setting.said(fact)}"
+    literal = setting.text_of(fact) if wanted else f"not {setting.text_of(fact)}"
     wrong = _others(setting, rng, state, action, lambda s: s is None or _holds(s, fact) is not wanted)
     return _which_action(setting, state, right, wrong, {"fact": literal})
 
@@ -72,8 +74,8 @@ def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
     changed = {fact.predicate for fact in (*setting.added(state, after), *setting.added(after, state))}
     if not changed:
         return None
-    told = [operator.name for operator in setting.rules.operators]
-    candidates = [name for name in told if changed <= setting.rules.written(name)]
+    shown = [operator.name for operator in setting.rules.operators]
+    candidates = [name for name in shown if changed <= setting.rules.written(name)]
     outcomes = _outcomes(setting, state, candidates)
     right = [each for each, reached in outcomes if setting.alike(reached, after)]
     wrong = _others(setting, rng, state, action, lambda s: s is None or not setting.alike(s, after))
@@ -88,15 +90,15 @@ def applicability(setting: Setting, rng: random.Random, number: int) -> Item | N
     if len(right) < _CANDIDATES // 2 or len(wrong) < _CANDIDATES // 2:
         return None
     together = rng.sample([*right, *wrong], _CANDIDATES)
-    said = [setting.said(action) for action in right]
+    said = [setting.text_of(action) for action in right]
     return Item(
         state,
         {action.operator for action in together},
         1,
         said,
-        [setting.said(action) for action in wrong],
+        [setting.text_of(action) for action in wrong],
         said,
-        values={"actions": listed([setting.said(action) for action in together])},
+        values={"actions": listed([setting.text_of(action) for action in together])},
         actions=True,
     )
 
@@ -104,13 +106,13 @@ def applicability(setting: Setting, rng: random.Random, number: int) -> Item | N
 def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which requirements of an action are not met."""
     state = rng.choice(setting.states)
-    told = [
+    shown = [
         each for each in setting.rules.operators if len(each.checks) > 1 and each.arity <= len(setting.things)
     ]
-    if not told:
+    if not shown:
         return None
     own = {step.operator for step in setting.way}
-    operator = rng.choice([each for each in told if each.name in own and rng.random() < _OWN] or told)
+    operator = rng.choice([each for each in shown if each.name in own and rng.random() < _OWN] or shown)
     drawn = [step for step in setting.way if step.operator == operator.name]
     drawn += [
         Action(operator.name, tuple(rng.sample(setting.things, operator.arity))) for _ in range(_BINDINGS)
@@ -133,7 +135,7 @@ def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
         [reasons[n - 1] for n in sorted(failing, key=lambda n: n != one)],
         [reasons[n - 1] for n in sorted(met, key=lambda n: n not in seen)],
         [str(n) for n in failing],
-        values={"action": setting.said(action)},
+        values={"action": setting.text_of(action)},
         about={reason: (f"{action.operator} {reason}", reason) for reason in reasons},
         yes_no={reasons[n - 1] for n in seen if any(n not in each for each in unmet.values())},
     )
@@ -153,7 +155,7 @@ def statements(setting: Setting, rng: random.Random, states: Sequence[State]) ->
     right = [*some(rng, sorted(now - always), 2), *some(rng, sorted(always), 2)]
     wrong = some(rng, sorted(ever - now), 2)
     wrong += never_true(setting, rng, ever, max(2, _CHOICES - len(wrong)))
-    return [setting.said(fact) for fact in right], [setting.said(fact) for fact in wrong]
+    return [setting.text_of(fact) for fact in right], [setting.text_of(fact) for fact in wrong]
 
 
 def never_true(setting: Setting, rng: random.Random, ever: frozenset[Fact], number: int) -> list[Fact]:
@@ -238,8 +240,8 @@ def _alternatives(
 def _which_action(
     setting: Setting, state: State, right: Sequence[Action], wrong: Sequence[Action], values: dict[str, str]
 ) -> Item:
-    said = [setting.said(action) for action in right]
-    others = [setting.said(action) for action in wrong]
+    said = [setting.text_of(action) for action in right]
+    others = [setting.text_of(action) for action in wrong]
     return Item(
         state,
         setting.rules.names,

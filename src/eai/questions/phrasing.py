@@ -13,7 +13,7 @@ from eai.questions.setting import Item, Setting, listed
 from eai.questions.shortcuts import Glance, Ledger, Posed
 
 LETTERS = "ABCD"
-"""What choices are called."""
+"""The letters of choices."""
 
 _TEMPTING = 0.5
 """How often a statement is the most tempting one there is."""
@@ -27,7 +27,7 @@ _DRAWS = 24
 _ABOUT_RULES = frozenset(
     [*((Kind.WHY_NOT, form) for form in Form), (Kind.COUNTERFACTUAL, Form.OPEN), (Kind.VALIDATION, Form.OPEN)]
 )
-"""What is asked of requirements by their numbers, which the rules alone tell."""
+"""The kinds and forms that ask of requirements by their numbers, which the rules alone tell."""
 
 
 def can_be_closed(kind: Kind, form: Form) -> bool:
@@ -56,7 +56,7 @@ class Phrased(NamedTuple):
 def pose(
     item: Item, setting: Setting, form: Form, asked: str, ledger: Ledger, rng: random.Random, turn: int
 ) -> tuple[int, Posed] | None:
-    """What is shown of an item to choose from, drawn so that no shortcut gains; None if there is too little.
+    """The choices that are shown, drawn so that no shortcut gains; None if an item has too few.
 
     Args:
         item: what is asked.
@@ -75,7 +75,7 @@ def pose(
         return None
     if form is Form.CHOICE and not (item.right and len(item.wrong) >= len(LETTERS) - 1):
         return None
-    holding = () if item.actions or item.about else frozenset(map(setting.said, setting.facts(item.state)))
+    holding = () if item.actions or item.about else frozenset(map(setting.text_of, setting.facts(item.state)))
     glance = Glance(asked, holding, item.about)
     best: tuple[int, Posed] | None = None
     for _ in range(_DRAWS):
@@ -91,7 +91,7 @@ def pose(
     return best
 
 
-def asked_text(
+def question_text(
     item: Item, setting: Setting, kind: Kind, form: Form, templates: Templates, written: str = ""
 ) -> str:
     """The text of a question, with what there is to choose from if that is given."""
@@ -123,14 +123,14 @@ def phrase(
         case Form.CHOICE:
             written = "\n".join([f"{letter}. {text}" for letter, text in zip(LETTERS, shown, strict=True)])
             answer = (LETTERS[right or 0],)
-    told = {text.partition("(")[0] for text in shown} if item.actions and shown else item.operators
+    shown_operators = {text.partition("(")[0] for text in shown} if item.actions and shown else item.operators
     accept = item.accept if form is Form.OPEN else Accept.ALL
     prompt = {
         "objects": _objects(setting),
-        "facts": _facts(setting, item, told),
-        "rules": setting.rules.text(told, item.formulas),
-        "actions": setting.rules.heads(told),
-        "question": asked_text(item, setting, kind, form, templates, written),
+        "facts": _facts(setting, item, shown_operators),
+        "rules": setting.rules.text(shown_operators, item.formulas),
+        "actions": setting.rules.heads(shown_operators),
+        "question": question_text(item, setting, kind, form, templates, written),
         "answer": templates.text(f"questions/answer.{'any' if accept is Accept.ANY else form.value}.txt"),
     }
     return Phrased(
@@ -189,14 +189,14 @@ def _objects(setting: Setting) -> str:
 
 
 def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
-    """What holds: all that can change, and of the rest what decides the rules.
+    """The facts that hold: all that can change, and of the rest those that decide the rules.
 
     A predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
     """
-    told = setting.rules.fluents | setting.rules.predicates(operators, item.formulas)
+    shown = setting.rules.fluents | setting.rules.predicates(operators, item.formulas)
     names = [thing.name for thing in setting.scene.objects]
     lines: dict[str, list[str]] = {}
-    facts = [fact for fact in item.state.facts() if fact.predicate in told]
+    facts = [fact for fact in item.state.facts() if fact.predicate in shown]
     for (predicate, first), alike in groupby(facts, lambda fact: (fact.predicate, fact.arguments[:-1])):
         last = [[names[i] for i in fact.arguments[-1:]] for fact in alike]
         if first and len(last) > 1:

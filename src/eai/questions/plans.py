@@ -30,7 +30,7 @@ _OWN = 0.75
 
 
 class Result(IntEnum):
-    """What a plan comes to."""
+    """The outcome of a plan."""
 
     WORKS = 0
     MISSES = 1
@@ -43,7 +43,7 @@ def _wanted(number: int) -> Result:
 
 
 class Outcome(NamedTuple):
-    """What a plan comes to, and why.
+    """The outcome of a plan, and why.
 
     Attributes:
         result: what it comes to.
@@ -59,7 +59,7 @@ class Outcome(NamedTuple):
 
 
 def outcome(setting: Setting, start: State, plan: Sequence[Action], done: int = 0) -> Outcome:
-    """What a plan comes to from a state on, before which so many of its steps were taken."""
+    """The outcome of a plan from a state on, before which so many of its steps were taken."""
     states = _states_along(setting, start, plan[done:])
     place = done + len(states) - 1
     if place < len(plan):
@@ -80,7 +80,7 @@ def _states_along(setting: Setting, start: State, plan: Sequence[Action]) -> lis
 
 
 def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """What holds after several actions; in open form, all of it about one object."""
+    """The facts that hold after several actions; in open form, all about one object."""
     if not setting.way:
         return None
     first = rng.randrange(len(setting.way))
@@ -92,15 +92,15 @@ def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | 
     if len(about) > _MOST_FACTS:
         return None
     values = {
-        "plan": numbered([setting.said(action) for action in plan]),
+        "plan": numbered([setting.text_of(action) for action in plan]),
         "object": setting.scene.objects[thing].name,
     }
-    answer = [setting.said(fact) for fact in about]
+    answer = [setting.text_of(fact) for fact in about]
     return Item(states[0], _operators(plan), len(plan), right, wrong, answer, values=values)
 
 
 def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | None:
-    """What becomes of a plan that works where a step is left out, two are exchanged, or one is put in."""
+    """The outcome of a plan that works, once a step is left out, two are exchanged, or one is put in."""
     if not setting.works:
         return None
     for _ in range(_TRIES):
@@ -110,10 +110,10 @@ def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | 
         plan = [step.action for step in variant.steps]
         came_to = outcome(setting, setting.states[variant.place], plan, variant.place)
         if came_to.result is _wanted(number):
-            shown = [setting.said(action) for action in setting.way]
-            told = _operators([*plan, *setting.way])
+            shown = [setting.text_of(action) for action in setting.way]
+            operators = _operators([*plan, *setting.way])
             values = {"plan": numbered(shown), "change": variant.change}
-            return _of_plan(setting, rng, came_to, variant.steps, told, values)
+            return _of_plan(setting, rng, came_to, variant.steps, operators, values)
     return None
 
 
@@ -132,7 +132,7 @@ def validation(setting: Setting, rng: random.Random, number: int) -> Item | None
                 break
         else:
             return None
-    values = {"plan": numbered([setting.said(action) for action in plan])}
+    values = {"plan": numbered([setting.text_of(action) for action in plan])}
     steps = [_Numbered(n, action) for n, action in enumerate(plan, 1)]
     return _of_plan(setting, rng, came_to, steps, _operators(plan), values)
 
@@ -159,7 +159,7 @@ def justification(setting: Setting, rng: random.Random, number: int) -> Item | N
         right,
         wrong,
         [str(place + 1) for place in needless],
-        values={"plan": numbered([setting.said(action) for action in plan]), "goals": _goals(setting)},
+        values={"plan": numbered([setting.text_of(action) for action in plan]), "goals": _goals(setting)},
         formulas=setting.goals,
         about={step: (operator,) for step, operator in operators.items()},
         yes_no=with_counterparts(right, wrong, operators.__getitem__),
@@ -194,7 +194,7 @@ def _variant(setting: Setting, rng: random.Random) -> _Variant | None:
             action = setting.some_action(rng, setting.states[place], possible=True)
             if action is not None:
                 steps.insert(place, _Numbered(0, action))
-                change = f"just before step {place + 1}, {setting.said(action)} is carried out"
+                change = f"just before step {place + 1}, {setting.text_of(action)} is carried out"
                 return _Variant(steps, place, change)
     return None
 
@@ -249,20 +249,20 @@ def _of_plan(
 
 def _spoilt(setting: Setting, plan: Sequence[Action], place: int, rng: random.Random) -> list[Action]:
     """The plan without a step, with two exchanged, or with another object or operator at a place."""
-    action, spoilt = plan[place], list(plan)
+    action, corrupted = plan[place], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
-            del spoilt[place]
+            del corrupted[place]
         case "exchange":
-            spoilt[place : place + 2] = reversed(spoilt[place : place + 2])
+            corrupted[place : place + 2] = reversed(corrupted[place : place + 2])
         case "object" if action.arguments:
             changed = list(action.arguments)
             changed[rng.randrange(len(changed))] = rng.choice(setting.things)
-            spoilt[place] = Action(action.operator, tuple(changed))
+            corrupted[place] = Action(action.operator, tuple(changed))
         case _:
             alike = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
-            spoilt[place] = Action(rng.choice(alike), action.arguments)
-    return spoilt
+            corrupted[place] = Action(rng.choice(alike), action.arguments)
+    return corrupted
 
 
 class _Course(NamedTuple):

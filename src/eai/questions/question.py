@@ -17,7 +17,7 @@ from eai.errors import InputError
 
 
 class Kind(str, Enum):
-    """What is asked about.
+    """The kind of question.
 
     ``forward``: what holds after an action. ``backward``: which single action makes a fact true. ``inverse``:
     which action led from one state to another. ``state``: what holds after several actions.

@@ -32,10 +32,10 @@ _BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes fa
 
 @dataclass(frozen=True)
 class Rules:
-    """What can be told of a domain without a word that no prompt may say: nothing of invisible memory.
+    """The rules of a domain without a word that no prompt may say: nothing of invisible memory.
 
     Operators that read what cannot be seen and changes, that try several things, or that need a predicate
-    which no formula defines, cannot be told; no question is about them.
+    which no formula defines, cannot be shown; no question is about them.
 
     Attributes:
         domain: the declaration.
@@ -45,8 +45,8 @@ class Rules:
 
     @cached_property
     def operators(self) -> tuple[Operator, ...]:
-        """The operators that can be told."""
-        return tuple([each for each in self.domain.operators if self._can_be_told(each)])
+        """The operators that can be shown."""
+        return tuple([each for each in self.domain.operators if self._can_be_shown(each)])
 
     @cached_property
     def names(self) -> frozenset[str]:
@@ -60,18 +60,18 @@ class Rules:
 
     @cached_property
     def memory(self) -> frozenset[str]:
-        """The stored predicates that change and are never told."""
+        """The stored predicates that change and are never shown."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if not p.visible and not p.static])
 
     @cached_property
     def fluents(self) -> frozenset[str]:
-        """The stored predicates that can be told and can change."""
+        """The stored predicates that can be shown and can change."""
         predicates = self.domain.vocabulary.predicates
         return frozenset([p.name for p in predicates if p.visible and not p.static])
 
     def written(self, operator: str) -> frozenset[str]:
-        """The predicates that an operator changes and that can be told."""
+        """The predicates that an operator changes and that can be shown."""
         return self._written[operator]
 
     @cached_property
@@ -94,10 +94,12 @@ class Rules:
 
     def text(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
         """The rules of some operators, and the definitions of what they and some formulas speak of."""
-        told = [each for each in self.operators if each.name in operators]
-        named = list(dict.fromkeys([*_read(formulas), *(n for each in told for n in self._reads[each.name])]))
+        shown = [each for each in self.operators if each.name in operators]
+        named = list(
+            dict.fromkeys([*_read(formulas), *(n for each in shown for n in self._reads[each.name])])
+        )
         lines = [
-            *(self._texts[each.name] for each in told),
+            *(self._texts[each.name] for each in shown),
             *(self._definitions[name] for name in self._derived(named)),
         ]
         return "\n".join(lines)
@@ -116,7 +118,7 @@ class Rules:
         """The predicates that the conditions of each operator name."""
         return {operator.name: _read(_conditions(operator)) for operator in self.operators}
 
-    def _can_be_told(self, operator: Operator) -> bool:
+    def _can_be_shown(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
         read = _read(_conditions(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._derived(read)]
@@ -144,7 +146,7 @@ class Rules:
         names = {parameter.name: parameter.name for parameter in operator.parameters}
         for number, check in enumerate(operator.checks, 1):
             lines.append(
-                f"{_INDENT}requirement {number}: {_said(check.condition)}"
+                f"{_INDENT}requirement {number}: {_text_of(check.condition)}"
                 f'   [otherwise "{check.reason.format_map(names)}"]'
             )
         effects = list(self._effects(operator.effects, _INDENT))
@@ -155,8 +157,8 @@ class Rules:
         for kind, run in groupby(effects, type):
             if kind in (Add, Delete):
                 atoms = [each.atom for each in run if isinstance(each, Add | Delete)]
-                told = [_said(atom) for atom in atoms if atom.predicate not in self.memory]
-                yield from [f"{indent}{_BECOMES[kind]}: {', '.join(told)}"] if told else []
+                shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.memory]
+                yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
                 continue
             for effect in run:
                 yield from self._compound(effect, indent)
@@ -164,12 +166,14 @@ class Rules:
     def _compound(self, effect: Effect, indent: str) -> Iterator[str]:
         match effect:
             case When(condition, effects, otherwise):
-                yield from self._block(f"if {_said(condition)}", effects, indent)
-                yield from self._block(f"if {_said(f.Not(condition))}", otherwise, indent)
+                yield from self._block(f"if {_text_of(condition)}", effects, indent)
+                yield from self._block(f"if {_text_of(f.Not(condition))}", otherwise, indent)
             case ForEach(variable, condition, effects):
-                yield from self._block(f"for each {variable.name} with {_said(condition)}", effects, indent)
+                yield from self._block(
+                    f"for each {variable.name} with {_text_of(condition)}", effects, indent
+                )
             case Let(variable, condition, effects):
-                first = f"for the first {variable.name} with {_said(condition)}"
+                first = f"for the first {variable.name} with {_text_of(condition)}"
                 yield from self._block(first, effects, indent)
 
     def _block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
@@ -179,7 +183,7 @@ class Rules:
 
     @cached_property
     def _definitions(self) -> Mapping[str, str]:
-        """What each derived predicate means, as far as a formula says it."""
+        """The meaning of each derived predicate, as far as a formula says it."""
         derived = [each for each in self.domain.vocabulary.derived if meaning(each) is not None]
         return {each.name: _definition(each) for each in derived}
 
@@ -194,7 +198,7 @@ def _definition(derived: DerivedPredicate) -> str:
         raise DomainError(f"derived predicate {derived.name} has no formula")
     remark = derived.open_in_meaning if isinstance(derived, Lookup) else ""
     said = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
-    return f"{said}{_said(defined.definition)}{f' ({remark})' if remark else ''}"
+    return f"{said}{_text_of(defined.definition)}{f' ({remark})' if remark else ''}"
 
 
 def _conditions(operator: Operator) -> list[f.Formula]:
@@ -218,7 +222,7 @@ def _read(formulas: Iterable[f.Formula]) -> list[str]:
     return list(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
 
 
-def _said(formula: f.Formula) -> str:
+def _text_of(formula: f.Formula) -> str:
     """A formula as text, in which a membership reads ``is_a(x, lamp)``, without what says nothing."""
     return print_ltl(_simplified(formula))
 
@@ -245,13 +249,13 @@ def _simplified(formula: f.Formula) -> f.Formula:
 
 
 class World(Protocol):
-    """What actions do, as far as it can be told."""
+    """The effects of actions, as far as they can be shown."""
 
     def after(self, state: State, action: Action) -> State | None:
         """The state after an action; None where it is impossible."""
 
     def added(self, before: State, after: State) -> Sequence[Fact]:
-        """What holds in one state and not in another."""
+        """The facts that hold in one state and not in another."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +290,7 @@ class Repertoire:
         return frozenset().union(*self.gained)
 
     def within(self, actions: Sequence[int]) -> Repertoire:
-        """What some of the actions, by their numbers, lead to."""
+        """The states that some of the actions, by their numbers, lead to."""
         place = {number: n for n, number in enumerate(actions)}
         numbers, depths, edges = {0: 0}, [0], list[tuple[Edge, ...]]()
         for n, old in enumerate(kept := [0]):  # which grows on the way

@@ -46,11 +46,11 @@ _LIMITS = Limits(60)
 
 @dataclass(frozen=True)
 class Setting:
-    """What questions about one task are made from.
+    """The material of the questions about one task.
 
     Attributes:
         task: the task, in a scene that has what is shown and nothing else.
-        rules: what can be told of the domain.
+        rules: what can be shown of the domain.
         way: actions that can be carried out one after the other from the start of the task.
         states: the states along the way, one more than actions.
         seed: of what is chosen once for all questions about the task.
@@ -76,7 +76,7 @@ class Setting:
 
     @cached_property
     def goals(self) -> tuple[Formula, ...]:
-        """What the task asks for at the end."""
+        """The goals of the task at the end."""
         return tuple([goal.formula for goal in self.task.goals])
 
     @cached_property
@@ -110,23 +110,23 @@ class Setting:
         return tuple([self.rules.readings.holds(goal, {}, state) for goal in self.goals])
 
     def added(self, before: State, after: State) -> list[Fact]:
-        """What holds in one state and not in another, of what can change and be told."""
+        """The facts that hold in one state and not in another, of those that can change and be shown."""
         return [fact for fact in change(before, after).added if fact.predicate in self.rules.fluents]
 
     def changes(self, before: State, after: State) -> tuple[str, ...]:
-        """What is different in one state from another, as ``lit(lamp)`` and ``not lit(lamp)``."""
-        removed = [f"not {self.said(fact)}" for fact in self.added(after, before)]
-        return (*map(self.said, self.added(before, after)), *removed)
+        """The difference of one state from another, as ``lit(lamp)`` and ``not lit(lamp)``."""
+        removed = [f"not {self.text_of(fact)}" for fact in self.added(after, before)]
+        return (*map(self.text_of, self.added(before, after)), *removed)
 
     def alike(self, one: State, other: State) -> bool:
-        """Whether two states are the same, as far as can be told."""
+        """Whether two states are the same, as far as can be shown."""
         return not self.added(one, other) and not self.added(other, one)
 
     def facts(self, state: State) -> list[Fact]:
-        """What can change and holds in a state."""
+        """The facts of a state that can change."""
         return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
 
-    def said(self, what: Fact | Action) -> str:
+    def text_of(self, what: Fact | Action) -> str:
         """A fact or an action as text."""
         return action_text(what, self.scene) if isinstance(what, Action) else fact_text(what, self.scene)
 
@@ -194,7 +194,7 @@ def _goals_about(goals: Sequence[Goal], scene: Scene) -> Iterator[Goal]:
 
 
 def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action, ...]:
-    """What is executed of a plan without its needless steps, as far as it can be told of."""
+    """The steps of a plan that are executed without needless ones, as far as they can be shown."""
     arities = rules.domain.arities
     known = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
     executed = execute(rules.domain, task.initial, known).executed
@@ -225,21 +225,21 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """What is asked, with what is right and what is wrong.
+    """The matter of a question, with what is right and what is wrong.
 
     Attributes:
         state: what holds when it is asked.
-        operators: the names of the operators whose rules are told.
+        operators: the names of the operators whose rules are shown.
         depth: how many actions there are to think of.
         right: texts of which any is a right choice, first what is easily taken for wrong.
         wrong: texts of which any is a wrong choice, first what is easily taken for right.
         answer: the gold answers in open form.
         accept: whether all of these are wanted.
         values: what else the templates speak of.
-        formulas: goals that are told, for the sake of the predicates in them.
+        formulas: goals that are shown, for the sake of the predicates in them.
         about: the labels of texts that do not begin with their operator or predicate: that operator first.
         actions: whether what is right and wrong are actions: where they are to choose from, no rules but
-            theirs are told.
+            theirs are shown.
         yes_no: the texts of which yes or no is asked, as something alike has the other answer; all if None.
     """
 

@@ -57,7 +57,7 @@ SHORTCUTS = tuple(shortcut.value for shortcut in _Shortcut)
 
 
 class Glance:
-    """What can be seen of statements beside a question without thinking of the world.
+    """A view of statements beside a question without thinking of the world.
 
     Args:
         asked: the text of the question without them.
@@ -69,19 +69,19 @@ class Glance:
         self, asked: str, holding: Collection[str] = (), about: Mapping[str, Sequence[str]] | None = None
     ) -> None:
         self._about = about or {}
-        self._told = Counter(_NAME.findall(asked))
+        self._mentioned = Counter(_NAME.findall(asked))
         self._holding = holding
         self._known: dict[str, _Look] = {}
 
     def at(self, text: str) -> _Look:
-        """What can be seen of a statement."""
+        """The look of a statement."""
         if text not in self._known:
             names = frozenset(_NAME.findall(text))
             labels = tuple(self._about.get(text, (text.partition("(")[0],)))
             self._known[text] = _Look(
                 names,
-                sum([name in self._told for name in names]),
-                sum([self._told[name] for name in names]),
+                sum([name in self._mentioned for name in names]),
+                sum([self._mentioned[name] for name in names]),
                 len(text),
                 text in self._holding,
                 labels,
@@ -90,11 +90,11 @@ class Glance:
 
 
 class _Look(NamedTuple):
-    """What can be seen of a statement.
+    """The look of a statement.
 
     Attributes:
         names: the names in it.
-        told: how many of them stand in the text of the question.
+        mentioned: how many of them stand in the text of the question.
         often: how often they stand there.
         length: how long it is.
         holds: whether it holds when it is asked.
@@ -102,7 +102,7 @@ class _Look(NamedTuple):
     """
 
     names: frozenset[str]
-    told: int
+    mentioned: int
     often: int
     length: int
     holds: bool
@@ -124,7 +124,7 @@ class Posed(NamedTuple):
 
 
 class _Trait(NamedTuple):
-    """What a shortcut goes by in a statement; the label tells several of one shortcut apart."""
+    """The trait of a statement that a shortcut goes by; the label tells several of one shortcut apart."""
 
     shortcut: _Shortcut
     label: str = ""
@@ -215,7 +215,7 @@ class Ledger:
         if len(looks) == 1:
             (look,) = looks
             found[0] |= {
-                _Trait(_Shortcut.TEXT, f"{look.told} of {len(look.names)}"): _WHOLE,
+                _Trait(_Shortcut.TEXT, f"{look.mentioned} of {len(look.names)}"): _WHOLE,
                 _Trait(_Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
                 _Trait(_Shortcut.LONGEST, self._size(look.length)): _WHOLE,
                 _Trait(_Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
@@ -227,7 +227,7 @@ class Ledger:
             ],
             _LONGEST: [look.length for look in looks],
             _SHORTEST: [-look.length for look in looks],
-            _TEXT: [look.told for look in looks],
+            _TEXT: [look.mentioned for look in looks],
             _OFTEN: [look.often for look in looks],
             _UNCHANGED: [look.holds for look in looks],
         }
@@ -247,7 +247,7 @@ class Ledger:
 
 
 def _weights(posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
-    """What a question adds to the balance of each trait, so that chance adds up to nothing."""
+    """The addition of a question to the balance of each trait, so that chance adds up to nothing."""
     weights: dict[_Trait, int] = {}
     for place, each in enumerate(traits):
         for trait, part in each.items():
@@ -265,7 +265,7 @@ def _share(part: float, whole: float) -> float:
 
 
 GUESS = "guess"
-"""What guessing is called beside the shortcuts."""
+"""The name of guessing beside the shortcuts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,7 +312,7 @@ def guesses_of(questions: Sequence[Question]) -> dict[str, float]:
 
 
 def chances_of(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
-    """What guessing gives, and what each shortcut, by name; where there is no shortcut it guesses.
+    """The rates of guessing and of each shortcut, by name; where there is no shortcut it guesses.
 
     Args:
         questions: the questions.

@@ -24,7 +24,7 @@ _REPERTOIRES = 4
 """How many choices of actions a task has, at most."""
 
 _CANDIDATES = 4
-"""How many facts of each kind are to be told apart."""
+"""How many facts of each kind are to be distinguished."""
 
 _LEAST_DISTANCE = 2
 """How many actions a goal takes at least."""
@@ -47,17 +47,17 @@ def reachability(setting: Setting, rng: random.Random, number: int) -> Item | No
     narrower = wider.within(some(rng, range(len(wider.actions)), len(wider.actions) - 2))
     within = narrower.becoming_true
     beyond = wider.becoming_true - within
-    right = [setting.said(fact) for fact in some(rng, sorted(within), _CANDIDATES)]
+    right = [setting.text_of(fact) for fact in some(rng, sorted(within), _CANDIDATES)]
     ever = within.union(setting.facts(wider.states[0]))
     tempting = some(rng, sorted(beyond), _CANDIDATES)
     others = [fact for fact in never_true(setting, rng, ever, _CANDIDATES) if fact not in tempting]
-    wrong = [setting.said(fact) for fact in [*tempting, *others][:_CANDIDATES]]
+    wrong = [setting.text_of(fact) for fact in [*tempting, *others][:_CANDIDATES]]
     if not right or not wrong:
         return None
     together = rng.sample([*right, *wrong], len(right) + len(wrong))
-    values = {"actions": _said(setting, narrower), "facts": listed(together)}
-    told = {action.operator for action in narrower.actions}
-    return Item(wider.states[0], told, max(narrower.depths) or 1, right, wrong, right, values=values)
+    values = {"actions": _action_list(setting, narrower), "facts": listed(together)}
+    shown = {action.operator for action in narrower.actions}
+    return Item(wider.states[0], shown, max(narrower.depths) or 1, right, wrong, right, values=values)
 
 
 def next_action(setting: Setting, rng: random.Random, number: int) -> Item | None:
@@ -146,7 +146,7 @@ def _drawn(setting: Setting, rng: random.Random) -> Repertoire | None:
 
 
 def _about_actions(setting: Setting, aim: _Aim, right: list[int], accept: Accept) -> Item:
-    said = [setting.said(action) for action in aim.ways.actions]
+    said = [setting.text_of(action) for action in aim.ways.actions]
     answer = [said[n] for n in right]
     return Item(
         aim.ways.states[0],
@@ -157,11 +157,11 @@ def _about_actions(setting: Setting, aim: _Aim, right: list[int], accept: Accept
         answer,
         accept,
         {
-            "actions": _said(setting, aim.ways),
-            "goals": numbered([setting.said(fact) for fact in aim.facts]),
+            "actions": _action_list(setting, aim.ways),
+            "goals": numbered([setting.text_of(fact) for fact in aim.facts]),
         },
     )
 
 
-def _said(setting: Setting, ways: Repertoire) -> str:
-    return listed([setting.said(action) for action in ways.actions])
+def _action_list(setting: Setting, ways: Repertoire) -> str:
+    return listed([setting.text_of(action) for action in ways.actions])

@@ -15,7 +15,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
 from eai.questions.one_step import applicability, backward, forward, inverse, why_not
-from eai.questions.phrasing import Phrased, asked_text, can_be_closed, phrase, pose, turns
+from eai.questions.phrasing import Phrased, can_be_closed, phrase, pose, question_text, turns
 from eai.questions.plans import counterfactual, justification, state_tracking, validation
 from eai.questions.question import Form, Kind, Question
 from eai.questions.rules import Rules
@@ -38,7 +38,7 @@ MAKERS: Mapping[Kind, Maker] = {
     Kind.NEXT_ACTION: next_action,
     Kind.LANDMARKS: landmarks,
 }
-"""What makes the items of each kind."""
+"""The makers of the items of each kind."""
 
 _LEAST_OBJECTS = 4
 """Of a world with fewer objects nothing is asked."""
@@ -91,7 +91,7 @@ class _Cell:
 
 
 class _Draft(NamedTuple):
-    """What a question could be made of."""
+    """A draft that a question could be made of."""
 
     setting: Setting
     item: Item
@@ -178,7 +178,7 @@ class Writer:
                 continue
             posed, excess = None, 0
             if cell.form is not Form.OPEN:
-                asked = asked_text(item, setting, cell.kind, cell.form, self._templates)
+                asked = question_text(item, setting, cell.kind, cell.form, self._templates)
                 best = pose(item, setting, cell.form, asked, cell.ledger, rng, order[number % len(order)])
                 if best is None:
                     continue

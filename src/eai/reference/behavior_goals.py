@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.scorer import wrong_told
+from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind
@@ -107,7 +107,7 @@ class ByFirstOption(Scorer):
             )
             return Assessment(verdict, partial(self._explain, (f"parsing: {conditions.reason}",), ()))
         verdict = self._judge(conditions)
-        return Assessment(verdict, lambda: self._explain(wrong_told(verdict), conditions))
+        return Assessment(verdict, lambda: self._explain(wrong_goal_notes(verdict), conditions))
 
     def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
         seen = [each for each in map(see, conditions) if each is not None]

@@ -15,7 +15,7 @@ from eai.abilities.goal_interpretation.notation import (
     WrittenGoal,
     WrittenGoals,
 )
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_told
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.households.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
@@ -120,7 +120,7 @@ class ByLargestId(GoalInterpretation):
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """Entries that lack a field, and goals with an unknown name."""
-        yield from ill_formed_told(goals.ill_formed)
+        yield from ill_formed_texts(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._named(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
 

@@ -183,7 +183,7 @@ def _write(
         records = _tried(obtained, obtained.trials, answers, why, settings)
         _write_attempts(folder, obtained.name, records)
     if obtained.prompt_name is not None:
-        records = [record.asked_with(obtained.prompt_name) for record in records]
+        records = [record.with_prompt_name(obtained.prompt_name) for record in records]
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,

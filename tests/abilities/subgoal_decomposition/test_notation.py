@@ -141,10 +141,11 @@ def test_a_literal_is_said_in_the_words_of_the_domain() -> None:
 
 
 def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
-    assert LEXICON.said(GroundAtom("lit", (5,), truth=False)) == Not(Atom("lit", (Constant("lamp.1"),)))
-    assert LEXICON.said_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
+    dark = GroundAtom("lit", (5,), truth=False)
+    assert LEXICON.write_literal(dark) == Not(Atom("lit", (Constant("lamp.1"),)))
+    assert LEXICON.write_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
     hidden = SubgoalLexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
-    assert hidden.said(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
+    assert hidden.write_literal(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
 
 
 def test_a_formula_means_something_in_the_domain() -> None:

@@ -32,7 +32,7 @@ _ENDING_FAULTS = {
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:
-    """What one plan contributes to each rate; what it counts as is what its verdict says, or `Counted`."""
+    """The contributions of one plan to each rate; it counts as its verdict says, or as `Counted` does."""
     counted = verdict.counted
     return {
         "task_success": of_all(verdict.success if counted is None else counted.success),
@@ -44,7 +44,7 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
 
 
 def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
-    """What makes scorers; imported where it is needed, so that reports load no engine."""
+    """The maker of scorers, imported where it is needed, so that reports load no engine."""
     from eai.abilities.action_sequencing.scorer import ActionSequencing
 
     return partial(ActionSequencing, domain=world.domain, notation=world.plans)

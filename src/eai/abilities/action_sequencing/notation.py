@@ -49,7 +49,7 @@ class WrittenPlan(Frozen):
 
 
 TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
-"""What there is to say of an answer that no model writes; it is not searched."""
+"""The remark on an answer that no model writes; it is not searched."""
 
 
 ObjectOf: TypeAlias = Callable[[object], int | None]
@@ -100,7 +100,7 @@ def _unknown(number: int, detail: str, name: str) -> ErrorReport:
 
 
 class Course(NamedTuple):
-    """What became of a plan that was carried out.
+    """The outcome of a plan that was carried out.
 
     Attributes:
         trajectory: of this plan alone, from the state in which it began.
@@ -142,7 +142,7 @@ class PlanNotation(ABC):
 
     @abstractmethod
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """What objects are called in answers to a task.
+        """The names of objects in answers to a task.
 
         Returns a function from what stands for an object in a written step to its index, or None where it
         stands for none.
@@ -157,7 +157,7 @@ class PlanNotation(ABC):
         """The parts as one answer."""
 
     def words(self, task: Task) -> tuple[str, ...]:
-        """What questions about a task call its objects, each word once; nothing if that is not known."""
+        """The words for objects in questions about a task, each once; none if they are not known."""
         return ()
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:

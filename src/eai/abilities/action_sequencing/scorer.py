@@ -7,7 +7,7 @@ from functools import partial
 from mypy_extensions import mypyc_attr
 
 from eai.abilities.action_sequencing.notation import CarryOut, Course, PlanNotation, WrittenPlan, resolve
-from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repairs_told, step_reports
+from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repair_notes, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.task import Task
@@ -134,9 +134,9 @@ class ActionSequencing(Scorer):
         )
 
     def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
-        """What there is to say of an answer as a whole."""
+        """The remarks on an answer as a whole."""
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
-        return (*repairs_told(repairs), *excluded)
+        return (*repair_notes(repairs), *excluded)
 
     def _reached(self, course: Course) -> tuple[bool, ...]:
         """For each goal, in order, whether a plan that ran reaches it."""

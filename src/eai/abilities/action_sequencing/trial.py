@@ -20,7 +20,7 @@ class Trial:
     """A task that is tried until an answer succeeds, or until no attempts are left.
 
     All attempts share one stream of luck, so that what becomes of answers is a function of them and of the
-    arguments. The scorer holds the task as it is, whatever an agent is told of it.
+    arguments. The scorer holds the task as it is, whatever an agent is shown of it.
 
     Args:
         scorer: the scorer of the task.
@@ -61,7 +61,7 @@ class Trial:
 
     @property
     def done(self) -> tuple[Action, ...]:
-        """What has been executed in the world in which the next attempt begins."""
+        """The actions that have been executed in the world in which the next attempt begins."""
         return self.episode.trajectory.executed if self.experiment.world is World.CONTINUE else ()
 
     @property

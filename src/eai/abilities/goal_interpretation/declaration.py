@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GoalVerdict(Verdict):
-    """What scoring says of an interpretation of goals.
+    """The verdict on an interpretation of goals.
 
     Attributes:
         counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
@@ -77,7 +77,7 @@ _NONE = Confusion(0, 0, 0)
 
 
 def contributions(verdict: GoalVerdict) -> dict[str, Share]:
-    """What one answer contributes to each rate.
+    """The contributions of one answer to each rate.
 
     Besides the paper's columns: ``parsing``, unreadable answers among all; ``ill_formed`` and
     ``hallucination``, predicted goals that lack a part or name what does not exist, among all predicted: the
@@ -99,13 +99,13 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: GoalVerdict) -> AnswerOutcome:
-    """What an interpretation of goals came to."""
+    """The outcome of an interpretation of goals."""
     flawless = not verdict.ill_formed and not verdict.hallucinated
     return error_outcome(verdict) or counts_outcome(add((verdict.counts or {}).values()), enough=flawless)
 
 
 def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
-    """What makes scorers; imported where it is needed, so that reports load no engine."""
+    """The maker of scorers, imported where it is needed, so that reports load no engine."""
     from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 
     return partial(GoalInterpretation, domain=world.domain, notation=world.goals)

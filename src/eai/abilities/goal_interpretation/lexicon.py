@@ -1,4 +1,4 @@
-"""What answers to a task may speak of: predicates, actions and objects, as they are spelt there."""
+"""The vocabulary of answers to a task: predicates, actions and objects, as they are spelt there."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eai.world.domain import Domain
 
 
 class GoalLexicon:
-    """What answers to a task may speak of, and how.
+    """The vocabulary of answers to a task, and how it is written.
 
     Attributes:
         words: the predicates, as spelt.

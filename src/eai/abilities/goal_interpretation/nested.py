@@ -13,11 +13,11 @@ import eai.logic.formula as f
 from eai.logic.traversal import MAX_COUNT_DIGITS
 
 Literal: TypeAlias = Callable[[object, frozenset[str]], f.Formula | None]
-"""What an entry without connectives means below quantifiers of these variables; None if it is no literal."""
+"""The meaning of an entry without connectives below quantifiers of variables; None if it is no literal."""
 
 
 def read_nested(entry: object, literal: Literal, variables: frozenset[str] = frozenset()) -> f.Formula | None:
-    """What an entry means; None if it, or a part of it, is no condition."""
+    """The meaning of an entry; None if it, or a part of it, is no condition."""
 
     def read(part: object, *bound: f.Variable) -> f.Formula | None:
         return read_nested(part, literal, variables | {variable.name for variable in bound})

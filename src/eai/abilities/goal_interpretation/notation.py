@@ -91,7 +91,7 @@ class Word(NamedTuple):
 
 
 Meaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
-"""What a goal means below quantifiers that bind variables of these names; None if it is ill-formed."""
+"""The meaning of a goal below quantifiers that bind variables of these names; None if it is ill-formed."""
 
 
 class Conditions(NamedTuple):
@@ -172,7 +172,7 @@ class GoalNotation(ABC):
         return words | {Word(each.name, each.arity): each.name for each in vocabulary.derived}
 
     def names(self, task: Task) -> tuple[str, ...]:
-        """What each object of the scene is called; several may share one name."""
+        """The name of each object of the scene; several may share one."""
         return tuple([thing.name for thing in task.scene.objects])
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
@@ -292,7 +292,7 @@ class JsonGoals(GoalNotation):
         return self.word(value).lstrip("?") if isinstance(value, str) else value
 
     def _condition(self, entry: Entry, meaning: Meaning) -> Formula | None:
-        """What an entry asks for, or None if it is no condition."""
+        """The condition that an entry asks for, or None if it is no condition."""
 
         def literal(value: object, variables: frozenset[str]) -> Formula | None:
             goal = self._goal(entry.kind, value)
@@ -303,7 +303,7 @@ class JsonGoals(GoalNotation):
         return read_nested(entry.value, literal)
 
     def _goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
-        """What an entry states, or None if it is ill-formed."""
+        """The goal that an entry states, or None if it is ill-formed."""
         is_action = kind is GoalKind.ACTION
         if is_action and isinstance(entry, str):
             return WrittenGoal(self.word(entry), is_action=True)

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from mypy_extensions import mypyc_attr
 
-from eai.abilities.explanation import Explanation, GoalReport, names_in, repairs_told
+from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
@@ -34,7 +34,7 @@ from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
 
 _WIDTH = 100
-"""The most characters that are told of an ill-formed entry."""
+"""The most characters that are shown of an ill-formed entry."""
 
 
 class Hallucination(NamedTuple):
@@ -122,8 +122,8 @@ class GoalInterpretation(Scorer):
         )
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
-        """What of an answer is neither right nor wrong, and why, in words."""
-        yield from ill_formed_told(self._faults(goals))
+        """The parts of an answer that are neither right nor wrong, and why, in words."""
+        yield from ill_formed_texts(self._faults(goals))
         for goal, name in dict.fromkeys(self._stated(goals).unknown):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
@@ -150,7 +150,7 @@ class GoalInterpretation(Scorer):
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
         return Explanation(
             notes=(
-                *repairs_told(goals.repairs),
+                *repair_notes(goals.repairs),
                 *self.left_out(goals),
                 *(
                     f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong, "
@@ -158,14 +158,14 @@ class GoalInterpretation(Scorer):
                     for kind, count in (verdict.counts or {}).items()
                     if isinstance(count, Confusion) and kind != ALL
                 ),
-                *wrong_told(verdict, {str(goal) for goal in self.gold.mask_of}),
+                *wrong_goal_notes(verdict, {str(goal) for goal in self.gold.mask_of}),
                 *self._lacking(goals),
             ),
             goals=self.reports(goals),
         )
 
     def _lacking(self, goals: WrittenGoals) -> Iterator[str]:
-        """What is missed of the goals of several conditions that are stated in part."""
+        """The conditions that are missed of goals of several that are stated in part."""
         left = self._stated(goals).known
         for option in self._chosen(left):
             missed = [str(condition) for condition in self.gold.conditions(option) if condition not in left]
@@ -205,14 +205,14 @@ class GoalInterpretation(Scorer):
         return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 
 
-def ill_formed_told(entries: Iterable[IllFormed]) -> Iterator[str]:
-    """What is ill-formed, each entry once, long ones cut off."""
+def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:
+    """The ill-formed entries, each once, long ones cut off."""
     for entry in dict.fromkeys(entries):
         yield f"left out as ill-formed: {shorten(entry.text, _WIDTH, placeholder=' ...')}"
 
 
-def wrong_told(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
-    """What there is to say of the wrong goals of an answer, each once, and how often it is stated.
+def wrong_goal_notes(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
+    """Remarks on the wrong goals of an answer, each once, and how often it is stated.
 
     ``options`` are the conditions that some way to meet a goal asks for.
     """

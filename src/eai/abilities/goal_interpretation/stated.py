@@ -1,4 +1,4 @@
-"""What someone is to reach who takes the goals of an answer to goal interpretation for those of the task.
+"""The goals to reach for someone who takes those of an answer to goal interpretation for the task's.
 
 Goals are read as goal interpretation reads them, with one difference: where the notation has connectives and
 quantifiers, they are understood too, though no answer is compared with them. What is well-formed is asked for
@@ -58,7 +58,7 @@ def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -
 
 
 class _Meaning:
-    """What the words of an answer mean in a task.
+    """The meaning of the words of an answer in a task.
 
     A name that several objects share means the last of them, as in a plan of names alone. Said once more, a
     goal is meant of the object before, as goal interpretation counts it.
@@ -76,7 +76,7 @@ class _Meaning:
         self._times: Counter[WrittenGoal] = Counter()
 
     def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
-        """What a goal means below quantifiers that bind these variables; None if it is ill-formed."""
+        """The meaning of a goal below quantifiers that bind these variables; None if it is ill-formed."""
         if not self._lexicon.is_well_formed(said):
             return None
         terms = tuple([term(name, variables) for name in self._objects(said, variables)])

@@ -62,7 +62,7 @@ class Branch(NamedTuple):
 
     @property
     def trajectory(self) -> Trajectory:
-        """What was tried and what came of it."""
+        """The actions that were tried and what came of them."""
         return Trajectory(self.past.states, self.steps)
 
     @property

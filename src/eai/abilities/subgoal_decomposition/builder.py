@@ -52,7 +52,7 @@ _TESTED_AT_ONCE = 100
 """How many literals of a formula are tested in the time in which an action is applied."""
 
 _MOST_LITERALS = 100
-"""How many literals a subgoal may have, over all alternatives, to be told that they exclude each other."""
+"""How many literals a subgoal may have, over all alternatives, to be known to exclude each other."""
 
 _REMEMBERED = 32
 """How many subgoals of a task are remembered."""
@@ -75,7 +75,7 @@ _NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it abo
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Required(Frozen):
-    """What must hold, as a test; the check that says what is wrong if it does not; what the test costs.
+    """A condition that must hold, as a test; the check that says what is wrong if not; what the test costs.
 
     It is equal to itself alone: what all alternatives have in common is not hashed for each of them.
     ``refused`` is the check where no state can meet it, by any alternative; it is found out when it is asked.
@@ -129,7 +129,7 @@ class Programs:
         return builder.program[: start + 1]
 
     def _plans_to_take(self, action: Action) -> Plans:
-        """What takes an action."""
+        """The instruction to take an action."""
         plans = self._refinement.plans_to_take(action, self.task.scene, self.task.relevant)
         return lru_cache(_STATES)(plans)
 
@@ -168,7 +168,7 @@ class Programs:
         return lru_cache(_STATES)(plans)
 
     def _plans(self, literals: tuple[GroundAtom, ...], required: _Required) -> Plans:
-        """What brings literals about, so that what is required holds; nothing where no state meets that."""
+        """The ways to bring literals about that fulfil what is required; none where no state does."""
         made = cache(
             lambda: self._refinement.plans(
                 literals,
@@ -255,7 +255,7 @@ class _Builder:
         return self._split([self.subgoal(each, number, then) for each in reversed(parts)], number)
 
     def _state(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
-        """What shall hold at one moment: brought about by one of its alternatives, and tested.
+        """A condition that shall hold at one moment: brought about by one of its alternatives, and tested.
 
         Where it holds already, by whichever alternative, nothing is done; if it is all that the subgoal says,
         the subgoal may be an additional step.

@@ -34,7 +34,7 @@ class SubgoalCategory(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class SubgoalVerdict(PlanVerdict):
-    """What scoring says of a sequence of subgoals.
+    """The verdict on a sequence of subgoals.
 
     Attributes:
         category: the outcome.
@@ -68,7 +68,7 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 
 
 def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
-    """What one answer contributes to each rate.
+    """The contributions of one answer to each rate.
 
     What cannot be carried out counts by its category, and as a wrong number of arguments where that is the
     error; what goes wrong on the way counts as the verdict says, or as `Counted`. ``granularity`` is how many
@@ -92,7 +92,7 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
 
 
 def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
-    """What makes scorers; imported where it is needed, so that reports load no search."""
+    """The maker of scorers, imported where it is needed, so that reports load no search."""
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 

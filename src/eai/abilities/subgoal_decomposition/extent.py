@@ -22,7 +22,7 @@ TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
 class Extent:
-    """What the quantifiers of subgoals range over, and how much that makes.
+    """The range of the quantifiers of subgoals, and how much that makes.
 
     Args:
         task: the task.

@@ -1,4 +1,4 @@
-"""What subgoals about one scene may say, and what that means in the words of the domain."""
+"""The vocabulary of subgoals about one scene, and its meaning in the words of the domain."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ class SubgoalLexicon:
         return {name: word for word, name in self.actions.items()}
 
     def name(self, index: int) -> str:
-        """What an object is called."""
+        """The name of an object."""
         return self._names[index]
 
-    def said(self, literal: GroundAtom) -> f.Formula:
+    def write_literal(self, literal: GroundAtom) -> f.Formula:
         """A literal as subgoals say it."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
@@ -67,7 +67,7 @@ class SubgoalLexicon:
         atom = f.Atom(word, self._terms(literal.arguments))
         return atom if literal.truth else f.Not(atom)
 
-    def said_action(self, action: Action) -> f.Occurs:
+    def write_action(self, action: Action) -> f.Occurs:
         """An action as subgoals say it."""
         return f.Occurs(
             self._action_words.get(action.operator, action.operator), self._terms(action.arguments)
@@ -85,7 +85,7 @@ class SubgoalLexicon:
         yield from (name for name in names if name != first)
 
     def literal(self, formula: f.Formula) -> GroundAtom | None:
-        """What an atom or a negated one asks for; None if the domain cannot say it, or not of objects."""
+        """The condition that an atom or a negated one means; None if the domain cannot say it of objects."""
         atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
         if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
             return None

@@ -24,10 +24,10 @@ from eai.world.state import Fact, Scene, State, change
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
 _NAME = re.compile(r"\w")
 _WORDS = frozenset({"and", "or", "not", "then", "until", "implies", "next", "eventually", "always"})
-"""What stands between formulas and in front of them."""
+"""The marks between formulas and in front of them."""
 
 _NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
-"""What stands beside an object or a variable, and beside no formula."""
+"""The marks beside an object or a variable, and beside no formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class SubgoalNotation:
         self.domain = domain
 
     def lexicon(self, scene: Scene) -> SubgoalLexicon:
-        """What subgoals about a scene may say."""
+        """The vocabulary of subgoals about a scene."""
         vocabulary = self.domain.vocabulary
         visible = [p.name for p in vocabulary.predicates if p.visible]
         predicates = spelt([*visible, *(derived.name for derived in vocabulary.derived)])
@@ -114,13 +114,13 @@ class SubgoalNotation:
                 for fact in facts:
                     if not about or not about.isdisjoint(fact.arguments):
                         own.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
-                said = [self._said(fact, truth, before, after, lexicon) for fact in own.values()]
-                literals = tuple([literal for literal in said if literal is not None])
+                written = [self._written(fact, truth, before, after, lexicon) for fact in own.values()]
+                literals = tuple([literal for literal in written if literal is not None])
                 if literals:
                     return literals[0] if len(literals) == 1 else And(literals)
-        return lexicon.said_action(action) if named else None
+        return lexicon.write_action(action) if named else None
 
-    def _said(
+    def _written(
         self, fact: Fact, truth: bool, before: State, after: State, lexicon: SubgoalLexicon
     ) -> Formula | None:
         """A change of a fact as subgoals say it: by its predicate, or by one that changes with it."""
@@ -131,7 +131,7 @@ class SubgoalNotation:
         for name in lexicon.predicates_of(len(terms), first=fact.predicate):
             atom = Atom(name, terms)
             if self.domain.holds(atom, after) is truth and self.domain.holds(atom, before) is not truth:
-                return lexicon.said(GroundAtom(name, fact.arguments, truth))
+                return lexicon.write_literal(GroundAtom(name, fact.arguments, truth))
         return None
 
     def join(self, parts: Iterable[str]) -> str:

@@ -23,11 +23,11 @@ TOO_FAR = Check(
     f"it takes more than {MAX_ACTIONS} actions: what lies between is a subgoal, too",
     id="too_many_actions",
 )
-"""What is wrong with a subgoal that takes more actions than it may."""
+"""The offence of a subgoal that takes more actions than it may."""
 
 
 class Found(NamedTuple):
-    """What is to be done for a subgoal in a state.
+    """The actions to take for a subgoal in a state.
 
     Attributes:
         plans: the plans for it, each to be tried; none if nothing is to be done there.
@@ -43,7 +43,7 @@ class Found(NamedTuple):
 
 
 Plans: TypeAlias = Callable[[State], Found]
-"""What is to be done for a subgoal in a state."""
+"""The actions to take for a subgoal in a state."""
 
 
 class Do(NamedTuple):

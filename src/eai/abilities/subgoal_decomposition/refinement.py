@@ -34,7 +34,7 @@ _MOST_TESTS = 200_000
 
 
 class _Need(NamedTuple):
-    """What a search may have to do with.
+    """The means of a search.
 
     Attributes:
         state: where it begins.
@@ -92,7 +92,7 @@ class Refinement:
         *,
         test_effort: int = 0,
     ) -> Plans:
-        """What is done in a state so that a subgoal holds, where it does not yet.
+        """The actions in a state that make a subgoal hold, where it does not yet.
 
         Where it cannot be made to hold, it is what comes nearest, and then the action that fails, to be
         diagnosed; nothing if none fails but there are too many.

@@ -36,7 +36,7 @@ _AGENT = 0
 
 
 class _Serving(NamedTuple):
-    """What can make some operators possible: what takes things and lets them go, and movement by its name."""
+    """The operators that make others possible: what takes things and lets them go, and movement by name."""
 
     helping: Sequence[Operator]
     movement: Sequence[str]
@@ -86,7 +86,7 @@ class _Way(NamedTuple):
 
 
 class Repertoire:
-    """What the operators of one domain are for.
+    """The uses of the operators of one domain.
 
     Args:
         domain: the domain.
@@ -100,7 +100,7 @@ class Repertoire:
         self._domain = domain
         self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self._writes = {o.name: frozenset(changed_by(o)) for o in domain.operators}
-        self._checks = {o.name: self._sources(_asked(o)) for o in domain.operators}
+        self._checks = {o.name: self._sources(_deciding_conditions(o)) for o in domain.operators}
         self._asks = {
             name: self._checks[name] | self._sources([f for effect in effects for f in effect.given])
             for name, effects in self._effects.items()
@@ -271,14 +271,14 @@ def _without_doubles(operators: Iterable[Operator]) -> list[Operator]:
     return list(kept.values())
 
 
-def _asked(operator: Operator) -> Iterator[Formula]:
+def _deciding_conditions(operator: Operator) -> Iterator[Formula]:
     """All that an operator's checks ask for."""
     for checks in (operator.checks, *(each.checks for each in operator.tries)):
         yield from [check.condition for check in checks]
 
 
 def _tried(operator: Operator) -> Iterator[Formula]:
-    """What decides whether something that an operator tries is made, and succeeds."""
+    """The conditions that decide whether something that an operator tries is made, and succeeds."""
     for each in operator.tries:
         yield each.condition
         yield from [check.condition for check in each.checks]

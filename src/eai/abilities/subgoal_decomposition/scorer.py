@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from eai.abilities.explanation import Explanation, goal_reports, part_reports, repairs_told, step_reports
+from eai.abilities.explanation import Explanation, goal_reports, part_reports, repair_notes, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.branch import Branch
@@ -38,7 +38,7 @@ def category_of(outcome: Outcome) -> SubgoalCategory:
 
 
 def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
-    """What ended a branch, if anything did; the step is the number of the subgoal, from 0."""
+    """The error that ended a branch, if one did; the step is the number of the subgoal, from 0."""
     failure = branch.failure
     if failure is None:
         return None
@@ -119,7 +119,7 @@ class SubgoalDecomposition(Scorer):
         return None if text is None else self.lexicon.meaning(parse(text, self.lexicon.signature).formula)
 
     def _goal_to_reach(self) -> GoalProgress:
-        """What the search is for."""
+        """The goal of the search."""
         actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
         return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting)
 
@@ -188,7 +188,7 @@ class SubgoalDecomposition(Scorer):
 
     def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
         branch, best = outcome.reported, self._with_most_goals(outcome)
-        notes = [category_of(outcome).value, *repairs_told(compiled.repairs)]
+        notes = [category_of(outcome).value, *repair_notes(compiled.repairs)]
         notes += _left_out(compiled)
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
@@ -215,9 +215,9 @@ class SubgoalDecomposition(Scorer):
     def _explain_refusal(
         self, verdict: SubgoalVerdict, rejected: Rejected, repairs: Sequence[str]
     ) -> Explanation:
-        wrong = list(map(str, rejected.offences)) or [_told(rejected.error)]
+        wrong = list(map(str, rejected.offences)) or [_describe(rejected.error)]
         return Explanation(
-            (rejected.category.value, *repairs_told(repairs), *_left_out(rejected), *wrong),
+            (rejected.category.value, *repair_notes(repairs), *_left_out(rejected), *wrong),
             goals=goal_reports(self.task.goals, verdict.goals_satisfied),
         )
 
@@ -228,10 +228,10 @@ def executed(branch: Branch) -> Sequence[str]:
 
 
 def _left_out(answer: Compiled | Rejected) -> list[str]:
-    """What of an answer is no subgoal; the others are numbered without it."""
+    """The parts of an answer that are no subgoals; the others are numbered without it."""
     return [f"left out, neither carried out nor tested: {text}" for text in answer.left_out]
 
 
-def _told(error: ErrorReport) -> str:
-    """What is wrong with an answer as a whole, or with one subgoal of it."""
+def _describe(error: ErrorReport) -> str:
+    """The fault of an answer as a whole, or of one subgoal of it."""
     return error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"

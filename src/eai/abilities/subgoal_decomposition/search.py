@@ -52,7 +52,7 @@ def _refused(branch: Branch, instruction: Do, check: Check) -> Branch:
 
 
 class _BranchGoal(Protocol):
-    """What a branch is to achieve, as far as its past can be summed up in a number."""
+    """The goal of a branch, as far as its past can be summed up in a number."""
 
     def advance(self, met: int, state: State, action: Action) -> int:
         """The summary after an action was taken in a state."""
@@ -90,7 +90,7 @@ class SearchEnd(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Outcome(Frozen):
-    """What a search found.
+    """The result of a search.
 
     Attributes:
         reported: of the branches that reach the goal, or else of those that carry out all subgoals, or else

@@ -50,7 +50,7 @@ class Permitted(NamedTuple):
 
 
 class SearchGoal(NamedTuple):
-    """What a search is for.
+    """The goal of a search.
 
     Attributes:
         at_start: the mask of its parts that hold where the search begins.
@@ -216,7 +216,7 @@ class UniformCostSearch:
         return self.goal.holds(state)
 
     def _children(self, node: PlanNode) -> Iterator[PlanNode]:
-        """What comes after a node, in plans no longer than the best."""
+        """The successors of a node, in plans no longer than the best."""
         allowed: dict[str, bool] = {}
         for ground in self._grounds:
             is_achiever, parts = ground.is_achiever, ground.parts & ~node.met

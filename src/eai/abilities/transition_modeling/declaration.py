@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 class OperatorStatus(str, Enum):
-    """What became of one operator."""
+    """The fate of one operator."""
 
     COMPARED = "compared"
     MISSING = "missing"
@@ -95,7 +95,7 @@ def clause_contents(
 
 @dataclass(frozen=True, slots=True)
 class OperatorVerdict(Verdict):
-    """What scoring says of operators.
+    """The verdict on operators.
 
     Attributes:
         success: whether the plan that a planner finds with them works with the gold operators or, under rules
@@ -156,7 +156,7 @@ _NONE = Confusion(0, 0, 0)
 
 
 def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
-    """What one answer contributes to each rate.
+    """The contributions of one answer to each rate.
 
     Counts are of preconditions and effects together, and overall and in literals of all categories. A task's
     planner outcome counts in each of the task's categories and once overall; one that no planner ran on
@@ -178,7 +178,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
 
 
 def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
-    """What an answer came to: where a planner was asked, right operators alone are no success."""
+    """The outcome of an answer: where a planner was asked, right operators alone are no success."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
@@ -211,7 +211,7 @@ def _overall(verdict: OperatorVerdict) -> Confusion:
 
 
 def _scorers(world: AskedWorld) -> Callable[[TransitionTask], Scorer]:
-    """What makes scorers; imported where needed, so that scoring plans loads no planner of operators."""
+    """The maker of scorers, imported where needed, so that scoring plans loads no planner of operators."""
     from eai.abilities.transition_modeling.rules import PaperRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling
 

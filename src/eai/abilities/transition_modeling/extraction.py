@@ -45,7 +45,7 @@ class Memory(Generic[K, V]):
     However many answers are scored, and however long, memory stays flat. Any number of threads may ask.
 
     Args:
-        limit: how much is remembered, in the unit of what `recall` is told.
+        limit: how much is remembered, in the unit of what `recall` is given.
     """
 
     def __init__(self, limit: int = LIMIT) -> None:
@@ -76,7 +76,7 @@ _BRACKET = re.compile(r"[()]")
 _STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
 _TAIL = re.compile(r"""[\s"'`}\]]*""")
-"""What may stand behind the last operator: the end of JSON, of a code fence."""
+"""Text that may stand behind the last operator: the end of JSON, of a code fence."""
 _CLOSING, _STRAY = "closing_parenthesis", "stray_parenthesis"
 _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 

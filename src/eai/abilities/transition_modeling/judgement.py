@@ -1,4 +1,4 @@
-"""What rules make of an answer: operators compared, and what a planner can do with them.
+"""The judgement of rules on an answer: operators compared, and what a planner can do with them.
 
 `plan_flaw` says whether a plan that was found with an answer's operators works with the gold ones.
 """
@@ -103,7 +103,7 @@ class PlanMemory:
 
     @property
     def without_operators(self) -> PlannerResult:
-        """What comes of an answer without operators."""
+        """The judgement on an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(
@@ -127,7 +127,7 @@ def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> Planner
 
 
 class Replaced(str, Enum):
-    """What of a gold operator gives way to the answer's, where one operator is tried among gold ones.
+    """The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
 
     With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has
     unbound variables.
@@ -154,7 +154,7 @@ class Rules(Protocol):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: Replaced
     ) -> dict[str, PlannerResult | None]:
-        """What comes of each operator that is asked for among gold operators: name -> result.
+        """The result of each operator that is asked for among gold operators, by name.
 
         An operator that the answer does not have has none. Empty for an answer that the rules leave out.
         """

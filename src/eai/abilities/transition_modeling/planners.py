@@ -10,11 +10,11 @@ from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_EFFORT = Limits(300)
-"""What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
+"""The limits of the built-in search before Fast Downward is asked, which is then the quicker of the two."""
 
 
 def available(choice: PlannerChoice) -> PlannerChoice:
-    """What a choice comes to in this environment: Fast Downward is used where it is installed."""
+    """The planner that a choice means in this environment: Fast Downward is used where it is installed."""
     if choice is not PlannerChoice.AUTO:
         return choice
     return PlannerChoice.FULL if FastDownward.is_installed() else PlannerChoice.BUILT_IN
@@ -49,11 +49,11 @@ def _authority(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
     """Fast Downward, of which no more run at a time than there is memory for."""
     limits = PlannerLimits(terms.seconds or cpu_seconds)
     memory = machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
-    told = "" if limits.cpu_seconds == cpu_seconds else f" ({limits.cpu_seconds} s)"
+    besides = "" if limits.cpu_seconds == cpu_seconds else f" ({limits.cpu_seconds} s)"
     if terms.memory_mib is not None and memory < limits.memory_mib:
         limits = replace(limits, memory_mib=memory)
-        told += f" ({memory} MiB)"
+        besides += f" ({memory} MiB)"
     seats = None
     if terms.folder is not None:
         seats = Seats(max(1, memory // limits.memory_mib), terms.folder)
-    return replace(FastDownward.installed(limits), seats=seats, told=told)
+    return replace(FastDownward.installed(limits), seats=seats, told=besides)

@@ -33,7 +33,7 @@ _Read: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
 
 
 class _Comparison(NamedTuple):
-    """What is said of an operator that is asked for, and how it compares with the gold one."""
+    """The report on an operator that is asked for, and how it compares with the gold one."""
 
     report: OperatorReport
     match: OperatorMatch
@@ -93,7 +93,7 @@ class PaperRules(Frozen):
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: Replaced
     ) -> dict[str, PlannerResult | None]:
-        """What comes of each operator that is asked for, among the other gold ones that are asked for."""
+        """The result of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text, self.readings)
         by_name = {} if written is None else {each.name: each for each in written.operators}
         return {
@@ -154,7 +154,7 @@ def _comparison(task: TransitionTask, name: str, read: _Read | None) -> _Compari
 
 
 def _checked(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
-    """What is wrong with an operator, whatever the gold one."""
+    """The offences of an operator, whatever the gold one."""
     return check_action(action, Declarations.of(task.domain.header))
 
 

@@ -32,7 +32,7 @@ _PLAIN: dict[str, str] = {category: category.value for category in Category}
 def count_by_category(
     sides: Iterable[SideMatch], categories: Mapping[str, Category], *, clauses: bool
 ) -> dict[str, Confusion]:
-    """What is matched, additional and missing by category; categories without any are left out.
+    """The clauses that are matched, additional and missing by category; categories without any are left out.
 
     Args:
         sides: preconditions, or effects.
@@ -79,7 +79,7 @@ class TransitionModeling(Scorer):
     def plan_one_at_a_time(
         self, text: str, replaced: Replaced = Replaced.OPERATOR
     ) -> Mapping[str, PlannerResult | None]:
-        """What comes of each operator that is asked for, as the answer has it, among gold operators.
+        """The result of each operator that is asked for, as the answer has it, among gold operators.
 
         None for one that the answer does not have; empty for an answer that is left out of all statistics.
         """
@@ -152,7 +152,7 @@ def _notes(judgement: Judgement) -> Iterator[str]:
 
 
 def _sides(report: OperatorReport) -> Iterator[str]:
-    """What each side lacks and has besides; of what cannot be read nobody knows."""
+    """The clauses that each side lacks and has besides; of a side that cannot be read they are unknown."""
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
     for side, match in (("precondition", report.precondition), ("effect", report.effect)):
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:

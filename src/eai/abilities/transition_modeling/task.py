@@ -41,7 +41,7 @@ class Category(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class OperatorLibrary:
-    """What the tasks of one domain share.
+    """The operators and categories that the tasks of one domain share.
 
     Attributes:
         header: the planning domain without operators.
