@@ -317,7 +317,7 @@ _NAME = re.compile(r"([^\s(),]+)\(")
 
 
 def names_in(goal: str) -> tuple[str, ...]:
-    """What a goal mentions, from its text; a goal of actions has no parentheses."""
+    """The names that a goal mentions, from its text; a goal of actions has no parentheses."""
     return tuple(dict.fromkeys(_NAME.findall(goal))) or tuple(goal.split(" or "))
 
 

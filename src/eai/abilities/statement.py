@@ -1,4 +1,4 @@
-"""What a record says, as values beside the texts: atoms, actions and steps."""
+"""The statements of a record, as values beside the texts: atoms, actions and steps."""
 
 from __future__ import annotations
 

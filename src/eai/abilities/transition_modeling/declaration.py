@@ -68,7 +68,7 @@ class OperatorReport:
 
 
 class ClauseContent(NamedTuple):
-    """What a clause speaks of.
+    """The subject of a clause.
 
     Attributes:
         predicates: those in it, by name.
@@ -82,7 +82,7 @@ class ClauseContent(NamedTuple):
 def clause_contents(
     reports: Iterable[OperatorReport], categories: Mapping[str, Category]
 ) -> dict[str, ClauseContent]:
-    """What each clause of the sides of operators speaks of, by its text."""
+    """The subject of each clause of the sides of operators, by its text."""
     sides = [side for report in reports for side in (report.precondition, report.effect)]
     found: dict[str, ClauseContent] = {}
     for clause in [clause for s in sides for clause in (*s.matched, *s.additional, *s.missing)]:
