@@ -22,11 +22,11 @@ import numpy as np
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.adaptive import ROUND
-from eai.cli.analyzed import tables_of
 from eai.results.suites import by_suite
 from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
+from eai.studies.records import Records
 
 TARGETS = (0.5, 0.4, 0.3)
 DRAWS = 5
@@ -37,7 +37,7 @@ Choose = Callable[[Numbers], tuple[str, ...]]
 
 def main() -> None:
     """Print a line a suite and target."""
-    answers = tables_of(map(Path, sys.argv[1:]), None).answers
+    answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in by_suite(answers).items():
         if declaration_of(Ability(suite.ability)).has_plans:

@@ -16,7 +16,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from eai.report.runs import RECORDS, find_record_files
+from eai.scoring.runs import RECORDS, find_record_files
 
 
 def main() -> None:

@@ -29,12 +29,12 @@ from numpy.typing import NDArray
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.benchmark.suite import DEFAULT_PROTOCOL
-from eai.cli.analyzed import tables_of
 from eai.results.rate import Rate
 from eai.results.suites import by_suite
 from eai.studies.items import adaptive, short_tests
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
+from eai.studies.records import Records
 
 FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "studies" / "items"
 
@@ -52,7 +52,7 @@ _DRAWS = 10
 def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    answers = tables_of(map(Path, sys.argv[1:]), None).answers
+    answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
     tests: dict[str, list[str]] = _read(short_tests.FILE)
     difficulties: dict[str, dict[str, Any]] = _read(adaptive.FILE)
     for suite, of_suite in by_suite(answers).items():

@@ -64,7 +64,7 @@ def test_operators_are_tried_and_written_with_the_same_bytes(
     ]
     folder = write_runs(tmp_path / "runs", runs)
     for name in ("one", "two"):
-        ways = ("--replace", "operator", "--replace", "effect", "--planner", "built_in")
+        ways = ("--with", "replace=operator,effect", "--with", "planner=built_in")
         done = eai("analyze", "sensitivity", folder, *ways, "--json", "--out", tmp_path / name)
         assert done.status == 0, done.err
     told = told_tables(done.out)["sensitivity"]
@@ -88,8 +88,8 @@ def test_sensitivity_needs_operators_and_a_planner(eai: Command, tmp_path: Path)
         "expected records of transition modeling"
         in eai("analyze", "sensitivity", runs, "--out", tmp_path / "a").err
     )
-    none = eai("analyze", "sensitivity", runs, "--planner", "none", "--out", tmp_path / "a")
-    assert none.err == "eai: --planner none: operators are tried by a planner\n"
+    none = eai("analyze", "sensitivity", runs, "--with", "planner=none", "--out", tmp_path / "a")
+    assert none.err == "eai: planner=none: operators are tried by a planner\n"
 
 
 def test_all_analyses_are_those_of_the_single_commands(eai: Command, tmp_path: Path) -> None:
@@ -127,17 +127,18 @@ def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
     runs, out = write_runs(tmp_path / "runs", [action_run("first")]), tmp_path / "analyses" / "errors"
     assert eai("report", runs, "--no-plots", "--no-prompts", "--out", tmp_path / "my report").status == 0
     page = tmp_path / "my report" / "explorer.html"
-    done = eai("analyze", "errors", runs, "--no-plots", "--explorer", page, "--out", out)
+    done = eai("analyze", "errors", runs, "--no-plots", "--with", f"explorer={page}", "--out", out)
     assert done.status == 0, done.err
     (rows, told) = read_table(out / "examples.csv"), (out / "errors.md").read_text(encoding="utf-8")
     links = re.findall(r"\[([^\]]+)\]\(([^)]+)\)", told)
+    links = [(text.replace("\\", ""), target) for text, target in links]  # Markdown escapes underscores
     assert [text for text, _ in links] == [row["task"] for row in rows]
     for (text, target), row in zip(links, rows, strict=True):
         address = urlsplit(target)
         assert (out / unquote(address.path)).resolve() == page.resolve()
         run = "/".join((row["domain"], row["ability"], row["protocol"], row["answered_by"]))
         assert parse_qs(address.fragment) == {"run": [run], "task": [text]}
-    refused = eai("analyze", "errors", runs, "--explorer", tmp_path / "none.html", "--out", out)
+    refused = eai("analyze", "errors", runs, "--with", f"explorer={tmp_path / 'none.html'}", "--out", out)
     assert "no such file; eai report writes explorer.html" in refused.err
 
 
@@ -167,7 +168,7 @@ def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: S
     assert eai("score", tmp_path / "piped", *named, "--goals", first, "--out", tmp_path / "b").status == 0
     done = eai(
         *("analyze", "pipeline", tmp_path / "a", tmp_path / "b"),
-        *("--goals", first, "--out", tmp_path / "c", "--json"),
+        *("--with", f"goals={first}", "--out", tmp_path / "c", "--json"),
     )
     assert done.status == 0, done.err
     every = {row["goals"]: row for row in told_tables(done.out)["goals"]}["all"]
@@ -184,7 +185,7 @@ def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: S
         *("pipeline.json", "pipeline.md"),
     }
     for wrong, why in (
-        (("analyze", "pipeline", tmp_path / "a", tmp_path / "a"), "expected records of a pipeline"),
+        (("analyze", "pipeline", tmp_path / "a"), "expected records of a pipeline"),
         (("score", tmp_path / "modular", *named, "--goals", tmp_path / "none"), "no such file or folder"),
     ):
         refused = eai(*wrong)

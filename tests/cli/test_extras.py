@@ -49,7 +49,7 @@ NEEDED = {
     "questions run questions.jsonl --model eai/oracle --out answers": "run",
     "score log.eval --domain behavior --ability action_sequencing": "run",
     "score m_outputs.parquet --domain behavior --ability action_sequencing": "analysis",
-    "analyze table runs --out out --format parquet": "analysis",
+    "analyze table runs --out out --with formats=parquet": "analysis",
     "analyze cofactors runs --out out": "analysis",
     "analyze items runs --out out": "analysis",
     "analyze all runs --out out": "analysis",

@@ -14,7 +14,7 @@ from typer.main import get_command
 
 from cli.conftest import Command
 from eai import __version__, cli
-from eai.cli import analyze, app
+from eai.cli import app
 from eai.logic import formula
 
 NAP = """
@@ -136,11 +136,9 @@ def test_only_the_command_that_is_asked_for_is_imported() -> None:
     assert not {"eai.cli.analyze", "eai.cli.run", "eai.cli.score"}.intersection(loaded)
 
 
-@pytest.mark.parametrize("group", [(), ("analyze",)])
-def test_every_command_of_a_lazy_group_is_where_its_place_says(eai: Command, group: tuple[str, ...]) -> None:
-    names = list((analyze._Analyses if group else cli._Commands).places)
-    told = eai(*group, "--help")[1]
-    assert [name for name in names if f" {name} " not in told] == []
+def test_every_command_is_where_its_place_says(eai: Command) -> None:
+    told = eai("--help")[1]
+    assert [name for name in cli._Commands.places if f" {name} " not in told] == []
 
 
 def test_a_command_that_there_is_not_is_told_with_its_neighbours(eai: Command) -> None:
@@ -190,7 +188,7 @@ def test_help_has_an_example_and_names_values_as_the_field_does(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     found = list(commands(get_command(app)))
-    assert {"score", "analyze items", "data fetch"} <= {*found}
+    assert {"score", "analyze", "data fetch"} <= {*found}
     for command in found:
         shown = eai(*command.split(), "--help").out
         assert max(map(len, shown.splitlines())) <= 80, command

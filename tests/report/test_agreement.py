@@ -9,7 +9,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.verdict import Verdict
 from eai.report.agreement import Agreement, agreements
 from eai.report.run_summary import summary_of
-from eai.report.runs import Run, RunKey
+from eai.scoring.runs import Run, RunKey
 from oracle import Oracle
 from results.verdicts import record, whole
 

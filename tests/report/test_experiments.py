@@ -13,7 +13,7 @@ from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.record import Attempt, Record
 from eai.cli import app
 from eai.report.explorer_data import Background, ExplorerData
-from eai.report.runs import read_runs
+from eai.scoring.runs import read_runs
 from report.samples import RIGHT, WRONG, action_run, write_runs
 
 RUNNER = CliRunner()

@@ -10,8 +10,8 @@ import pytest
 
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
-from eai.report.runs import read_runs
 from eai.results.page import for_script
+from eai.scoring.runs import read_runs
 from report.samples import HOSTILE, all_runs, write_runs
 
 BACKGROUND = Background(

@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
-from eai.report.runs import read_runs
+from eai.scoring.runs import read_runs
 from eai.studies.perception.course import Course
 from eai.studies.perception.tiles import Kind, Tile
 from report.samples import HOSTILE, all_runs, write_runs

@@ -14,8 +14,8 @@ from eai.abilities.record import Record, TaskFeatures
 from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, summary_of
-from eai.report.runs import Run, RunKey
 from eai.results.plot_analyses import PAGE
+from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from report.samples import action_run, goal_run, subgoal_run
 from results.verdicts import SUCCEEDED, failed, record

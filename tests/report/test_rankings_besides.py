@@ -10,10 +10,10 @@ from eai.abilities.record import Record
 from eai.report.ranking import Ranking, RowSource
 from eai.report.rankings import besides as rankings_besides
 from eai.report.run_summary import RunSummary, summary_of
-from eai.report.runs import Run, RunKey
 from eai.report.writer import rankings_csv, rankings_json
 from eai.results.latex import table_latex
 from eai.results.paper_tables import OTHER_TABLES, paper_table
+from eai.scoring.runs import Run, RunKey
 from report.samples import action_run, goal_run, operator_run
 from results.verdicts import whole
 

@@ -10,9 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.run.spec import STUDIES, RunSpec, read_spec, read_tables, save, study_of
+from eai.run.spec import RunSpec, read_spec, read_tables, save, study_of
 from eai.studies.perception.noise import Noise
 from eai.studies.perception.study import Perception
+from eai.studies.registry import studies_of_runs
 
 EVERYTHING: dict[str, dict[str, Any]] = {
     "model": {"name": ["openai/gpt-4o"], "args": {"rate": 0.2, "deep": {"a b": [1, True]}, "limit": 1e-9}},
@@ -59,8 +60,10 @@ def test_any_arguments_come_back(tmp_path_factory: pytest.TempPathFactory, argum
 
 def test_names_of_studies_options_are_of_one_study() -> None:
     """So that Inspect's arguments need no name of a study."""
-    names = [name for study in STUDIES for name in study.options.model_fields]
-    assert [study_of(name) for name in names] == [s.name for s in STUDIES for _ in s.options.model_fields]
+    names = [name for study in studies_of_runs() for name in study.options.model_fields]
+    assert [study_of(name) for name in names] == [
+        s.key for s in studies_of_runs() for _ in s.options.model_fields
+    ]
 
 
 def test_a_name_that_is_no_text_is_no_crash(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from cli.conftest import Command
 from eai.errors import InputError
-from eai.studies.ratings.analysis import quality, read_ratings
+from eai.studies.annotation.ratings import quality, read_ratings
 from studies.told import read_table
 
 HEADER = "task,rater,attribute,score\n"
@@ -66,7 +66,7 @@ def test_the_command_writes_tables_and_plots(eai: Command, tmp_path: Path) -> No
     pytest.importorskip("matplotlib")
     outcome = eai("analyze", "annotations", written(tmp_path, GOOD), "--out", tmp_path / "out")
     assert outcome.status == 0
-    assert "accuracy: mean 3.00, 3 ratings of 2 tasks, 1 rated more than once" in outcome.out
+    assert "Ratings of annotations by attribute" in outcome.out
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "annotations.csv",
         "annotation_scores.csv",
@@ -82,7 +82,7 @@ def test_the_command_writes_tables_and_plots(eai: Command, tmp_path: Path) -> No
 
 def test_the_figures_are_told_as_json(eai: Command, tmp_path: Path) -> None:
     ratings, out = written(tmp_path, GOOD), tmp_path / "out"
-    told = json.loads(eai("analyze", "annotations", ratings, "--no-plots", "--json", "--out", out).out)
+    (told,) = json.loads(eai("analyze", "annotations", ratings, "--no-plots", "--json", "--out", out).out)
     rows = read_table(Path(told["folder"]) / "annotations.csv")
     assert told["attributes"][0]["mean"] == 3.0
     assert [(each["attribute"], each["mean"], each["ratings"]) for each in told["attributes"]] == [

@@ -122,7 +122,7 @@ def test_near_copies_are_one_unit() -> None:
 def test_what_cannot_be_analysed_is_refused() -> None:
     with pytest.raises(InputError, match="expected records that say what was perceived"):
         perception_runs([PLAIN_RUN])
-    with pytest.raises(InputError, match="--metric speed: expected one of task_success"):
+    with pytest.raises(InputError, match="metric=speed: expected one of task_success"):
         perception_runs([NOISY], "speed")
 
 

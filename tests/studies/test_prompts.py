@@ -105,9 +105,9 @@ def test_what_makes_no_matrix(runs: list[tuple[str, list[Record]]], message: str
 
 def test_unknown_metrics_and_references_are_refused() -> None:
     runs = [("a", run("m", 1)), ("b", run("m", 2))]
-    with pytest.raises(InputError, match="--metric luck: expected one of"):
+    with pytest.raises(InputError, match="metric=luck: expected one of"):
         matrix_of(runs, "luck")
-    with pytest.raises(InputError, match="--reference c: expected one of a, b"):
+    with pytest.raises(InputError, match="reference=c: expected one of a, b"):
         prompt_tables(matrix_of(runs), "c")
 
 
@@ -127,11 +127,13 @@ def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Sto
         assert eai("score", file, *suite, *named).status == 0
     summary = json.loads((tmp_path / "scores" / "base" / "summary.json").read_text())
     assert summary["experiment"]["prompt_name"] == "base"
-    outcome = eai("analyze", "prompts", tmp_path / "scores", "--reference", "base", "--out", tmp_path / "out")
+    outcome = eai(
+        "analyze", "prompts", tmp_path / "scores", "--with", "reference=base", "--out", tmp_path / "out"
+    )
     assert outcome.status == 0
-    assert "2 prompts, 1 model" in outcome.out
+    assert "4 tables, 1 plot; in " in outcome.out
     (folder,) = (tmp_path / "out").iterdir()
-    again = ("--reference", "base", "--no-plots", "--json", "--out", tmp_path / "again")
+    again = ("--with", "reference=base", "--no-plots", "--json", "--out", tmp_path / "again")
     (told,) = json.loads(eai("analyze", "prompts", tmp_path / "scores", *again).out)
     (row,) = read_table(Path(told["folder"]) / "prompt_gains.csv")
     assert (told["prompts"], told["models"]) == (["base", row["prompt"]], ["m"])
@@ -158,6 +160,6 @@ def test_a_run_has_the_name_of_its_prompts(data_store: Store, tmp_path: Path) ->
     assert [json.loads(line)["experiment"]["prompt_name"] for line in records] == ["base", "base"]
     assert "prompts_sha256" in json.loads((folder / "summary.json").read_text())["run"]
     outcome = in_own_process("analyze", "prompts", tmp_path, "--no-plots", "--out", tmp_path / "out")
-    assert "3 prompts, 1 model" in outcome.out
+    assert "4 tables, 0 plots; in " in outcome.out
     assert PLAIN in next((tmp_path / "out").rglob("prompts.md")).read_text(encoding="utf-8")
     assert Experiment(prompt_name="base").label == "prompt-base"

@@ -31,9 +31,9 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.report.runs import read_runs
 from eai.results.paper_tables import paper_models
 from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.runs import read_runs
 from eai.tasks.source import Source
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "study.md"

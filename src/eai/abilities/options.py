@@ -108,3 +108,13 @@ class Options(BaseModel):
     def about(cls, option: str) -> str:
         """The meaning of an option."""
         return cls.model_fields[option].description or ""
+
+    @classmethod
+    def default_of(cls, option: str) -> str:
+        """The value of an option without a choice, as a setting has it; empty where there is none."""
+        value = cls.model_fields[option].default
+        if value in (None, (), {}):
+            return ""
+        if isinstance(value, tuple):
+            return ",".join(str(getattr(each, "value", each)) for each in value)
+        return str(value).lower() if isinstance(value, bool) else str(getattr(value, "value", value))

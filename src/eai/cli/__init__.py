@@ -35,7 +35,7 @@ class _Commands(LazyGroup):
         "compare": Place("compare", "compare", UNDERSTAND),
         "leaderboard": Place("leaderboard", "leaderboard", UNDERSTAND),
         "report": Place("report", "report", UNDERSTAND),
-        "analyze": Place("analyze", panel=UNDERSTAND),
+        "analyze": Place("analyze", "analyze", UNDERSTAND, kind="AnalyzeCommand", bare=True),
         "prompts": Place("prompts", "prompts", MATERIAL),
         "pictures": Place("pictures", "pictures", MATERIAL),
         "generate": Place("generate", "generate_tasks", MATERIAL),

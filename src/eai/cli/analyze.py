@@ -1,37 +1,308 @@
-"""``eai analyze``: what records tell beyond their scores."""
+"""``eai analyze``: what records tell beyond their scores, a study at a time."""
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
 
 import typer
+from pydantic import BeforeValidator
+from rich.table import Table as Grid
 
-from eai.cli.lazily import LazyGroup, Place
+from eai.abilities.options import Options, option
+from eai.abilities.verdict import Json
+from eai.cli.console import counted, data_progress, errors, note, output, print_markdown, tell
+from eai.cli.options import OUTPUT, SETTING, AsJson, SettingsCommand
+from eai.cli.progress import scoring_progress
+from eai.cli.store import DataFolder, store
+from eai.errors import EaiError, InputError, did_you_mean, how_to_install
+from eai.results.lines import TABLES
+from eai.results.plot_files import styled, write
+from eai.results.table import Cell, Estimate, Table
+from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
+from eai.scoring.undisturbed import undisturbed
+from eai.studies.records import Records
+from eai.studies.registry import find_study, study_names
+from eai.studies.study import Analysis, Figures, Study, several
+from eai.tasks.source import Source
 
-
-class _Analyses(LazyGroup):
-    """The analyses."""
-
-    places: ClassVar = {
-        "all": Place("analyze_all", "everything"),
-        "table": Place("analyze_table", "table"),
-        "cofactors": Place("analyze_cofactors", "cofactors"),
-        "contamination": Place("analyze_contamination", "contamination"),
-        "errors": Place("analyze_errors", "errors"),
-        "goals": Place("analyze_goals", "goals"),
-        "sensitivity": Place("analyze_sensitivity", "sensitivity"),
-        "items": Place("analyze_items", "items"),
-        "prompts": Place("analyze_prompts", "prompts"),
-        "annotations": Place("analyze_annotations", "rate_annotations"),
-        "perception": Place("analyze_perception", "perception"),
-        "pipeline": Place("analyze_pipeline", "pipeline"),
-        "replanning": Place("analyze_replanning", "replanning"),
-    }
-
-
-app = typer.Typer(cls=_Analyses, no_args_is_help=True, help="Analyses of records.")
+ALL, TABLE = "all", "table"
+"""The names that mean no study: several of them, and the tidy tables of which most are made."""
 
 
-@app.callback()
-def analyze() -> None:
-    """Analyses of records."""
+class _Format(str, Enum):
+    CSV = "csv"
+    PARQUET = "parquet"
+
+
+class _Formats(Options):
+    """How tidy tables are written."""
+
+    formats: Annotated[tuple[_Format, ...], BeforeValidator(several)] = option(
+        "csv, or parquet, which needs the extra 'analysis'; both with a comma.", (_Format.CSV,)
+    )
+
+
+class AnalyzeCommand(SettingsCommand):
+    """``eai analyze``, whose studies have options of their own."""
+
+    listed_by = "eai analyze"
+
+    def moved(self, args: Sequence[str]) -> Mapping[str, str]:
+        """The flags that are settings now: the options of the study that is named first."""
+        name = next((each for each in args if not each.startswith("-")), "")
+        if name not in (ALL, TABLE, *study_names()):
+            return {}
+        found = {"--format": "formats=VALUE"} if name == TABLE else {}
+        for each in _studies(name):
+            for key, field in each.choices.model_fields.items():
+                flag = key.replace("_", "-")
+                if isinstance(field.default, bool):
+                    found |= {f"--{flag}": f"{key}=true", f"--no-{flag}": f"{key}=false"}
+                else:
+                    found[f"--{flag}"] = f"{key}=VALUE"
+        return found
+
+
+def analyze(
+    name: Annotated[str, typer.Argument(metavar="STUDY", help="Its name; all; or table.")] = "",
+    records: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Files of records, or folders with records.jsonl somewhere below."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="The folder for the results; the name if not given.", rich_help_panel=OUTPUT),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(SETTING, metavar="OPTION=VALUE", help="An option of the study."),
+    ] = None,
+    plots: Annotated[
+        bool, typer.Option(help="Draw plots (needs the extra 'plots').", rich_help_panel=OUTPUT)
+    ] = True,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Make the tables and plots of a study of records; without a name, list the studies and their options.
+
+    all: those of the studies that take any records, which are read once. table: records as tidy tables, a
+    line an answer, with what its task is like; a step, goal, atom, clause.
+
+    Example: eai analyze errors scores --out errors
+    """
+    if not name:
+        print_markdown("\n".join(_listing()))
+        return
+    _refuse_unknown(name)
+    if not records:
+        raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
+    folder = out or Path(name)
+    with data_progress() as report, undisturbed(), _extra_needed():
+        read = Records(tuple(records), folder, Source(store(data), report), note, _progress)
+        if name == TABLE:
+            _write_lines(read, _chosen(TABLE, _Formats, settings or ()), as_json=as_json)
+            return
+        written = list(_write_all(name, read, settings or (), plots=plots, as_json=as_json))
+    if as_json:
+        tell(value=written, as_json=True)
+
+
+def _progress(title: str, total: int) -> Any:
+    return scoring_progress(title, total, quiet=False)
+
+
+def _listing() -> Iterator[str]:
+    """The studies and the options of their analyses, in Markdown."""
+    yield "| study, option | if not given | meaning |"
+    yield "|---|---|---|"
+    for name in study_names():
+        study = find_study(name)
+        if study.analyze is not None:
+            yield f"| **{name}** | | {study.title} |"
+            yield from _options(study.choices)
+    yield f"| **{ALL}** | | {', '.join(each.name for each in _studies(ALL))}, a folder each. |"
+    yield f"| **{TABLE}** | | Records as tidy tables. |"
+    yield from _options(_Formats)
+
+
+def _options(choices: type[Options]) -> Iterator[str]:
+    for key in choices.model_fields:
+        default = choices.default_of(key)
+        yield f"| `{key}` | {default and f'`{default}`'} | {choices.about(key)} |"
+
+
+def _refuse_unknown(name: str) -> None:
+    known = (*study_names(), ALL, TABLE)
+    if name not in known:
+        raise InputError(f"{name!r} is no study: there are {', '.join(known)}{did_you_mean(name, known)}")
+
+
+def _studies(name: str) -> list[Study]:
+    """The study of a name, or those that are made together."""
+    if name == ALL:
+        return [each for each in map(find_study, study_names()) if each.together]
+    return [] if name == TABLE else [find_study(name)]
+
+
+def _chosen(name: str, choices: type[Options], settings: Sequence[str]) -> Any:
+    return choices.read(name, dict(map(_setting, settings)))
+
+
+def _setting(text: str) -> tuple[str, str]:
+    """The name and the value of a setting.
+
+    Raises:
+        InputError: it has none.
+    """
+    key, separator, value = text.partition("=")
+    if not separator:
+        raise InputError(f"{SETTING} {text}: expected OPTION=VALUE")
+    return key, value
+
+
+@contextmanager
+def _extra_needed() -> Iterator[None]:
+    """Within it, the libraries of the extra ``analysis`` are needed.
+
+    Raises:
+        EaiError: one is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise EaiError(f"this analysis needs {error.name}: {how_to_install('analysis')}") from error
+
+
+def _write_all(
+    name: str, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
+) -> Iterator[Json]:
+    """Write the analyses of one study, or of those that are made together; each says what programs are told.
+
+    Of several, one that finds too little in these records is left out with a remark.
+    """
+    studies = _studies(name)
+    if name != ALL:
+        yield from _write_study(studies[0], records, settings, plots=plots, as_json=as_json)
+        return
+    records.tables()
+    for study in studies:
+        own = [text for text in settings if _setting(text)[0] in study.choices.model_fields]
+        try:
+            yield from _write_study(study, records.below(study.name), own, plots=plots, as_json=as_json)
+        except InputError as error:
+            records.note(f"{study.name}: {error}")
+
+
+def _write_study(
+    study: Study, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
+) -> Iterator[Json]:
+    if study.analyze is None:
+        raise InputError(f"{study.name}: is a study of runs, and has no analysis")
+    for analysis in study.analyze(records, _chosen(study.name, study.choices, settings)):
+        written = _write(study.name, analysis, records.folder / analysis.folder, plots=plots)
+        if not as_json:
+            _show(analysis, written)
+        yield {**written.to_json(), **analysis.facts}
+
+
+class _Written(NamedTuple):
+    """What an analysis wrote: tables by name, and so many plots, into a folder."""
+
+    tables: tuple[str, ...]
+    plots: int
+    folder: Path
+
+    def __str__(self) -> str:
+        return f"{counted(len(self.tables), 'table')}, {counted(self.plots, 'plot')}; in {self.folder}"
+
+    def to_json(self) -> dict[str, Json]:
+        """The same for programs."""
+        return {"folder": str(self.folder), "tables": list(self.tables), "plots": self.plots}
+
+
+def _write(name: str, analysis: Analysis, folder: Path, *, plots: bool) -> _Written:
+    """Write the tables of an analysis, and its figures where they are wanted.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    write_tables(folder, name, analysis.tables, analysis.remarks)
+    drawn = draw_figures(analysis.figures, folder) if plots else 0
+    return _Written(tuple(table.name for table in analysis.tables), drawn, folder)
+
+
+def draw_figures(figures: Figures, folder: Path) -> int:
+    """Write figures in every format; returns how many. Without matplotlib there are none, and a remark.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    drawn = 0
+    try:
+        with styled():
+            for name, figure in figures:
+                if figure is not None:
+                    write(figure, folder / name)
+                    drawn += 1
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    except EaiError as error:
+        errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
+    return drawn
+
+
+def _show(analysis: Analysis, written: _Written) -> None:
+    """Show the tables for the screen with all remarks, or say in a line what was written."""
+    if not analysis.shown:
+        tell(str(written), value=None, as_json=False)
+        return
+    for table in analysis.shown:
+        output().print(_grid(table))
+    for remark in analysis.remarks:
+        output().print(remark, markup=False, highlight=False)
+    output().print(f"written to {written.folder}", soft_wrap=True, highlight=False, markup=False)
+
+
+def _grid(table: Table) -> Grid:
+    grid = Grid(title=table.title, title_justify="left")
+    for place, column in enumerate(table.names):
+        grid.add_column(column, justify="right" if place else "left", overflow="fold")
+    for row in table.rows:
+        grid.add_row(*map(_cell, row))
+    return grid
+
+
+def _cell(cell: Cell) -> str:
+    """A cell for the screen: an estimate with its interval below it; a difference has a sign."""
+    match cell:
+        case None | Estimate(value=None):
+            return "-"
+        case Estimate(value=float() as value, low=None) | Estimate(value=float() as value, high=None):
+            return f"{value:.1f}"
+        case Estimate(value=value, denominator=None):
+            return f"{value:+.1f}\n{cell.low:+.1f} to {cell.high:+.1f}"
+        case Estimate(value=value):
+            return f"{value:.1f}\n{cell.low:.1f} to {cell.high:.1f}"
+        case float():
+            return f"{cell:.2f}"
+        case _:
+            return str(cell)
+
+
+def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:
+    """Write the tidy tables."""
+    tables, out = records.tables(), records.folder
+    for written in dict.fromkeys(chosen.formats):
+        for name, kind in TABLES.items():
+            lines = getattr(tables, name)
+            if written is _Format.PARQUET:
+                write_parquet(out / f"{name}.parquet", kind, lines)
+            else:
+                write_files(out, {f"{name}.csv": lines_csv(kind, lines)})
+    sizes: dict[str, Json] = {name: len(getattr(tables, name)) for name in TABLES}
+    line = ", ".join(counted(len(getattr(tables, name)), name.removesuffix("s")) for name in TABLES)
+    tell(f"{line}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)

@@ -19,13 +19,13 @@ from eai.cli.console import note, output, print_json, print_remark
 from eai.cli.options import AsJson
 from eai.cli.table import PERCENT
 from eai.errors import InputError
-from eai.report.runs import Run, read_runs
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
 from eai.results.coverage import coverage_of, planners_of
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
+from eai.scoring.runs import Run, find_question_records, read_runs
 
 _SURE = 0.05
 _UNNAMED = (

@@ -22,9 +22,9 @@ from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError, did_you_mean
-from eai.report.runs import find_record_files
 from eai.results.breakdown import outcome
 from eai.scoring.records import read_records
+from eai.scoring.runs import find_record_files
 from eai.world.fault import FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"

@@ -25,9 +25,9 @@ from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet
-from eai.report.runs import find_record_files
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward
+from eai.scoring.runs import find_record_files
 from eai.scoring.shaping import Shaping
 from eai.scoring.training_data import (
     LeftOut,

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import typer
-from typer.core import TyperCommand
 
 from eai.cli import options
 from eai.cli.models import json_or_text, pair
+from eai.cli.options import SETTING, SettingsCommand
 from eai.errors import InputError, did_you_mean
-from eai.run.spec import SECTIONS, STUDIES, RunSpec, default_of, keys, read_spec, read_tables
+from eai.run.spec import RunSpec, keys, read_spec, read_tables, sections
+from eai.studies.registry import studies_of_runs
 
 FLAGS = {
     "model": "model.name",
@@ -36,18 +37,16 @@ FLAGS = {
 }
 """The parameters of the command that are options of a specification."""
 
-SETTING = "--with"
-"""The flag for all others."""
-
 HELP = "help"
-"""Its value that lists them."""
+"""The value of ``--with`` that lists all options."""
 
 
 def flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
     """The flag of a parameter."""
     section, _, option = FLAGS[parameter].partition(".")
-    default = default_of(SECTIONS[section], option)
-    return options.flag(SECTIONS[section], option, panel, *names, show_default=default or False, **more)
+    chosen = type(RunSpec.model_fields[section].default)
+    default = chosen.default_of(option)
+    return options.flag(chosen, option, panel, *names, show_default=default or False, **more)
 
 
 def moved() -> dict[str, str]:
@@ -67,20 +66,14 @@ def moved() -> dict[str, str]:
     return found
 
 
-class RunCommand(TyperCommand):
-    """A command that names the option that a flag has become."""
+class RunCommand(SettingsCommand):
+    """``eai run``, whose flags are few and whose settings are all options of a run."""
 
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse a command line.
+    listed_by = f"{SETTING} {HELP}"
 
-        Raises:
-            InputError: a flag is none any more.
-        """
-        now = moved()
-        for name in [text.partition("=")[0] for text in args]:
-            if name in now:
-                raise InputError(f"{name}: write {SETTING} {now[name]} ({SETTING} {HELP} lists all options)")
-        return super().parse_args(ctx, args)
+    def moved(self, args: Sequence[str]) -> Mapping[str, str]:
+        """The flags that are settings now, with what to write instead."""
+        return moved()
 
 
 def specification(
@@ -123,10 +116,10 @@ def listing() -> Iterator[str]:
     """A table of all options, in Markdown."""
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
-    titles = {study.name: study.title for study in STUDIES}
-    section = ""
+    titles = {study.key: study.title for study in studies_of_runs()}
+    known, section = sections(), ""
     for key in keys():
         if section != (section := key.name.partition(".")[0]):
-            title = titles.get(section) or (SECTIONS[section].__doc__ or "").splitlines()[0]
+            title = titles.get(section) or (known[section].__doc__ or "").splitlines()[0]
             yield f"| **{section}** | | {title} |"
         yield f"| `{key.name}` | {key.default and f'`{key.default}`'} | {key.meaning} |"

@@ -17,7 +17,7 @@ from eai.cli.store import DataFolder, store
 from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet
-from eai.studies.human.form import form_html
+from eai.report.answer_form import form_html
 from eai.tasks.source import Source
 
 app = typer.Typer(no_args_is_help=True, help="People who answer the questions that models get.")

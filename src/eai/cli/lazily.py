@@ -24,12 +24,14 @@ class Place(NamedTuple):
         name: what it is called there: a function, or an app that has commands of its own.
         panel: the panel in the help.
         kind: the class of the command, in the same module; Typer's own if None.
+        bare: whether it does something without any argument, instead of printing its help.
     """
 
     module: str
     name: str = "app"
     panel: str | None = None
     kind: str | None = None
+    bare: bool = False
 
 
 PANELS = 80
@@ -81,7 +83,7 @@ def _imported(name: str, place: Place) -> Any:
     if isinstance(found, Typer):
         app.add_typer(found, name=name, rich_help_panel=place.panel)
     else:
-        app.command(name, cls=kind, no_args_is_help=True, rich_help_panel=place.panel)(found)
+        app.command(name, cls=kind, no_args_is_help=not place.bare, rich_help_panel=place.panel)(found)
     command: Any = get_group(app).commands[name]
     for each in _with_those_below(command):
         label(each)

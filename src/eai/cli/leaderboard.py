@@ -15,12 +15,12 @@ from eai.report.certainty import unnamed_remark
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of
-from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.table_specs import ColumnSpec, domain_title
 from eai.report.writer import rankings_json
 from eai.results.markdown import superscript
 from eai.results.table import Table
 from eai.results.terminal import print_table
+from eai.scoring.runs import as_asked_in_paper, read_runs
 
 _OVERVIEW = "overview"
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar
 
 import typer
+from typer.core import TyperCommand
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, Protocol, ability_of, protocol_of
 from eai.cli.console import DOMAIN_HELP
+from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
@@ -69,6 +72,33 @@ Wide = Annotated[
     bool,
     typer.Option("--wide", help="All columns in one table, however wide.", rich_help_panel=OUTPUT),
 ]
+
+
+SETTING = "--with"
+"""The flag for options that have no flag of their own."""
+
+
+class SettingsCommand(TyperCommand):
+    """A command that names the setting that a flag has become."""
+
+    listed_by: ClassVar[str] = ""
+    """The command that lists all settings."""
+
+    def moved(self, args: Sequence[str]) -> Mapping[str, str]:
+        """The flags that are settings now, with what to write instead."""
+        return {}
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse a command line.
+
+        Raises:
+            InputError: a flag is none any more.
+        """
+        now = self.moved(args)
+        for name in [text.partition("=")[0] for text in args]:
+            if name in now:
+                raise InputError(f"{name}: write {SETTING} {now[name]} ({self.listed_by} lists all options)")
+        return super().parse_args(ctx, args)
 
 
 def listed(text: str | None) -> list[str]:

@@ -28,9 +28,9 @@ from eai.cli.console import (
     say,
 )
 from eai.cli.first_stage import FirstStage
-from eai.cli.flags import HELP, SETTING, RunCommand, flag, listing, specification
+from eai.cli.flags import HELP, RunCommand, flag, listing, specification
 from eai.cli.models import check_models, check_replay
-from eai.cli.options import OUTPUT, SCORING, AsJson, Wide
+from eai.cli.options import OUTPUT, SCORING, SETTING, AsJson, Wide
 from eai.cli.order import Order, obtain_and_score, tell
 from eai.cli.planning import planner_terms
 from eai.cli.progress import resumable

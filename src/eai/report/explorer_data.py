@@ -19,10 +19,10 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
 from eai.benchmark.registry import title_of
-from eai.report.runs import Run, RunKey
 from eai.results.attempts import after
 from eai.results.breakdown import outcome
 from eai.results.page import for_script
+from eai.scoring.runs import Run, RunKey
 from eai.studies.perception.course import Course
 from eai.studies.perception.tiles import Tile
 

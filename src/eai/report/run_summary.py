@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import declaration_of
-from eai.report.runs import Run, RunKey
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, spent
@@ -15,6 +14,7 @@ from eai.results.coverage import Coverage, coverage_of, planners_of
 from eai.results.errata_effect import ErrataEffect, errata_effect
 from eai.results.rate import Rate, total
 from eai.results.summary import cases_of, contributions
+from eai.scoring.runs import Run, RunKey
 
 
 @dataclass(frozen=True, slots=True)

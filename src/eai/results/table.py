@@ -178,6 +178,12 @@ class Table:
         names = self.names
         return [dict(zip(names, row, strict=True)) for row in self.rows]
 
+    def only(self, columns: Sequence[str]) -> Table:
+        """The table with these of its columns, in their order in it."""
+        places = [place for place, name in enumerate(self.names) if name in columns]
+        chosen = tuple([self.columns[place] for place in places])
+        return replace(self, columns=chosen, rows=tuple(tuple(row[i] for i in places) for row in self.rows))
+
     def flat_columns(self) -> list[str]:
         """The columns of CSV: an estimate has one for each of its parts."""
         parts = zip(self.names, self._estimates(), strict=True)

@@ -193,11 +193,11 @@ def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
 
 
 def _features(record: Record, book: _Book | None, task: Task | None) -> Mapping[str, int | None]:
-    if book is not None and task is not None:
-        return book.features_of(task)
+    """What the task is like: as the record says, and as far as it does not, as the data set does."""
+    found = {} if book is None or task is None else book.features_of(task)
     if record.task is None:
-        return {}
-    return {"annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
+        return found
+    return {**found, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
 def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:

@@ -26,9 +26,10 @@ from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import PromptSet
 from eai.run.job import EYES, PROVIDER, Decoding, Endpoint, Pace, check_model
 from eai.scoring.options import ScoringOptions
-from eai.studies.attempts.study import ATTEMPTS, Attempts
-from eai.studies.perception.study import PERCEPTION, Perception, Scene
-from eai.studies.pipeline.study import PIPELINE, Pipeline
+from eai.studies.attempts.study import Attempts
+from eai.studies.perception.study import Perception, Scene
+from eai.studies.pipeline.study import Pipeline
+from eai.studies.registry import studies_of_runs
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -88,9 +89,6 @@ def _value(value: JsonValue) -> str:
         return f"[{', '.join(_value(each) for each in value if each is not None)}]"
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
-
-STUDIES = (ATTEMPTS, PIPELINE, PERCEPTION)
-"""The studies that a run can be of."""
 
 T = TypeVar("T", bound=Options)
 
@@ -216,8 +214,11 @@ class RunSpec(Options):
 
 
 _CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items() if name != "studies"}
-SECTIONS: Mapping[str, type[Options]] = {**_CORE, **{study.name: study.options for study in STUDIES}}
-"""The sections of a specification by name, those of studies last."""
+
+
+def sections() -> Mapping[str, type[Options]]:
+    """The sections of a specification by name, those of studies last."""
+    return {**_CORE, **{study.key: study.options for study in studies_of_runs()}}
 
 
 def read_spec(tables: Mapping[str, object]) -> RunSpec:
@@ -226,9 +227,10 @@ def read_spec(tables: Mapping[str, object]) -> RunSpec:
     Raises:
         InputError: there is no such section or option, it has no such value, or they contradict each other.
     """
-    for name in tables.keys() - SECTIONS.keys():
-        raise InputError(f"{name}: unknown{did_you_mean(name, SECTIONS)} (there are {', '.join(SECTIONS)})")
-    read = {name: SECTIONS[name].read(name, given) for name, given in tables.items()}
+    known = sections()
+    for name in tables.keys() - known.keys():
+        raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
+    read = {name: known[name].read(name, given) for name, given in tables.items()}
     studies = {name: read.pop(name) for name in [*read] if name not in _CORE}
     return RunSpec.model_validate({**read, "studies": studies})
 
@@ -239,7 +241,7 @@ def study_of(name: str) -> str:
     Raises:
         InputError: none has.
     """
-    known = {each: study.name for study in STUDIES for each in study.options.model_fields}
+    known = {each: study.key for study in studies_of_runs() for each in study.options.model_fields}
     if name not in known:
         raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
     return known[name]
@@ -261,14 +263,6 @@ class _Key(NamedTuple):
 
 def keys() -> Iterator[_Key]:
     """All options, section by section."""
-    for section, options in SECTIONS.items():
+    for section, options in sections().items():
         for name in options.model_fields:
-            yield _Key(f"{section}.{name}", default_of(options, name), options.about(name))
-
-
-def default_of(options: type[Options], name: str) -> str:
-    """The value of an option without a choice, as a setting has it; empty where there is none."""
-    value = options.model_fields[name].default
-    if value in (None, (), {}):
-        return ""
-    return str(value).lower() if isinstance(value, bool) else str(getattr(value, "value", value))
+            yield _Key(f"{section}.{name}", options.default_of(name), options.about(name))

@@ -1,22 +1,96 @@
-"""Studies as values: what they are called, and the options that a run of one takes."""
+"""Studies as values: a variation around a benchmark and an ability, and what becomes of records in it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.options import Options
+from eai.results.plot_files import entitle
+from eai.results.plot_text import clipped
+from eai.results.suites import SuiteKey
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from eai.abilities.verdict import Json
+    from eai.results.table import Table
+    from eai.scoring.runs import RunKey
+    from eai.studies.records import Records
+
+Figures: TypeAlias = "Iterable[tuple[str, Figure | None]]"
+"""Figures by the names of their files, drawn one after the other; None where there is nothing to draw."""
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """Tables and figures of records that belong together.
+
+    Attributes:
+        tables: the tables.
+        figures: drawn when they are asked for, which needs an extra.
+        remarks: what a reader must know besides, each a sentence.
+        folder: where they are written, below the folder of the results; in that itself if empty.
+        shown: tables for the screen, whose cells are texts; one line says what was written if there are none.
+        facts: what programs are told besides.
+    """
+
+    tables: Sequence[Table]
+    figures: Figures = ()
+    remarks: Sequence[str] = ()
+    folder: str = ""
+    shown: Sequence[Table] = ()
+    facts: Mapping[str, Json] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
 class Study:
-    """A variation around a benchmark and an ability.
+    """A variation around a benchmark and an ability: what a run can choose, and what its records tell.
+
+    It is registered by an entry point of the group ``eai.studies`` (`eai.studies.registry`). What it needs to
+    analyse records is imported by ``analyze``, so that its options cost nothing.
 
     Attributes:
-        name: the name of its section in a run's specification.
+        name: of its analysis and of the files that this writes.
         title: a few words on what varies, and for which questions.
-        options: what can be chosen; the defaults are those of a run without the study.
+        options: what a run can choose; the defaults are those of a run without the study.
+        section: what its options are called in a run's specification, if not by its name.
+        choices: what its analysis can be asked for.
+        analyze: makes its tables and figures of records; figures are drawn from more than tables print, so
+            that one function makes both.
+        together: whether it is one of those that ``eai analyze all`` makes of the same records.
     """
 
     name: str
     title: str
-    options: type[Options]
+    options: type[Options] = Options
+    section: str = ""
+    choices: type[Options] = Options
+    analyze: Callable[[Records, Any], Iterator[Analysis]] | None = None
+    together: bool = False
+
+    @property
+    def key(self) -> str:
+        """The name of its section in a run's specification."""
+        return self.section or self.name
+
+
+def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """A figure with the suite that it is of for a title, by the name of its files."""
+    if figure is not None:
+        entitle(figure, str(suite))
+    return f"{name}-{suite.file_name}", figure
+
+
+def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """A figure with the suite and the model that it is of for a title, by the name of its files."""
+    if figure is not None:
+        suite = SuiteKey(key.protocol.value, key.domain, key.ability.value)
+        entitle(figure, f"{suite}, {clipped(key.model)}")
+    return name, figure
+
+
+def several(given: object) -> object:
+    """The values that a text names, separated by commas; for options that have several."""
+    return tuple(given.split(",")) if isinstance(given, str) else given

@@ -1,6 +1,10 @@
-"""Replanning and actions that fail: the options of the study."""
+"""Replanning and actions that fail: what further attempts are worth, and how much of that is feedback."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from pydantic import model_validator
 from typing_extensions import Self
@@ -9,8 +13,22 @@ from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.options import Options, option
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
-from eai.studies.study import Study
+from eai.studies.study import Analysis, Figures, Study, of_run
 from eai.world.episode import Notice, Until
+
+if TYPE_CHECKING:
+    from eai.results.table import Cell, Table
+    from eai.scoring.runs import RunKey
+    from eai.studies.attempts.analysis import Arm
+    from eai.studies.records import Records
+
+_PAPER = ("replanning", "replanning_prose", "replanning_stochastic")
+_FIGURES = ("task_success", "execution_success", "missing_step", "additional_step")
+_SHOWN = (
+    *("arm", "attempts", "task success", "execution success"),
+    *("told nothing", "with feedback", "difference"),
+)
+"""The columns that are shown on the screen."""
 
 
 class Attempts(Options):
@@ -76,4 +94,97 @@ class Attempts(Options):
         return experiment if experiment.acts else None
 
 
-ATTEMPTS = Study("attempts", "Replanning and actions that fail (action sequencing).", Attempts)
+class _Choices(Options):
+    """How attempts are counted."""
+
+    published_counts: bool = option(
+        "Count as the published script did: an error only where the last attempt was used up.", False
+    )
+
+
+def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
+    """Runs of one model, domain, ability and protocol belong together.
+
+    Those are the runs with feedback, and the one with attempts.feedback=none, without which nobody knows what
+    feedback is worth.
+
+    Raises:
+        InputError: there are no such runs.
+    """
+    from eai.abilities.responses import file_name
+    from eai.scoring.runs import as_counted_in_paper
+    from eai.studies.attempts.analysis import arms_of, remarks
+    from eai.studies.records import by_place
+
+    acting = (run for run in records.runs() if run.key.experiment is not None and run.key.experiment.acts)
+    groups = list(by_place(acting).values())
+    if not groups:
+        raise InputError(
+            "expected records of replanning or slips, found none; eai run --with attempts.replans=3 does"
+        )
+    for group in groups:
+        key = group[0].key
+        place = f"{key.domain}-{key.protocol.value}-{file_name(key.model)}"
+        counted = map(as_counted_in_paper, group) if chosen.published_counts else group
+        arms = arms_of([run.records for run in counted])
+        made, notes = _tables(arms, key)
+        first = replace(made[0], title=f"{key.model}, {key.domain}, protocol {key.protocol.value}")
+        yield Analysis(
+            made,
+            _figures(arms, key),
+            [*remarks(arms), *notes],
+            place if len(groups) > 1 else "",
+            [first.only(_SHOWN), made[1].only(_SHOWN)],
+        )
+
+
+def _tables(arms: Sequence[Arm], key: RunKey) -> tuple[list[Table], list[str]]:
+    """The tables, the paper's among them, and what must be said of that."""
+    from eai.results.paper_tables import paper_setting
+    from eai.studies.attempts.analysis import tables
+
+    made = tables(arms)
+    paper, notes = _paper(key.domain)
+    if paper.rows:
+        made.append(paper)
+        if key.protocol.value != paper_setting().protocol:
+            notes.append(f"These records are of protocol {key.protocol.value}, the paper's figures are not.")
+    return made, notes
+
+
+def _figures(arms: Sequence[Arm], key: RunKey) -> Figures:
+    from eai.studies.attempts import plots
+
+    yield of_run(key, "success_by_attempt", plots.draw(arms))
+
+
+def _paper(domain: str) -> tuple[Table, list[str]]:
+    """What the paper prints for a domain, and what a reader must know of it."""
+    from eai.results.paper_tables import paper_table
+    from eai.results.table import Table
+
+    rows: list[tuple[Cell, ...]] = []
+    notes: list[str] = []
+    for paper in map(paper_table, _PAPER):
+        columns = {column.metric: column for column in paper.columns if column.domain == domain}
+        if columns:
+            notes += [note.text for note in paper.notes if not note.models]
+            for name in paper.rows:
+                figures = [
+                    paper.figure(name, columns[metric]) if metric in columns else None for metric in _FIGURES
+                ]
+                rows.append((paper.title, name, *figures))
+    definition = "Percent, as printed. Read the notes at the head of this page before comparing them."
+    names = tuple(metric.replace("_", " ") for metric in _FIGURES)
+    table = Table("paper", "The paper's figures", definition, ("table", "model", *names), tuple(rows))
+    return table, list(dict.fromkeys(notes))
+
+
+REPLANNING = Study(
+    "replanning",
+    "Replanning and actions that fail (action sequencing).",
+    Attempts,
+    section="attempts",
+    choices=_Choices,
+    analyze=_analyze,
+)

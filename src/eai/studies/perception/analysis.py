@@ -133,7 +133,7 @@ def perception_runs(runs: Sequence[Sequence[Record]], metric: str | None = None)
     known = declaration_of(runs[0][0].ability).main
     chosen = next(iter(known)) if metric is None else metric
     if chosen not in known:
-        raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")
+        raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
     found = PerceptionRuns(chosen, {_name(records): records for records in runs})
     if not found.seen:
         raise InputError(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from pydantic import BeforeValidator, model_validator
 from typing_extensions import Self
@@ -15,7 +15,14 @@ from eai.abilities.responses import file_name
 from eai.errors import InputError
 from eai.studies.perception.noise import Noise, noise_of
 from eai.studies.perception.pictures import Clutter
-from eai.studies.study import Study
+from eai.studies.study import Analysis, Figures, Study, of_run
+
+if TYPE_CHECKING:
+    from eai.scoring.runs import RunKey
+    from eai.studies.perception.analysis import PerceptionRuns
+    from eai.studies.records import Records
+
+_NAME = "perception"
 
 
 class Scene(str, Enum):
@@ -106,4 +113,52 @@ class Perception(Options):
         return "" if self.clutter in (None, Clutter.NONE) else f"-{self.clutter.value}"
 
 
-PERCEPTION = Study("perception", "How questions show the scene (with prompts.set eai).", Perception)
+class _Choices(Options):
+    """How runs are compared."""
+
+    metric: str | None = option("Which metric of the ability's main table; its first if not given.")
+
+
+def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
+    """Runs of one model, domain, ability and protocol belong together.
+
+    A plain run among them, with the same prompts (--set eai), says what the tasks come to without errors.
+
+    Raises:
+        InputError: there are none that say what was perceived.
+    """
+    from eai.studies.perception.analysis import perception_runs, perception_tables
+    from eai.studies.records import by_place
+
+    shown = (run for run in records.runs() if run.key.experiment is None or run.key.experiment.name == _NAME)
+    groups = [
+        group
+        for group in by_place(shown).values()
+        if any(record.perceived for run in group for record in run.records)
+    ]
+    if not groups:
+        raise InputError(
+            "expected records that say what was perceived; eai run --with perception.scene=noisy does"
+        )
+    for group in groups:
+        key = group[0].key
+        found = perception_runs([run.records for run in group], chosen.metric)
+        place = f"{key.domain}-{key.ability.value}-{key.protocol.value}-{file_name(key.model)}"
+        yield Analysis(
+            perception_tables(found), _figures(found, key), folder=place if len(groups) > 1 else ""
+        )
+
+
+def _figures(runs: PerceptionRuns, key: RunKey) -> Figures:
+    from eai.studies.perception import plots
+
+    yield of_run(key, "success_by_error_rate", plots.draw(runs))
+
+
+PERCEPTION = Study(
+    _NAME,
+    "How questions show the scene (with prompts.set eai).",
+    Perception,
+    choices=_Choices,
+    analyze=_analyze,
+)

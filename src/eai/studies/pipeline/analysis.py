@@ -11,17 +11,42 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import groupby
+from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
+from eai.abilities.responses import file_name
 from eai.abilities.share import of_all
+from eai.abilities.verdict import Verdict
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.gold_answers import open_planned_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
 from eai.errors import InputError
+from eai.planning.search import Limits
 from eai.results.certainty import Case, certainty_of_difference
 from eai.results.comparison import Difference, compare
+from eai.results.paper_tables import paper_models, paper_setting, paper_table
 from eai.results.rate import rate_of
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Cell, Estimate, Table
+from eai.scoring.runs import Run, RunKey
+from eai.studies.pipeline.stage_one import read_interpretations
+from eai.studies.study import Analysis
+from eai.tasks.source import Source
+
+if TYPE_CHECKING:
+    from eai.studies.pipeline.study import PipelineChoices
+    from eai.studies.records import Records
+
+_EFFORT = 400
+"""How much a perfect second stage may search; contradictory goals would use up any limit."""
+
+_NOT_SHOWN = ("p", "only modular", "only pipeline")
+"""The columns that are in the files alone."""
 
 
 class Believed(str, Enum):
@@ -251,3 +276,135 @@ def _conditions(verdict: GoalVerdict) -> Iterator[tuple[str, bool]]:
     """The conditions that are asked for, by predicate, and whether each is missing."""
     for conditions, missed in ((verdict.matched, False), (verdict.missing, True)):
         yield from ((verdict.statement(condition).name, missed) for condition in conditions)
+
+
+def analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
+    """Runs of one model, domain, ability and protocol belong together; several models are pooled too.
+
+    Raises:
+        InputError: there is no pipeline, or none whose ability was also tried alone.
+    """
+    found = [
+        _opened(one, other, records.source, chosen) for one, other in _pairs(records, list(records.runs()))
+    ]
+    if not found:
+        raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
+    for place, group in groupby(found, key=_place):
+        pipelines = [*group]
+        for each in pipelines:
+            record = each.pipeline[0]
+            label = "" if record.experiment is None else record.experiment.label
+            folder = f"{place}/{file_name(record.model)}/{label}" if len(found) > 1 else ""
+            yield _analysis(each, f"{record.model}, {label}", folder)
+        if len(pipelines) > 1:
+            yield _analysis(pooled(pipelines), f"{len(pipelines)} pipelines", place)
+
+
+def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
+    """The ability alone and the pipeline, for each pipeline, sorted."""
+    plain = {run.key: run for run in runs if run.key.experiment is None}
+    piped = [run for run in runs if run.key.experiment is not None and run.key.experiment.goals_from]
+    if not piped:
+        raise InputError(
+            "expected records of a pipeline; eai run --with pipeline.goals=own makes them, or eai score "
+            "--goals"
+        )
+    for run in sorted(piped, key=lambda run: run.key.order):
+        alone = plain.get(run.key._replace(experiment=None))
+        if alone is None:
+            records.note(f"left out, as it has no modular run: {run.key}")
+        else:
+            yield alone, run
+
+
+def _place(found: Pipeline) -> str:
+    record = found.modular[0]
+    return f"{record.domain}-{record.ability.value}-{record.protocol.value}"
+
+
+def _opened(one: Run, other: Run, source: Source, chosen: PipelineChoices) -> Pipeline:
+    key = one.key
+    interpreted: Mapping[str, GoalVerdict] = {}
+    reachable: Mapping[str, bool] = {}
+    if chosen.goals is not None:
+        benchmark = find_benchmark(key.domain)
+        experiment = other.key.experiment
+        model = "" if experiment is None else experiment.goals_from or ""
+        answers = read_interpretations(chosen.goals, benchmark, source, model).answers
+        suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
+        interpreted = dict(_goal_verdicts((task, suite.score(task, text)) for task, text in answers.items()))
+        if chosen.search:
+            tasks = {record.task_id for record in other.records}
+            wanted = {task: text for task, text in answers.items() if task in tasks}
+            reachable = dict(_reached(benchmark, wanted, source))
+    return Pipeline(one.records, other.records, reachable, interpreted, _paper_figures(key))
+
+
+def _goal_verdicts(verdicts: Iterator[tuple[str, Verdict]]) -> Iterator[tuple[str, GoalVerdict]]:
+    for task, verdict in verdicts:
+        if isinstance(verdict, GoalVerdict):
+            yield task, verdict
+
+
+def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:
+    """Whether a plan for the stated goals, where there is one, reaches those of the task."""
+    suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
+    limits = Limits(_EFFORT)
+    book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, source, answers, limits)
+    for task_id in suite.task_ids:
+        if task_id in answers:
+            success = getattr(suite.score(task_id, book.gold(task_id).text), "success", False)
+            yield task_id, bool(success)
+
+
+def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
+    """What the paper prints for the model, by metric."""
+    name = paper_models().get(key.model)
+    paper = paper_table(f"pipeline_{key.ability.value}")
+    columns = [column for column in paper.columns if column.domain == key.domain]
+    rows = [f"{name} ({kind})" for kind in ("modular", "pipeline")]
+    if not all(row in paper.rows for row in rows):
+        return {}
+    return {
+        column.metric: (paper.figure(rows[0], column), paper.figure(rows[1], column)) for column in columns
+    }
+
+
+def _remarks(found: Pipeline) -> list[str]:
+    """What a reader must know of the paper's figures."""
+    record = found.modular[0]
+    remarks: list[str] = []
+    if found.paper:
+        paper = paper_table(f"pipeline_{record.ability.value}")
+        remarks += [note.text for note in paper.notes if not note.models]
+        if record.protocol.value != paper_setting().protocol:
+            remarks.append(
+                f"These records are of protocol {record.protocol.value}, the paper's figures are not."
+            )
+    return remarks
+
+
+def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
+    tables, record = found.tables(), found.modular[0]
+    heading = f"{title}, {record.domain} {record.ability.value}, protocol {record.protocol.value}"
+    goals = next(table for table in tables if table.name == "goals")
+    return Analysis(tables, (), _remarks(found), folder, [_for_screen(goals, heading)])
+
+
+def _for_screen(table: Table, heading: str) -> Table:
+    """The table for the screen: tasks that are solved, and the difference in points, without intervals."""
+    columns = tuple([column for column in table.names if column not in _NOT_SHOWN])
+    shown = table.only(columns)
+    return replace(
+        shown,
+        title=f"{heading}: tasks solved, difference in points",
+        rows=tuple([tuple(map(_short, row)) for row in shown.rows]),
+    )
+
+
+def _short(cell: object) -> str:
+    if not isinstance(cell, Estimate):
+        return str(cell)
+    if cell.value is None:
+        return "-"
+    return f"{cell.value:+.1f}" if cell.numerator is None else f"{cell.numerator:g}"

@@ -1,9 +1,16 @@
-"""Pipelines: the options of the study."""
+"""Pipelines: a model's interpreted goals in the place of the task's, against the same ability alone."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 from eai.abilities.options import Options, option
-from eai.studies.study import Study
+from eai.studies.study import Analysis, Study
+
+if TYPE_CHECKING:
+    from eai.studies.records import Records
 
 OWN = "own"
 """The value of ``goals`` for the goals that the model itself is asked for first."""
@@ -18,4 +25,26 @@ class Pipeline(Options):
     )
 
 
-PIPELINE = Study("pipeline", "Interpreted goals (action sequencing, subgoal decomposition).", Pipeline)
+class PipelineChoices(Options):
+    """How a pipeline is compared."""
+
+    goals: Path | None = option(
+        "The answers to goal interpretation: says which conditions are missing, and finds what a perfect "
+        "second stage would reach."
+    )
+    search: bool = option("With goals, search for plans (half a minute a hundred tasks).", True)
+
+
+def _analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
+    from eai.studies.pipeline.analysis import analyze
+
+    return analyze(records, chosen)
+
+
+PIPELINE = Study(
+    "pipeline",
+    "Interpreted goals (action sequencing, subgoal decomposition).",
+    Pipeline,
+    choices=PipelineChoices,
+    analyze=_analyze,
+)

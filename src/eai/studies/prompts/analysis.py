@@ -176,7 +176,7 @@ def matrix_of(runs: Sequence[tuple[str, Sequence[Record]]], metric: str | None =
     known = declaration_of(runs[0][1][0].ability).main
     chosen = next(iter(known)) if metric is None else metric
     if chosen not in known:
-        raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")
+        raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
     if len(prompts) < 2:
         raise InputError(f"expected runs with two prompts or more, found {prompts[0]} alone")
     for prompt in prompts:
@@ -202,7 +202,7 @@ def prompt_tables(matrix: Matrix, reference: str) -> list[Table]:
         InputError: there are no such prompts.
     """
     if reference not in matrix.prompts:
-        raise InputError(f"--reference {reference}: expected one of {', '.join(matrix.prompts)}")
+        raise InputError(f"reference={reference}: expected one of {', '.join(matrix.prompts)}")
     return [_cells(matrix), _agreement(matrix), _variance(matrix), _gains(matrix, reference)]
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from eai.results.palette import ACCENT, INK
 from eai.results.plot_text import clipped
-from eai.studies.ratings.analysis import Quality
+from eai.studies.annotation.ratings import Quality
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

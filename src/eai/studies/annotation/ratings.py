@@ -92,7 +92,7 @@ class Quality:
         raters: by how many people.
         repeated: how many of the tasks were rated more than once; only these tell how far raters agree.
         mean: the mean of all ratings.
-        weighted_mse: how far the ratings of a task lie from their mean (`eai.studies.ratings.analysis`).
+        weighted_mse: how far the ratings of a task lie from their mean (`eai.studies.annotation.ratings`).
         alpha: Krippendorff's alpha on an interval scale.
         histogram: score -> how often it was given.
     """

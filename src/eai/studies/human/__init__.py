@@ -1,1 +1,0 @@
-"""People who answer the questions of a benchmark as models do."""

@@ -1,0 +1,70 @@
+"""Prompts: how much depends on how one asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+from eai.abilities.options import Options, option
+from eai.errors import InputError
+from eai.studies.study import Analysis, Figures, Study
+
+if TYPE_CHECKING:
+    from eai.scoring.runs import Run
+    from eai.studies.prompts.analysis import Matrix
+    from eai.studies.records import Records
+
+
+class _Choices(Options):
+    """How prompts are compared."""
+
+    metric: str | None = option("Which metric of the ability's main table; its first if not given.")
+    reference: str | None = option("The prompts that gains are measured from; the first if not given.")
+
+
+def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
+    from eai.abilities.responses import file_name
+    from eai.studies.prompts.analysis import matrix_of, prompt_tables
+
+    for suite, runs in _by_suite(records.runs()).items():
+        matrix = matrix_of([(_name(run), run.records) for run in runs], chosen.metric)
+        tables = prompt_tables(matrix, chosen.reference or matrix.prompts[0])
+        yield Analysis(
+            tables,
+            _figures(matrix, suite),
+            folder=file_name(suite),
+            facts={"suite": suite, "prompts": list(matrix.prompts), "models": list(matrix.models)},
+        )
+
+
+def _figures(matrix: Matrix, suite: str) -> Figures:
+    from eai.studies.prompts import plots
+
+    yield "prompts", plots.draw(matrix, suite.replace("-", ", "))
+
+
+def _name(run: Run) -> str:
+    from eai.studies.prompts.analysis import PLAIN
+
+    experiment = run.key.experiment
+    return PLAIN if experiment is None or experiment.prompt_name is None else experiment.prompt_name
+
+
+def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
+    """The runs of each suite and protocol; those of other experiments are refused."""
+    suites: dict[str, list[Run]] = {}
+    for run in runs:
+        experiment = run.key.experiment
+        if experiment is not None and (experiment.acts or experiment.goals_from is not None):
+            raise InputError(f"{run.key}: expected runs that differ in their prompts alone")
+        suite = f"{run.key.domain}-{run.key.ability.value}-{run.key.protocol.value}"
+        suites.setdefault(suite, []).append(run)
+    return suites
+
+
+PROMPTS = Study(
+    "prompts",
+    "Runs of models with several prompts (prompts.name) side by side, suite by suite.",
+    choices=_Choices,
+    analyze=_analyze,
+)

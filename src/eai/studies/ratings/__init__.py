@@ -1,1 +1,0 @@
-"""How good annotations are, by people who rated them."""

@@ -1,0 +1,82 @@
+"""The records that a study analyses, read when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeAlias
+
+from eai.results.tidy import TableMaker, Tables
+from eai.scoring.runs import Run, read_runs
+from eai.tasks.source import ErrataChoice, Source
+
+Done: TypeAlias = Callable[[int], None]
+"""Is given how much of a long analysis is done."""
+
+
+def _unseen(title: str, total: int) -> AbstractContextManager[Done]:
+    return nullcontext(lambda done: None)
+
+
+def _unheard(line: str) -> None:
+    """Nobody listens."""
+
+
+@dataclass(frozen=True, slots=True)
+class Records:
+    """Records, as runs or as tidy tables, and what else an analysis may use.
+
+    Attributes:
+        paths: files of records, or folders with records.jsonl somewhere below.
+        folder: where the results will be.
+        source: where the data set is.
+        note: tells the user a line that is no result.
+        progress: shows how far a long analysis is: given a title and a total.
+    """
+
+    paths: tuple[Path, ...]
+    folder: Path = Path()
+    source: Source = field(default_factory=Source)
+    note: Callable[[str], None] = _unheard
+    progress: Callable[[str, int], AbstractContextManager[Done]] = _unseen
+    _made: MutableMapping[bool, Tables] = field(default_factory=dict)
+
+    def runs(self) -> Iterator[Run]:
+        """The runs, file by file, so that only one file's records are in memory.
+
+        Raises:
+            InputError: there are no records, or one is unusable.
+        """
+        return read_runs(self.paths)
+
+    def tables(self, *, features: bool = True) -> Tables:
+        """The tidy tables of all runs, made once.
+
+        Args:
+            features: whether answers are told with what their tasks are like, for which these are built.
+
+        Raises:
+            InputError: there are no records, or one is unusable.
+        """
+        if True in self._made or features in self._made:
+            return self._made.get(True) or self._made[features]
+        maker = TableMaker(replace(self.source, errata=ErrataChoice.NONE), features=features)
+        for run in self.runs():
+            maker.add(run.records)
+        self._made[features] = maker.tables
+        return maker.tables
+
+    def below(self, name: str) -> Records:
+        """The same records for another analysis, whose results are in a folder of their own."""
+        return replace(self, folder=self.folder / name)
+
+
+def by_place(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
+    """Runs of one model, domain, ability and protocol together, all sorted."""
+    found: dict[tuple[str, ...], list[Run]] = {}
+    for run in sorted(runs, key=lambda run: run.key.order):
+        place = (run.key.protocol.value, run.key.domain, run.key.ability.value, run.key.model)
+        found.setdefault(place, []).append(run)
+    return found

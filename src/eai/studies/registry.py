@@ -1,0 +1,69 @@
+"""The studies there are, by name: those of this package and those that other distributions bring.
+
+A distribution registers one by an entry point of the group ``eai.studies``, a `Study`. Only the study that is
+asked for is imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import EntryPoint
+
+from eai.abilities.options import Options
+from eai.data.entry_points import entry_points_of
+from eai.errors import InputError, did_you_mean
+from eai.studies.study import Study
+
+GROUP = "eai.studies"
+"""The group of entry points."""
+
+BUILT_IN = {
+    name: f"eai.studies.{folder}.study:{value}"
+    for name, folder, value in (
+        ("cofactors", "cofactors", "COFACTORS"),
+        ("errors", "errors", "ERRORS"),
+        ("goals", "goals", "GOALS"),
+        ("items", "items", "ITEMS"),
+        ("sensitivity", "sensitivity", "SENSITIVITY"),
+        ("contamination", "contamination", "CONTAMINATION"),
+        ("replanning", "attempts", "REPLANNING"),
+        ("pipeline", "pipeline", "PIPELINE"),
+        ("perception", "perception", "PERCEPTION"),
+        ("prompts", "prompts", "PROMPTS"),
+        ("annotations", "annotation", "ANNOTATIONS"),
+    )
+}
+"""The studies that come with the package, as its metadata have them, too."""
+
+
+@cache
+def _found() -> Mapping[str, EntryPoint]:
+    return entry_points_of(GROUP, BUILT_IN)
+
+
+def study_names() -> tuple[str, ...]:
+    """The names of all studies, those of this package first."""
+    return tuple(_found())
+
+
+@cache
+def find_study(name: str) -> Study:
+    """The study of a name.
+
+    Raises:
+        InputError: there is none, or what is registered is none.
+    """
+    if name not in _found():
+        known = ", ".join(_found())
+        raise InputError(f"{name!r} is no study: expected one of {known}{did_you_mean(name, _found())}")
+    value = _found()[name].load()
+    if not isinstance(value, Study):
+        raise InputError(f"{name}: expected a Study, found {type(value).__name__}")
+    return value
+
+
+@cache
+def studies_of_runs() -> tuple[Study, ...]:
+    """The studies that a run can be of: those that have options."""
+    return tuple([study for study in map(find_study, _found()) if study.options is not Options])

@@ -1,0 +1,108 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmark.test_protocols import declared
+from cli.conftest import Command
+from eai.errors import InputError
+from eai.studies import registry
+from report.samples import action_run, write_runs
+from studies.told import read_table
+
+STRANGER = """
+from eai.abilities.options import Options, option
+from eai.results.table import Estimate, Table
+from eai.results.suites import case_of
+from eai.abilities.share import of_all
+from eai.studies.study import Analysis, Study
+
+
+class Words(Options):
+    most: int = option("The most characters of a short answer.", 40, ge=1)
+
+
+def analyze(records, chosen):
+    answers = records.tables(features=False).answers
+    cases = [case_of(answer, of_all(answer.characters <= chosen.most)) for answer in answers]
+    columns, rows = ("answers", "short"), ((len(answers), Estimate.of(cases)),)
+    yield Analysis([Table("brevity", "Short answers", "In percent.", columns, rows)])
+
+
+BREVITY = Study("brevity", "How short answers are.", choices=Words, analyze=analyze)
+"""
+
+ENTERED = """
+import sys
+from pathlib import Path
+import eai
+from eai import cli
+
+FUNCTION = 1  # of code that is no module and no body of a class
+entered, root = set(), str(Path(eai.__file__).parent)
+
+def watch(frame, event, argument):
+    code = frame.f_code
+    if event == "call" and code.co_flags & FUNCTION and code.co_filename.startswith(root):
+        entered.add(code.co_filename)
+
+sys.setprofile(watch)
+cli.app(sys.argv[1:], standalone_mode=False)
+sys.setprofile(None)
+print(len(entered))
+"""
+
+
+def test_metadata_declare_the_studies_that_come_with_the_package() -> None:
+    assert declared(registry.GROUP) == registry.BUILT_IN
+    for name in registry.BUILT_IN:
+        assert registry.find_study(name).name == name
+
+
+def test_every_folder_of_studies_has_one_value_and_every_value_is_registered() -> None:
+    """It is the only public value of its ``study.py``."""
+    folders = {path.parent.name for path in Path(registry.__file__).parent.glob("*/__init__.py")}
+    assert {text.split(".")[2] for text in registry.BUILT_IN.values()} == folders
+
+
+def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "brevity.py").write_text(STRANGER)
+    about = tmp_path / "brevity-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: brevity\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text(f"[{registry.GROUP}]\nbrevity = brevity:BREVITY\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    registry._found.cache_clear()
+    try:
+        told = eai("analyze").out
+        assert "brevity" in told
+        assert "The most characters of a short answer." in told
+        runs, out = write_runs(tmp_path / "runs", [action_run("first")]), tmp_path / "out"
+        done = eai("analyze", "brevity", runs, "--with", "most=3", "--out", out)
+        assert (done.status, done.out) == (0, f"1 table, 0 plots; in {out}\n")
+        (row,) = read_table(out / "brevity.csv")
+        assert row["answers"] == row["short_denominator"]
+        assert "brevity has most" in eai("analyze", "brevity", runs, "--with", "least=1", "--out", out).err
+        refused = eai("analyze", "brevity", runs, "--most", "3", "--out", out)
+        assert refused.err == "eai: --most: write --with most=VALUE (eai analyze lists all options)\n"
+    finally:
+        registry._found.cache_clear()
+
+
+def test_a_name_that_there_is_not_is_told_with_its_neighbours(eai: Command, tmp_path: Path) -> None:
+    assert "did you mean errors?" in eai("analyze", "error", tmp_path).err
+    with pytest.raises(InputError, match="did you mean goals"):
+        registry.find_study("goal")
+
+
+def test_errors_enter_few_modules(tmp_path: Path) -> None:
+    """Functions of so many modules are entered, where tasks are built and all studies loaded: 211."""
+    runs = write_runs(tmp_path / "runs", [action_run("first")])
+    words = [sys.executable, "-c", ENTERED, "analyze", "errors", str(runs), "--out", str(tmp_path / "out")]
+    done = subprocess.run(words, capture_output=True, text=True, check=True)
+    assert int(done.stdout.splitlines()[-1]) <= 70
