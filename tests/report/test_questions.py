@@ -12,7 +12,6 @@ from eai.benchmark.registry import find_benchmark
 from eai.questions.answers import gold_text
 from eai.questions.question import questions_content
 from eai.questions.writer import Wanted, Writer
-from eai.scoring.runs import read_runs
 
 __all__ = ["eai"]
 

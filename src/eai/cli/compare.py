@@ -25,7 +25,7 @@ from eai.results.comparison import compare as compare_runs
 from eai.results.coverage import coverage_of, planners_of
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
-from eai.scoring.runs import Run, find_question_records, read_runs
+from eai.scoring.runs import Run, read_runs
 
 _SURE = 0.05
 _UNNAMED = (

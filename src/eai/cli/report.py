@@ -31,7 +31,7 @@ from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.writer import Narrow, write_tables
 from eai.results.cost import read_price_list
-from eai.scoring.runs import as_asked_in_paper, find_question_records, read_runs
+from eai.scoring.runs import as_asked_in_paper, read_runs
 from eai.studies.perception.course import courses
 from eai.tasks.source import Source
 
