@@ -11,7 +11,7 @@ tests of its package, its own file's first, then tests elsewhere that import the
 households, where its callers meet real data: quick ones before slow ones, and first what noticed other
 mutants (``tools/quick_first.py``), as many as fit into ``--seconds`` each time. It is the default set of
 tests, or with ``--whole`` all. The tests of every package run once on the sources as they are before, which
-says how long each takes. Prints what becomes of each mutant, and how many are noticed; exits with status 1
+says how long each takes, unless a file given with ``--known`` has that from another time. Prints what becomes of each mutant, and how many are noticed; exits with status 1
 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the
 same, are listed in `EQUIVALENT`, with the reason.
 """
@@ -190,6 +190,11 @@ class Trial:
     seconds: float
     whole: bool
 
+    @property
+    def known(self) -> Path:
+        """What is known of tests."""
+        return self.folder / "known.json"
+
     def is_noticed(self, mutant: Mutant) -> bool:
         """Whether a test fails on a mutant, put into the copy of the sources for that time."""
         place = self.folder / "src" / "eai" / mutant.path
@@ -209,7 +214,7 @@ class Trial:
         python = [self.folder / "src", ROOT / "tests", ROOT / "tools"]
         given = {
             "PYTHONPATH": os.pathsep.join(map(str, python)),
-            "QUICK_FIRST": str(self.folder / "known.json"),
+            "QUICK_FIRST": str(self.known),
             "QUICK_SECONDS": str(self.seconds),
             "QUICK_NEAR": os.pathsep.join(each.relative_to(ROOT).as_posix() for each in first),
         }
@@ -267,6 +272,7 @@ def main() -> int:
     parser.add_argument(
         "--whole", action="store_true", help="with sweeps and all examples, as make test-all has them"
     )
+    parser.add_argument("--known", type=Path, help="a file that keeps what is known of tests from run to run")
     arguments = parser.parse_args()
     folder = ROOT / "src" / "eai"
     paths = [p.relative_to(folder) for name in PACKAGES for p in sorted((folder / name).rglob("*.py"))]
@@ -278,13 +284,20 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as temporary:
         shutil.copytree(ROOT / "src", Path(temporary, "src"))
         trial = Trial(Path(temporary), arguments.seconds, arguments.whole)
-        for package in sorted({mutant.path.parts[0] for mutant in sample}):
-            if not replace(trial, seconds=math.inf).passes([ROOT / "tests" / package], limit=10 * SECONDS):
-                sys.exit(f"tests/{package} does not pass as it is")
+        known = arguments.known
+        if known is not None and known.exists():
+            shutil.copy(known, trial.known)
+        else:
+            for package in sorted({mutant.path.parts[0] for mutant in sample}):
+                unbounded = replace(trial, seconds=math.inf)
+                if not unbounded.passes([ROOT / "tests" / package], limit=10 * SECONDS):
+                    sys.exit(f"tests/{package} does not pass as it is")
         for mutant in sample:
             noticed = trial.is_noticed(mutant)
             survivors += not noticed
             print(f"{'noticed' if noticed else 'survives'}: {mutant}", flush=True)
+            if known is not None and trial.known.exists():
+                shutil.copy(trial.known, known)
     print(f"{len(sample) - survivors} of {len(sample)} mutants are noticed ({len(made)} can be made)")
     return int(survivors > (1 - WANTED) * len(sample))
 
