@@ -11,9 +11,9 @@ tests of its package, its own file's first, then tests elsewhere that import the
 households, where its callers meet real data: quick ones before slow ones, and first what noticed other
 mutants (``tools/quick_first.py``), as many as fit into ``--seconds`` each time. It is the default set of
 tests, or with ``--whole`` all. The tests of every package run once on the sources as they are before, which
-says how long each takes, unless a file given with ``--known`` has that from another time. Prints what becomes of each mutant, and how many are noticed; exits with status 1
-if those are fewer than nine in ten. Survivors that no test can notice, since they mean the
-same, are listed in `EQUIVALENT`, with the reason.
+says how long each takes, unless a file given with ``--known`` has that from another time. Prints what becomes
+of each mutant, and how many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors
+that no test can notice, since they mean the same, are listed in `EQUIVALENT`, with the reason.
 """
 
 from __future__ import annotations

@@ -18,6 +18,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
+from sweeps import swept
 
 __all__ = ["eai"]
 
@@ -150,7 +151,7 @@ def test_every_action_has_its_needs_and_effects(name: str) -> None:
 
 
 @pytest.mark.usefixtures("data_store")
-@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("name", ["behavior", *swept("virtualhome")])
 def test_properties_that_actions_ask_for_are_told(name: str) -> None:
     wording = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0])
     asked = set(re.findall(r"the property ([\w.-]*\w)", wording.operators() + wording.vocabulary()))

@@ -7,7 +7,7 @@ import pytest
 
 from cli.conftest import Command
 from processes import eai as in_own_process
-from sweeps import swept
+from sweeps import sweep, swept
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
 
@@ -173,6 +173,7 @@ def test_what_cannot_be_used_is_told_in_a_line(
     assert message in outcome.err
 
 
+@sweep
 def test_a_model_without_answers_says_so(written: Path, tmp_path: Path) -> None:
     arguments = ("--model", "eai/planner", "--out", tmp_path, "--limit", 1)
     outcome = in_own_process("run", *ASKED, written, *arguments)

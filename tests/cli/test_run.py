@@ -16,6 +16,7 @@ from eai.studies.items.short_tests import short_test
 from processes import Outcome, eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
+from sweeps import sweep, swept
 
 DOMAINS = ("virtualhome", "behavior")
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
@@ -61,7 +62,7 @@ def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:
     assert len(set(texts)) == 3
 
 
-@pytest.mark.parametrize("allow_missing", [False, True])
+@pytest.mark.parametrize("allow_missing", [False, *swept(True)])
 def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     data_store: Store, tmp_path: Path, allow_missing: bool
 ) -> None:
@@ -122,6 +123,7 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     assert records[cut_off]["error"]["kind"] == "parsing"
 
 
+@sweep
 def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store, tmp_path: Path) -> None:
     gold = answer_book(*SUITE, data_store).gold
     tasks = list(official_prompts(*SUITE, data_store))[:3]
@@ -151,6 +153,7 @@ def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store
     assert summaries[0] == summaries[1]
 
 
+@sweep
 def test_batch_reaches_inspect_and_built_in_models_answer_all_the_same(tmp_path: Path) -> None:
     arguments = ("run", "--model", "eai/oracle", *NAMED, "--limit", 2, "--quiet")
     batches = {}
@@ -226,6 +229,7 @@ def test_the_short_test_of_a_suite_is_run_by_its_name(data_store: Store, tmp_pat
     assert asked == list(short_test(*SUITE)[:3])
 
 
+@sweep
 def test_an_adaptive_run_ends_where_the_ability_is_known_and_goes_on_where_it_was_interrupted(
     data_store: Store, tmp_path: Path
 ) -> None:
@@ -305,6 +309,7 @@ def records_in(folder: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (folder / "records.jsonl").read_text().splitlines()]
 
 
+@sweep
 def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> None:
     """Who answers right whatever is asked answers as well with interpreted goals, row by row."""
     oracle = ("run", "--model", "eai/oracle", "--domain", "behavior", "--limit", 3, "--out", tmp_path)

@@ -36,7 +36,7 @@ from eai.world.execution import Action, execute
 from eai.world.operator import Operator
 from eai.world.state import Fact, Scene, State, WorldObject
 from generator.worlds import HOUSEHOLDS, generate, generator, outcomes, tasks
-from sweeps import swept
+from sweeps import sweep, swept
 from world import plain_sets
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -57,6 +57,7 @@ def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
     assert written(again.task, like, domain, again.about) == written(made.task, like, domain, made.about)
 
 
+@sweep
 def test_the_order_of_hash_tables_plays_no_part() -> None:
     code = (
         "import hashlib; from generator.worlds import tasks;"
@@ -307,7 +308,7 @@ def test_a_scene_in_which_nothing_is_reached_has_no_more_to_offer(
     assert len(asked) == len(set(asked)) == tried
 
 
-@pytest.mark.parametrize("like", HOUSEHOLDS)
+@pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
 def test_scenes_are_changed_by_what_was_done_in_them(like: str) -> None:
     """Things stand where they do not in the scene of any public task, and nothing is in a hand."""
     made = generator(like)

@@ -18,7 +18,8 @@ from eai.logic.ltl import parse
 from eai.logic.signature import Signature
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
-from generator.worlds import HOUSEHOLDS, tasks
+from generator.worlds import tasks
+from sweeps import swept
 
 THINGS = {
     "me": "robot",
@@ -181,8 +182,14 @@ def test_plurals(noun: str, nouns: str) -> None:
 
 
 @pytest.mark.usefixtures("data_store")
-@pytest.mark.parametrize("like", HOUSEHOLDS)
-@pytest.mark.parametrize("forms", Forms)
+@pytest.mark.parametrize(
+    ("like", "forms"),
+    [
+        ("virtualhome", Forms.DATA),
+        *(("behavior", forms) for forms in Forms),
+        *swept(("virtualhome", Forms.ALL)),
+    ],
+)
 def test_instructions_give_the_goals_back(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from eai.cli import app
 from eai.results.latex import escaped as latex_escaped
 from report.samples import HOSTILE, action_run, all_runs, write_runs
+from sweeps import sweep
 
 RUNNER = CliRunner()
 TABLE_FILES = ("report.md", "report.tex", "tables.tex", "tables.json", "tables.csv", "explorer.html")
@@ -150,6 +151,7 @@ def test_a_table_longer_than_a_page_goes_on_in_another(tmp_path: Path) -> None:
     assert len(set(re.findall(r"label\{(.*?)\}", text))) == text.count("label{")
 
 
+@sweep
 def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> None:
     pytest.importorskip("matplotlib")
     one, other = (write_report(tmp_path / name, runs) / "plots" for name in ("one", "other"))

@@ -17,6 +17,7 @@ import eai
 from eai.abilities.record import Usage
 from eai.errors import InputError
 from eai.run.journal import Answer, Journal, sole_run
+from sweeps import sweep
 
 ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), Usage(3, 5))
 
@@ -103,6 +104,7 @@ def test_a_clock_that_jumps_changes_nothing_as_nobody_looks_at_it() -> None:
     assert [path for path in modules if time_of_day.search(path.read_text(encoding="utf-8"))] == []
 
 
+@sweep
 def test_a_hundred_thousand_answers_are_read_again(tmp_path: Path) -> None:
     file, number = tmp_path / "answers.jsonl", 100_000
     with Journal(file) as journal:

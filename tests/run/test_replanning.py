@@ -31,7 +31,7 @@ from processes import eai
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
-from sweeps import first_of, swept
+from sweeps import first_of, sweep, swept
 
 ACTIONS = Ability.ACTION_SEQUENCING
 TASKS = 8
@@ -172,6 +172,7 @@ def test_options_that_contradict_each_other(options: str, message: str, tmp_path
     assert message in done.err
 
 
+@sweep
 def test_what_is_killed_and_goes_on_loses_and_doubles_nothing(data_store: Store) -> None:
     """A few of the cycles of the benchmark, which has a hundred."""
     script = Path(__file__).parents[2] / "bench" / "kill_and_resume.py"

@@ -21,6 +21,7 @@ from eai.run.job import Endpoint, Job
 from processes import eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
+from sweeps import sweep
 
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 RESULTS = Path("virtualhome", "action_sequencing", "openai-api_local_scripted")
@@ -72,6 +73,7 @@ def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) ->
     assert results.scores[-1].metrics["task_success"].value == 1.0
 
 
+@sweep
 def test_scores_under_another_protocol_replace_those_in_the_log(data_store: Store, tmp_path: Path) -> None:
     arguments = "run --model eai/noisy -M rate=0.5 --domain virtualhome --ability action_sequencing --json"
     numbers = []

@@ -24,6 +24,7 @@ from eai.tasks.source import Source
 from operator_rules import rules_of
 from oracle import Oracle, read_shared
 from results.verdicts import record
+from sweeps import sweep
 
 OPEN = OperatorText("open", "(?o)", "(shut ?o)", "(wide ?o)")
 LIGHT = OperatorText("light", "(?o)", "(wide ?o)", "(lit ?o)")
@@ -141,6 +142,7 @@ TRIALS = [
 ]
 
 
+@sweep
 def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle, data_store: Store) -> None:
     """The figures that the paper prints for the model, each as it comes out of its public answers."""
     rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]

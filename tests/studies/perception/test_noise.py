@@ -127,7 +127,7 @@ def test_an_invented_object_is_counted_by_its_name_and_by_what_is_said_of_it() -
     assert shares["predicate_error"] == Share(0, 3)
 
 
-@pytest.mark.parametrize("name", HOUSEHOLDS)
+@pytest.mark.parametrize("name", ["virtualhome", *swept("behavior")])
 def test_no_circle_is_seen_and_no_object_named_that_is_not(name: str, data_store: Store) -> None:
     benchmark, tasks = tasks_of(name, data_store, 20 if name == "virtualhome" else 10)
     words, planner = scene_words(benchmark), Planner(benchmark.domain)
