@@ -37,7 +37,7 @@ from eai.reference.behavior_goal_test import truncated_options
 from eai.reference.behavior_plans import BehaviorActionSequencing
 from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from eai.world.execution import Action
-from eai.world.state import Scene, SceneObjects
+from eai.world.state import Scene
 from reference import CACHE, REFERENCE, environment, read_responses
 
 CHILD = Path(__file__).with_name("behavior_reference_child.py")
@@ -144,7 +144,7 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
             "terms": [part.predicate for part in walk(goal.formula) if hasattr(part, "predicate")],
             "options": [
                 [listed(literal, instances) for literal in option]
-                for option in truncated_options(goal.formula, SceneObjects(task.scene))
+                for option in truncated_options(goal.formula, task.scene.named)
             ],
         }
         for goal in task.goals

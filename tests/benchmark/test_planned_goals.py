@@ -17,14 +17,12 @@ from eai.logic.choice import ground
 from eai.logic.formula import Formula
 from eai.logic.options import choice_options
 from eai.tasks.source import Source
-from eai.world.state import SceneObjects
 
 
 def entail(stated: set[Formula], task: Task) -> bool:
     """Whether some way to meet each goal of the task is among stated literals."""
-    things = SceneObjects(task.scene)
     return all(
-        any(set(option) <= stated for option in choice_options(ground(goal.formula, things)))
+        any(set(option) <= stated for option in choice_options(ground(goal.formula, task.scene.named)))
         for goal in task.goals
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from eai.logic.choice import Literal
+from eai.logic.choice import Literal, Objects
 from eai.logic.formula import Atom, Formula, Not
 from logic.bddl_text import read_condition
 from logic.naive import Facts
@@ -22,13 +22,13 @@ def as_text(tree: list[Any] | str) -> str:
     return tree if isinstance(tree, str) else f"({' '.join(map(as_text, tree))})"
 
 
-def records(oracle: Any) -> dict[str, tuple[list[Formula], Facts, int]]:
+def records(oracle: Any) -> dict[str, tuple[list[Formula], Objects, int]]:
     """Task -> its goals, its objects, and the reference's number of goal options."""
     found = {}
     for task, record in oracle("behavior", "", "reconstructed").items():
         goals = [read_condition(as_text(goal)) for goal in record["bddl_goal"]]
         objects = tuple((thing["bddl_instance"], thing["category"]) for thing in record["objects"])
-        found[task] = (goals, Facts(frozenset(), objects), record["n_goal_options"])
+        found[task] = (goals, Facts(frozenset(), objects).objects, record["n_goal_options"])
     return found
 
 

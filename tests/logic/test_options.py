@@ -22,9 +22,9 @@ from logic.random_formulas import SCENE, formulas, traces
 from sweeps import examples
 
 
-def listed(formula: Formula, objects: Facts) -> list[Option]:
+def listed(formula: Formula, facts: Facts) -> list[Option]:
     try:
-        return list(options(formula, objects))
+        return list(options(formula, facts.objects))
     except InputError:
         assume(False)
         raise
@@ -44,9 +44,9 @@ def test_a_goal_holds_where_one_of_its_options_does(
 @given(formulas(depth=2, temporal=False))
 @settings(max_examples=examples(120), deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_counting_agrees_with_listing(formula: Formula) -> None:
-    objects = Facts(frozenset(), SCENE)
-    found = listed(formula, objects)
-    assert count_options(formula, objects) == len(found)
+    facts = Facts(frozenset(), SCENE)
+    found = listed(formula, facts)
+    assert count_options(formula, facts.objects) == len(found)
 
 
 @pytest.mark.parametrize(
@@ -72,13 +72,13 @@ def test_counting_agrees_with_listing(formula: Formula) -> None:
 )
 def test_numbers_of_options(text: str, count: int) -> None:
     formula = read_condition(text)
-    objects = universe(a=2, b=5)
+    objects = universe(a=2, b=5).objects
     assert count_options(formula, objects) == count == len(list(options(formula, objects)))
 
 
 def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
     formula = read_condition("(and (or (p a) (q a)) (forpairs (?x - b) (?y - c) (not (in ?x ?y))))")
-    found = [[as_list(c) for c in option] for option in options(formula, universe(b=1, c=2))]
+    found = [[as_list(c) for c in option] for option in options(formula, universe(b=1, c=2).objects)]
     assert found == [
         [["p", "a"], ["not", ["in", "b0", "c0"]]],
         [["p", "a"], ["not", ["in", "b0", "c1"]]],
@@ -88,7 +88,7 @@ def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
 
 
 def test_huge_numbers_of_options_are_counted_and_listed_lazily() -> None:
-    objects = universe(a=40, b=40)
+    objects = universe(a=40, b=40).objects
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
     assert count_options(formula, objects) == factorial(40)
     assert len(list(islice(options(formula, objects), 3))) == 3

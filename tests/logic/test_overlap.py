@@ -57,7 +57,7 @@ def on_first(literal: Literal) -> bool:
 )
 def test_the_best_option(text: str, shared: int, size: int) -> None:
     numbers = Numbers()
-    find = best_overlap(ground(parse(text).formula, universe(a=3, b=2)), numbers)
+    find = best_overlap(ground(parse(text).formula, universe(a=3, b=2).objects), numbers)
     said = numbers.mask(on_first)
     best = find(said)
     assert best is not None
@@ -75,7 +75,7 @@ def test_the_best_option(text: str, shared: int, size: int) -> None:
     ],
 )
 def test_what_nothing_can_make_true_has_no_option(text: str) -> None:
-    assert best_overlap(ground(parse(text).formula, universe(a=3, b=2)), Numbers())(0) is None
+    assert best_overlap(ground(parse(text).formula, universe(a=3, b=2).objects), Numbers())(0) is None
 
 
 def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
@@ -121,7 +121,7 @@ def test_of_all_options_none_shares_more_and_of_those_none_is_shorter(choice: Ch
 def test_goals_with_astronomically_many_options_take_no_time() -> None:
     numbers = Numbers()
     text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
-    find = best_overlap(ground(parse(text).formula, universe(a=12, b=12)), numbers)
+    find = best_overlap(ground(parse(text).formula, universe(a=12, b=12).objects), numbers)
     best = find(numbers.mask(on_first))
     assert best is not None
     assert best.conditions.bit_count() == 24

@@ -118,7 +118,7 @@ def test_the_deepest_formulas_can_be_evaluated_and_expanded(before: str, after: 
     state = universe(a=1, b=1)
     assert explain(formula, Trace([state] * 3)).holds in (True, False)
     try:
-        count = count_options(formula, state)
+        count = count_options(formula, state.objects)
     except InputError:
         return
-    assert count == len(list(options(formula, state)))
+    assert count == len(list(options(formula, state.objects)))

@@ -11,7 +11,7 @@ from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.options import count_options, options
-from eai.reference.behavior_goal_test import SceneObjects, behavior_goal_test, truncated_options
+from eai.reference.behavior_goal_test import behavior_goal_test, truncated_options
 from eai.world.execution import execute
 from eai.world.state import State
 from households.behavior.kitchen import actions, make_task
@@ -100,7 +100,7 @@ def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTask
         names = {thing.name: thing.instance for thing in task.record.objects}
         found = [
             [[_as_list(literal, names) for literal in option] for option in options]
-            for options in (truncated_options(goal.formula, SceneObjects(task.scene)) for goal in task.goals)
+            for options in (truncated_options(goal.formula, task.scene.named) for goal in task.goals)
         ]
         assert found == kept[task_id]
 
@@ -133,23 +133,25 @@ def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
 
 def test_truncation_loses_options_of_large_pairings() -> None:
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
-    assert len(truncated_options(formula, universe(a=4, b=4))) == 10
-    assert len(truncated_options(formula, universe(a=3, b=3))) == 6
+    assert len(truncated_options(formula, universe(a=4, b=4).objects)) == 10
+    assert len(truncated_options(formula, universe(a=3, b=3).objects)) == 6
 
 
 def test_truncation_loses_the_last_options_of_small_products() -> None:
     formula = read_condition("(forall (?x - a) (exists (?y - b) (in ?x ?y)))")
-    objects = universe(a=2, b=2)
+    objects = universe(a=2, b=2).objects
     missing = set(options(formula, objects)) - set(truncated_options(formula, objects))
     assert missing == set()
     assert (
-        len(truncated_options(formula, universe(a=5, b=2))) < count_options(formula, universe(a=5, b=2)) == 32
+        len(truncated_options(formula, universe(a=5, b=2).objects))
+        < count_options(formula, universe(a=5, b=2).objects)
+        == 32
     )
 
 
 def test_negated_goals_choose_one_condition_of_every_option() -> None:
     formula = read_condition("(imply (or (p a) (and (q a) (r a))) (not (s a)))")
-    found = [list(map(as_list, option)) for option in truncated_options(formula, universe())]
+    found = [list(map(as_list, option)) for option in truncated_options(formula, universe().objects)]
     assert found == [
         [["not", ["p", "a"]], ["not", ["q", "a"]]],
         [["not", ["p", "a"]], ["not", ["r", "a"]]],

@@ -34,7 +34,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.tasks.source import Source
 from eai.world.execution import Action
 from eai.world.relation import bits
-from eai.world.state import Scene, SceneObjects
+from eai.world.state import Scene
 
 _WORD = re.compile(r"[a-z]{2,}")
 
@@ -205,7 +205,7 @@ def _literals(task: Task) -> Iterator[Literal]:
     """The conditions of the first way to meet each goal about states."""
     for goal in task.goals:
         if goal.kind is not GoalKind.ACTION:
-            yield from next(choice_options(ground(goal.formula, SceneObjects(task.scene))), ())
+            yield from next(choice_options(ground(goal.formula, task.scene.named)), ())
 
 
 def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Match]:

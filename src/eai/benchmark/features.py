@@ -17,7 +17,6 @@ from eai.logic.traversal import children, walk
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.relation import bits, mask_of
-from eai.world.state import SceneObjects
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +102,7 @@ class FeatureBook:
             action_goals=kinds[GoalKind.ACTION],
             quantified_goals=sum(map(_is_quantified, task.goals)),
             goal_options=prod(
-                count_options(goal.formula, SceneObjects(task.scene)) for goal in task.at_the_end.goals
+                count_options(goal.formula, task.scene.named) for goal in task.at_the_end.goals
             ),
             ground_goals=ground.total(),
             ground_state_goals=ground[GoalKind.STATE],

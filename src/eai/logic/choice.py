@@ -6,9 +6,9 @@ are listed, counted and rated on it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Generic, TypeAlias, TypeVar
 
 import eai.logic.formula as f
 from eai.errors import InputError
@@ -17,12 +17,12 @@ Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 """A ground atom, an action with its objects, or the negation of one of them."""
 
 
-class Universe(Protocol):
-    """The objects that variables range over; every `Interpretation` is one."""
+Objects: TypeAlias = Callable[[str | None], Sequence[str]]
+"""The objects that variables range over: those of a category, each once, in a fixed order; of None all."""
 
-    def objects(self, category: str | None) -> Sequence[str]:
-        """The objects of a category, each once, in a fixed order; None means all objects."""
-        ...
+
+T = TypeVar("T")
+"""A part of a choice: a choice again, or a condition that may leave more to choose."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,39 +33,39 @@ class Leaf:
 
 
 @dataclass(frozen=True, slots=True)
-class AllOf:
+class AllOf(Generic[T]):
     """Every part is to be made true."""
 
-    parts: tuple[Choice, ...]
+    parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class AnyOf:
+class AnyOf(Generic[T]):
     """One part is to be made true."""
 
-    parts: tuple[Choice, ...]
+    parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Choose:
+class Choose(Generic[T]):
     """``count`` different parts are to be made true."""
 
     count: int
-    parts: tuple[Choice, ...]
+    parts: tuple[T, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Pairing:
+class Pairing(Generic[T]):
     """``count`` cells are to be made true, no two in one row or column; None marks what is no pair."""
 
     count: int
-    cells: tuple[tuple[Choice | None, ...], ...]
+    cells: tuple[tuple[T | None, ...], ...]
 
 
-Choice: TypeAlias = Leaf | AllOf | AnyOf | Choose | Pairing
+Choice: TypeAlias = "Leaf | AllOf[Choice] | AnyOf[Choice] | Choose[Choice] | Pairing[Choice]"
 
 
-def ground(formula: f.Formula, universe: Universe) -> Choice:
+def ground(formula: f.Formula, objects: Objects) -> Choice:
     """The choices that a closed formula leaves; negation is pushed inwards to the conditions.
 
     ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen
@@ -76,7 +76,7 @@ def ground(formula: f.Formula, universe: Universe) -> Choice:
         InputError: a variable is not bound; or a part leaves no finite choice of conditions: a temporal
             operator other than ``then``, a negated ``then`` or a negated counting quantifier.
     """
-    return _Grounding(universe).ground(formula, {}, True)
+    return _Grounding(objects).ground(formula, {}, True)
 
 
 def literals(choice: Choice) -> Iterator[Literal]:
@@ -93,8 +93,8 @@ def literals(choice: Choice) -> Iterator[Literal]:
 
 
 class _Grounding:
-    def __init__(self, universe: Universe) -> None:
-        self._universe = universe
+    def __init__(self, objects: Objects) -> None:
+        self._objects = objects
 
     def ground(self, formula: f.Formula, binding: Mapping[str, str], positive: bool) -> Choice:
         match formula:
@@ -123,12 +123,12 @@ class _Grounding:
     def _instances(
         self, variable: f.Variable, body: f.Formula, binding: Mapping[str, str], positive: bool
     ) -> tuple[Choice, ...]:
-        values = self._universe.objects(variable.category)
+        values = self._objects(variable.category)
         return tuple([self.ground(body, {**binding, variable.name: value}, positive) for value in values])
 
-    def _pairing(self, formula: f.ForPairs, binding: Mapping[str, str]) -> Pairing:
+    def _pairing(self, formula: f.ForPairs, binding: Mapping[str, str]) -> Pairing[Choice]:
         first, second, body = formula.first, formula.second, formula.body
-        rows, columns = self._universe.objects(first.category), self._universe.objects(second.category)
+        rows, columns = self._objects(first.category), self._objects(second.category)
 
         def cell(x: str, y: str) -> Choice | None:
             return None if x == y else self.ground(body, {**binding, first.name: x, second.name: y}, True)

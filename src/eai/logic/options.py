@@ -13,14 +13,14 @@ from typing import TypeAlias
 
 from typing_extensions import assert_never
 
-from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Leaf, Literal, Pairing, Universe, ground
+from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Leaf, Literal, Objects, Pairing, ground
 from eai.logic.formula import Formula
 
 Option: TypeAlias = tuple[Literal, ...]
 """Ground conditions in the order of the formula; they may repeat and even contradict each other."""
 
 
-def options(formula: Formula, universe: Universe) -> Iterator[Option]:
+def options(formula: Formula, objects: Objects) -> Iterator[Option]:
     """The options of a closed formula, lazily, in the order of its disjuncts and of the objects.
 
     Two options may have the same conditions, when a condition stands in two disjuncts.
@@ -28,10 +28,10 @@ def options(formula: Formula, universe: Universe) -> Iterator[Option]:
     Raises:
         InputError: the formula has no finite options (see `choice.ground`).
     """
-    return choice_options(ground(formula, universe))
+    return choice_options(ground(formula, objects))
 
 
-def count_options(formula: Formula, universe: Universe) -> int:
+def count_options(formula: Formula, objects: Objects) -> int:
     """How many options `options` gives, without producing them.
 
     Takes time polynomial in the number of objects, except for pairings in which an object may stand on both
@@ -40,7 +40,7 @@ def count_options(formula: Formula, universe: Universe) -> int:
     Raises:
         InputError: the formula has no finite options (see `choice.ground`).
     """
-    return count_choice_options(ground(formula, universe))
+    return count_choice_options(ground(formula, objects))
 
 
 def choice_options(choice: Choice) -> Iterator[Option]:

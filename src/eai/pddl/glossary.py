@@ -294,7 +294,7 @@ class ConditionWriter:
 
     def _members(self, variable: f.Variable) -> tuple[str, ...]:
         scene = self._scene
-        return () if scene is None else scene.names(scene.category(variable.category))
+        return () if scene is None else scene.named(variable.category)
 
 
 def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:

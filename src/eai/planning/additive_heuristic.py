@@ -11,14 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
+from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers, Matches
 from eai.planning.subgoal import (
-    Conjunction,
-    Disjunction,
-    ExactNumber,
     GroundAtom,
-    PairSelection,
     Parts,
     Subgoal,
     Unfolding,
@@ -186,7 +183,7 @@ class Estimates:
     def alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Where one of several conditions is enough, those that cost least; otherwise none."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)
-        costs = [(each, self.to(each)) for each in parts.conditions] if isinstance(parts, Disjunction) else []
+        costs = [(each, self.to(each)) for each in parts.parts] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [each for each, cost in costs if cost == least < INFINITE]
 
@@ -252,8 +249,8 @@ class Estimates:
                 return self._cost(definition, most)
             return OPAQUE_COST if most > OPAQUE_COST else INFINITE
         parts = self._unfolding.parts(subgoal)
-        if isinstance(parts, Disjunction):
-            return self._least(parts.conditions, most)
+        if isinstance(parts, AnyOf):
+            return self._least(parts.parts, most)
         needed = None if parts is None else self._choice(parts)
         if needed is None:
             return INFINITE
@@ -286,14 +283,14 @@ class Estimates:
     def _choice(self, parts: Parts) -> Sequence[Subgoal] | None:
         """The conditions that parts come down to, all of which are needed, or None if nothing does it."""
         match parts:
-            case Conjunction(conditions):
+            case AllOf(conditions):
                 return conditions
-            case Disjunction(conditions):
+            case AnyOf(conditions):
                 cheapest = self._cheapest_of(conditions)
                 return None if cheapest is None else (cheapest,)
-            case ExactNumber(number, conditions):
+            case Choose(number, conditions):
                 return exactly(number, conditions, self.to)
-            case PairSelection(number, cells):
+            case Pairing(number, cells):
                 return in_pairs(number, cells, self.to)
 
     def _cheapest_of(self, conditions: Sequence[Subgoal]) -> Subgoal | None:

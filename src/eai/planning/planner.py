@@ -122,39 +122,28 @@ class _PlanSearch:
         goals = tuple([goal for each in subgoals for goal in conjuncts(each, start.state.scene)])
         agenda = Agenda(self._heuristic, self._successors, self._search, goals)
         everything = Target(goals, len(self._goal.actions))
-        node, limits = start, _FIRST
+        node, limits, effort = start, _FIRST, self._search.effort
         while not self._is_reached(node):
             further = agenda.advance(node, limits)
-            if self._search.effort.is_used_up:
-                return self._failed(SearchEnd.STATES, start)
+            if effort.is_used_up or (further is None and not self._limits.thorough):
+                return SearchResult(SearchEnd.STATES, states=effort.used)
             if further is not None:
                 node, limits = further, _FIRST
-            elif not self._limits.thorough:
-                return SearchResult(SearchEnd.STATES, (), self._search.effort.used)
             elif agenda.learn():
                 node, limits = start, _FIRST
             else:
                 limits = Limits(_MORE * limits.states)
                 found = self._search.search(start, everything, limits)
                 if found is SearchEnd.UNREACHABLE:
-                    return self._failed(found, start)
+                    return SearchResult(found, states=effort.used)
                 node = node if isinstance(found, SearchEnd) else found
         end = self._successors.without_needless(start, node, self._is_reached)
-        return SearchResult(SearchEnd.SOLVED, end.plan(), self._search.effort.used)
+        return SearchResult(SearchEnd.SOLVED, end.plan(), effort.used)
 
     def _is_reached(self, node: PlanNode) -> bool:
         holds = self._heuristic.readings.holds
         conditions = self._goal.conditions
         return node.met == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
-
-    def _failed(self, end: SearchEnd, start: PlanNode) -> SearchResult[Action]:
-        return SearchResult(end, (), self._search.effort.used, self._blocked(start))
-
-    def _blocked(self, start: PlanNode) -> tuple[Formula | tuple[str, ...], ...]:
-        estimates = Estimates(self._heuristic, start.state, self._successors.objects)
-        conditions = (c for c in self._goal.conditions if estimates.to(Subgoal(c, {}, True)) == INFINITE)
-        actions = (names for names in self._goal.actions if estimates.to_action(names).cost == INFINITE)
-        return (*conditions, *actions)
 
 
 class Agenda:

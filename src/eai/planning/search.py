@@ -17,8 +17,6 @@ from itertools import chain
 from math import inf
 from typing import Generic, TypeVar
 
-from eai.logic.formula import Formula
-
 S = TypeVar("S")
 """A state."""
 
@@ -137,13 +135,11 @@ class SearchResult(Generic[A]):
         end: how it ended.
         plan: the plan, if it was solved.
         states: how many states were estimated.
-        blocked: if it was not, the conditions and actions that looked out of reach from the initial state.
     """
 
     end: SearchEnd
     plan: tuple[A, ...] = ()
     states: int = 0
-    blocked: tuple[Formula | tuple[str, ...], ...] = ()
 
 
 class OpenList(Generic[T]):

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
+from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.world.frame import AGENT
 from eai.world.reading import Readings, Scope
 from eai.world.relation import bits
@@ -33,33 +34,8 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-class Conjunction(NamedTuple):
-    """Every condition is needed."""
-
-    conditions: tuple[Subgoal, ...]
-
-
-class Disjunction(NamedTuple):
-    """One condition is enough."""
-
-    conditions: tuple[Subgoal, ...]
-
-
-class ExactNumber(NamedTuple):
-    """Exactly this number of the conditions shall be so, and the others not."""
-
-    number: int
-    conditions: tuple[Subgoal, ...]
-
-
-class PairSelection(NamedTuple):
-    """This number of cells is needed, no two in one row or column; None marks what is no pair."""
-
-    number: int
-    cells: tuple[tuple[Subgoal | None, ...], ...]
-
-
-Parts: TypeAlias = Conjunction | Disjunction | ExactNumber | PairSelection
+Parts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
+"""What a condition comes down to; where parts are chosen, the others shall not be so."""
 
 
 class Unfolding:
@@ -95,21 +71,21 @@ class Unfolding:
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):
-                return Conjunction((Subgoal(operand, scope, not truth),))
+                return AllOf((Subgoal(operand, scope, not truth),))
             case f.And(operands) | f.Or(operands):
                 parts = tuple([Subgoal(each, scope, truth) for each in operands])
-                return Conjunction(parts) if isinstance(formula, f.And) == truth else Disjunction(parts)
+                return AllOf(parts) if isinstance(formula, f.And) == truth else AnyOf(parts)
             case f.Implies(premise, conclusion):
                 either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
-                return Disjunction(either) if truth else Conjunction(either)
+                return AnyOf(either) if truth else AllOf(either)
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     values = self._promising(variable, body, scope) if truth else self._usable(variable)
-                    return Disjunction(self._instances(variable, body, scope, truth, values))
+                    return AnyOf(self._instances(variable, body, scope, truth, values))
                 offending = self._offending(variable, body, scope, truth)
-                return Conjunction(self._instances(variable, body, scope, truth, offending))
+                return AllOf(self._instances(variable, body, scope, truth, offending))
             case f.Exactly(count, variable, body) if truth:
-                return ExactNumber(count, self._instances(variable, body, scope, truth, self._all(variable)))
+                return Choose(count, self._instances(variable, body, scope, truth, self._all(variable)))
             case f.ForPairs() if truth:
                 return self._pairs(formula, scope)
             case _:
@@ -148,11 +124,11 @@ class Unfolding:
         held = set(holding)
         return [i for i in self._all(variable) if i not in held]
 
-    def _pairs(self, formula: f.ForPairs, scope: Scope) -> PairSelection:
+    def _pairs(self, formula: f.ForPairs, scope: Scope) -> Pairing[Subgoal]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._all(first), self._all(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return PairSelection(
+        return Pairing(
             count,
             tuple(
                 tuple(

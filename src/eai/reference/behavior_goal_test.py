@@ -22,10 +22,10 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.households.behavior import predicates as p
-from eai.logic.choice import Universe, value_of
+from eai.logic.choice import Objects, value_of
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.options import Option
-from eai.world.state import Scene, SceneObjects
+from eai.world.state import Scene
 
 MAX_VECTORS = 20
 MAX_PERMUTATIONS = 10
@@ -33,18 +33,18 @@ MAX_PERMUTATIONS = 10
 _Binding: TypeAlias = Mapping[str, str]
 
 
-def truncated_options(formula: f.Formula, universe: Universe) -> list[Option]:
+def truncated_options(formula: f.Formula, objects: Objects) -> list[Option]:
     """The options of a closed BDDL condition in the reference's order, with its omissions.
 
     Raises:
         InputError: a variable is not bound, or the formula is not one of BDDL's.
     """
-    return _Truncation(universe).options(formula, {})
+    return _Truncation(objects).options(formula, {})
 
 
 class _Truncation:
-    def __init__(self, universe: Universe) -> None:
-        self._universe = universe
+    def __init__(self, objects: Objects) -> None:
+        self._objects = objects
 
     def options(self, formula: f.Formula, binding: _Binding) -> list[Option]:
         match formula:
@@ -72,12 +72,12 @@ class _Truncation:
                 raise InputError(f"BDDL has no {type(formula).__name__}")
 
     def _instances(self, variable: f.Variable, body: f.Formula, binding: _Binding) -> list[list[Option]]:
-        values = self._universe.objects(variable.category)
+        values = self._objects(variable.category)
         return [self.options(body, {**binding, variable.name: value}) for value in values]
 
     def _pairs(self, formula: f.ForPairs, binding: _Binding) -> list[Option]:
         first, second, body = formula.first, formula.second, formula.body
-        rows, columns = self._universe.objects(first.category), self._universe.objects(second.category)
+        rows, columns = self._objects(first.category), self._objects(second.category)
         cells = [
             [self.options(body, {**binding, first.name: x, second.name: y}) for y in columns if x != y]
             for x in rows
@@ -150,7 +150,7 @@ def behavior_goal_test(task: Task) -> GoalTest:
 
 def _asked(formula: Formula, scene: Scene) -> Formula:
     """What the reference asks in a goal's place: that all literals of one of its truncated options hold."""
-    options = truncated_options(formula, SceneObjects(scene))
+    options = truncated_options(formula, scene.named)
     return Or(tuple([And(tuple([_literal(part) for part in option])) for option in options]))
 
 

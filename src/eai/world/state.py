@@ -7,7 +7,7 @@ inside the execution of one action.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -63,6 +63,10 @@ class Scene:
     def names(self, mask: int) -> tuple[str, ...]:
         """The names of the objects in a mask, by index."""
         return tuple(self.objects[i].name for i in bits(mask))
+
+    def named(self, category: str | None) -> tuple[str, ...]:
+        """The names of the objects of a category, in the scene's order; of all if it is None."""
+        return self.names(self.category(category))
 
     def state(self, facts: Iterable[Fact | tuple[str, tuple[int, ...]]]) -> State:
         """The state in which exactly these facts about stored predicates hold."""
@@ -211,14 +215,3 @@ class Draft:
             self._copied |= 1 << slot
             self.binary[slot] = self.binary[slot].copy()
         return self.binary[slot]
-
-
-@dataclass(frozen=True, slots=True)
-class SceneObjects(Frozen):
-    """The objects of a scene by category, for quantifiers (`eai.logic.choice.Universe`)."""
-
-    scene: Scene
-
-    def objects(self, category: str | None) -> Sequence[str]:
-        """The names of the objects of a category, in the scene's order."""
-        return self.scene.names(self.scene.category(category))

@@ -58,5 +58,4 @@ class _Seen:
 
     def objects(self, category: str | None) -> Sequence[str]:
         """The objects of a category, in the order of the scene."""
-        scene = self._atoms.scene
-        return scene.names(scene.category(category))
+        return self._atoms.scene.named(category)

@@ -24,7 +24,6 @@ from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
 from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
-from eai.world.state import SceneObjects
 
 SECTIONS = {
     GoalKind.STATE: "node goals",
@@ -190,9 +189,8 @@ class GoalNotation(ABC):
         Raises:
             InputError: a goal leaves no finite choice of conditions (see `choice.ground`).
         """
-        things = SceneObjects(task.scene)
         return tuple(
-            Alternatives(goal.kind.value, formula_text(goal.formula), ground(goal.formula, things))
+            Alternatives(goal.kind.value, formula_text(goal.formula), ground(goal.formula, task.scene.named))
             for goal in task.goals
         )
 

@@ -20,7 +20,6 @@ from eai.pddl.writer import write_domain, write_problem
 from eai.planning.role import spatial_roles
 from eai.world.domain import Domain
 from eai.world.relation import bits
-from eai.world.state import SceneObjects
 
 DRAWS = 20
 """How often conditions are drawn for a task before it is given up."""
@@ -93,12 +92,12 @@ def make_problem(
 
 def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...]:
     """Some conditions of a way to meet the goals of a task about its end, drawn at random."""
-    universe = SceneObjects(task.scene)
+    objects = task.scene.named
     wanted = [goal.formula for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
     found: dict[Formula, None] = {}
     for formula in wanted:
-        number = dice.randrange(min(count_options(formula, universe), _LISTED) or 1)
-        found |= dict.fromkeys(next(islice(options(formula, universe), number, None), ()))
+        number = dice.randrange(min(count_options(formula, objects), _LISTED) or 1)
+        found |= dict.fromkeys(next(islice(options(formula, objects), number, None), ()))
     return tuple(dice.sample(tuple(found), min(conditions, len(found))))
 
 
