@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import signal
 import subprocess
 import sys
@@ -19,7 +20,8 @@ from eai.data.store import Store
 from eai.errors import WorkerError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _remove, batches
+from eai.scoring.worker import Given
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches
 from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
@@ -185,3 +187,81 @@ def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
     reward = Reward(suite, "diagnosis")
     with Scoring(workers=2) as scoring:
         assert list(scoring.rewards(reward, answers)) == [reward(*answer) for answer in answers]
+
+
+class Noted:
+    """A process with its pipe, of which only what it is sent is noted."""
+
+    def __init__(self) -> None:
+        self.sent: list[bytes] = []
+        self.connection = self.process = self
+
+    def send_bytes(self, content: bytes) -> None:
+        self.sent.append(content)
+
+
+def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -> list[int]:
+    """How many of batches of so many items each process has that was started for them, and how many wait."""
+    monkeypatch.setattr(Workers, "_started", lambda self: _Worker(Noted(), Noted()))  # type: ignore[arg-type]
+    pool = Workers(workers)
+    for size in sizes:
+        pool._waiting.append(_Batch(Given(b"", tuple(range(size)))))
+        pool._give()
+    assert all(len(worker.connection.sent) == len(worker.has) for worker in pool._workers)  # type: ignore[attr-defined]
+    return [*(len(worker.has) for worker in pool._workers), len(pool._waiting)]
+
+
+@pytest.mark.parametrize(
+    ("workers", "sizes", "expected"),
+    [
+        (3, [], [0]),
+        (3, [16], [1, 0]),
+        (3, [16] * 2, [1, 1, 0]),
+        (3, [16] * 4, [2, 1, 1, 0]),
+        (3, [16] * 8, [2, 2, 2, 2]),
+        (2, [15] * 3, [1, 1, 1]),  # what may take long waits for who is free first
+        (2, [16, 16, 15], [1, 1, 1]),
+        (2, [16, 15, 16], [2, 1, 0]),
+    ],
+)
+def test_batches_go_to_who_has_least(
+    monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int], expected: list[int]
+) -> None:
+    assert given_out(monkeypatch, workers, sizes) == expected
+
+
+@pytest.mark.parametrize(("workers", "read"), [(2, 24), (3, 36)])
+def test_three_batches_for_each_worker_are_read_ahead(
+    monkeypatch: pytest.MonkeyPatch, workers: int, read: int
+) -> None:
+    taken: list[int] = []
+
+    def received(self: Workers) -> None:
+        for batch in self._waiting:
+            batch.result = pickle.dumps(list(batch.given.items))
+        self._waiting.clear()
+
+    monkeypatch.setattr(Workers, "_give", lambda self: None)
+    monkeypatch.setattr(Workers, "_receive", received)
+    results = Workers(workers).each(squares, (taken.append(n) or n for n in range(99)), at_a_time=(4, 4))
+    assert next(results) == 0
+    assert len(taken) == read
+    assert list(islice(results, 4)) == [1, 2, 3, 4]
+    assert len(taken) == read + 4
+    assert list(results) == list(range(5, 99))
+
+
+def test_the_folder_of_workers_is_removed_though_something_is_written_to_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    made: list[dict[str, object]] = []
+
+    class Folder(TemporaryDirectory[str]):
+        def __init__(self, **options: object) -> None:
+            made.append(options)
+            super().__init__(**options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr("eai.scoring.workers.TemporaryDirectory", Folder)
+    with Workers(2) as pool:
+        assert list(pool.each(squares, range(9))) == squares(range(9))
+    assert made == [{"prefix": "eai-workers-", "ignore_cleanup_errors": True}]
