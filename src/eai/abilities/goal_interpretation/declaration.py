@@ -61,7 +61,7 @@ class GoalVerdict(Verdict):
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def statement(self, text: str) -> Statement:
-        """The statement of a stated or missing goal, also in older records; an entry that says nothing is a name."""
+        """The statement of a stated or missing goal, in older records too; an entry without one is a name."""
         if self.atoms is None:
             return read_statement(text)
         return self.atoms.get(text, Statement(text, None))
