@@ -20,8 +20,7 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.tasks import VirtualHomeTasks
-from eai.prompts.believed import Belief
-from eai.prompts.prompt import PromptSet
+from eai.prompts.prompt import Belief, PromptSet
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, Oracle
 from suites import official_prompts

@@ -9,8 +9,7 @@ import pytest
 
 from cli.conftest import Command, eai
 from eai.benchmark.registry import find_benchmark
-from eai.questions.answers import gold_text
-from eai.questions.question import questions_content
+from eai.questions.question import gold_text, questions_content
 from eai.questions.writer import Wanted, Writer
 
 __all__ = ["eai"]

@@ -21,8 +21,7 @@ from eai.data.progress import Report
 from eai.english.english import PLAIN, English
 from eai.errors import InputError
 from eai.logic.formula import Formula
-from eai.prompts.believed import GoalSection
-from eai.prompts.prompt import Prompt, PromptFiles, PublishedPrompts
+from eai.prompts.prompt import GoalSection, Prompt, PromptFiles, PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain

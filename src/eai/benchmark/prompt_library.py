@@ -21,10 +21,9 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.data.files import files_below
 from eai.errors import InputError
-from eai.prompts.believed import Belief
 from eai.prompts.feedback import Asker
 from eai.prompts.own import Questions, operator_prompts, render, render_task
-from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.prompts.prompt import Belief, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
 from eai.tasks.source import Source
 

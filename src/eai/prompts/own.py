@@ -15,8 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.writer import write_domain
-from eai.prompts.believed import TOLD, Belief
-from eai.prompts.prompt import Prompt
+from eai.prompts.prompt import TOLD, Belief, Prompt
 from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
 

@@ -15,8 +15,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from eai.abilities.share import Share
-from eai.questions.answers import gold_text, grade
-from eai.questions.question import Form, Kind, Question
+from eai.questions.question import Form, Kind, Question, gold_text, grade
 from eai.results.rate import Rate, rate_of
 
 _NAME = re.compile(r"\w+(?:[.-]\w+)*")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
+from eai.abilities.declaration import GRAMMAR, RUNTIME
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME
 from eai.report.ranking import Cell, Ranking, Row, RowSource
 from eai.report.table_specs import ColumnSpec, ability_title, domain_title
 from eai.results.palette import LINES, MUTED, RULE

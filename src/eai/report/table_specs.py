@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from eai.abilities.declaration import AbilityDeclaration, MetricColumn, declaration_of, label_of
+from eai.abilities.declaration import SATISFIED, AbilityDeclaration, MetricColumn, declaration_of, label_of
 from eai.abilities.protocol import FOUR, Ability, place_of
-from eai.abilities.trajectory_metrics import SATISFIED
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
 from eai.benchmark.registry import title_of
 from eai.results.average import AVERAGE

@@ -6,10 +6,17 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from eai.abilities.declaration import AskedWorld, Form, SingleTurn
+from eai.abilities.declaration import (
+    AskedWorld,
+    Form,
+    SingleTurn,
+    goal_shares,
+    on_trajectories,
+    times,
+    times_additional,
+)
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
-from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times, times_additional
 from eai.abilities.verdict import PlanVerdict
 from eai.world.fault import FaultKind
 

@@ -10,10 +10,19 @@ from typing import TYPE_CHECKING
 
 from typing_extensions import Self
 
-from eai.abilities.declaration import AskedWorld, Form, MetricColumn, SingleTurn
+from eai.abilities.declaration import (
+    COLUMNS,
+    AskedWorld,
+    Form,
+    MetricColumn,
+    SingleTurn,
+    goal_shares,
+    on_trajectories,
+    times,
+    times_additional,
+)
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
-from eai.abilities.trajectory_metrics import COLUMNS, goal_shares, on_trajectories, times, times_additional
 from eai.abilities.verdict import PlanVerdict
 from eai.world.fault import FaultKind
 

@@ -28,7 +28,7 @@ from eai.households.behavior.tasks import BehaviorTask
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.published import OfficialPrompts, open_behavior
 from eai.households.published_files import published_task
-from eai.prompts.believed import Belief, GoalSection
+from eai.prompts.prompt import Belief, GoalSection
 from eai.prompts.wording import ObjectName, Wording, declared_name
 from eai.tasks.source import Source, TaskSet, once_per_store
 

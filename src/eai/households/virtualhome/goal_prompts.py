@@ -23,7 +23,7 @@ from eai.households.virtualhome.records import ObjectRecord, TaskRecord, open_vi
 from eai.households.virtualhome.slot_order import union_order
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION
 from eai.logic.formula import Atom, Formula
-from eai.prompts.believed import Belief, GoalSection
+from eai.prompts.prompt import Belief, GoalSection
 
 _LINE = "-----------------"
 _HEADING_OF_ACTIONS = (

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from eai.abilities.experiment import Experiment
 from eai.abilities.record import Perceived, Record
 from eai.abilities.task import Task
-from eai.prompts.believed import Belief
-from eai.prompts.prompt import Image, Prompt
+from eai.prompts.prompt import Belief, Image, Prompt
 from eai.prompts.template import Templates
 from eai.studies.perception.belief import believed_task
 from eai.studies.perception.description import SceneWords

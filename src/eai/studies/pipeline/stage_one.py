@@ -24,7 +24,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below
 from eai.errors import InputError
-from eai.prompts.believed import Belief
+from eai.prompts.prompt import Belief
 from eai.scoring.records import read_records
 from eai.scoring.results import RECORDS
 from eai.tasks.source import Source
