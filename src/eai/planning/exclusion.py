@@ -197,7 +197,7 @@ class _Induction:
         """Whether facts of two general forms exclude each other, as far as is known or assumed."""
         rules = self.known.rules
         if one.predicate == other.predicate:
-            different = one != other and None not in (*one.arguments, *other.arguments)
+            different = one != other and None not in one.arguments + other.arguments
             if different and one.predicate in rules.single and one.arguments[:-1] == other.arguments[:-1]:
                 return True
         elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
