@@ -22,7 +22,7 @@ _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
 _COUNT: Final = re.compile(r"[0-9]+")
 
 _END: Final = ""
-"""What stands behind the last token."""
+"""The token behind the last one."""
 
 _NO_WORDS: Final = frozenset({"(", ")", _END})
 
@@ -155,7 +155,7 @@ class _BddlReader:
         return self._primitive(scope)
 
     def _connected(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
-        """What stands behind a connective; the parenthesis behind is taken."""
+        """The parts behind a connective; the parenthesis behind is taken."""
         formula: f.Formula
         match connective:
             case "and":
@@ -170,7 +170,7 @@ class _BddlReader:
         return formula
 
     def _quantified(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
-        """What stands behind a quantifier; the parenthesis behind is taken."""
+        """The variables and body behind a quantifier; the parenthesis behind is taken."""
         count = self._count() if quantifier in ("forn", "fornpairs") else None
         variable = self._variable()
         second = self._variable() if quantifier.endswith("pairs") else None

@@ -1,4 +1,4 @@
-"""What there is to choose when a formula is to be made true: its ground and-or tree.
+"""The choices that are left when a formula is to be made true: its ground and-or tree.
 
 The tree is polynomial in the number of objects, while the number of ways to choose is exponential. Options
 are listed, counted and rated on it.

@@ -29,14 +29,14 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class Breach:
-    """What of a formula is violated: a part that should have held at a position, or (None) at some."""
+    """The violated part of a formula: one that should have held at a position, or (None) at some."""
 
     part: Formula
     position: int | None
 
 
 def breach(formula: Formula, trace: Trace) -> Breach:
-    """What of a formula that does not hold on the trace is violated.
+    """The violated parts of a formula that does not hold on the trace.
 
     Of what must always be so, and of what must be so until something else is, the first position at which it
     is not; if that something never is, it; of a conjunction its first such part, or all of it where its parts

@@ -1,4 +1,4 @@
-"""What frozen values have in common: they are copied and pickled as the arguments that make them."""
+"""Frozen values are copied and pickled as the arguments that make them."""
 
 from __future__ import annotations
 

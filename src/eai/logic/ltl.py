@@ -28,7 +28,7 @@ class Dialect(Enum):
     """Which formulas are accepted."""
 
     RELEASE = "release"
-    """What the parser of eai-eval 1.0.5 accepts, text for text (``tl_formula/simple_tl_parser.py``): the
+    """All that the parser of eai-eval 1.0.5 accepts, text for text (``tl_formula/simple_tl_parser.py``): the
     paper's formulas. A name that begins with ``not`` is a negation there (``notopen(x)``)."""
     LTLF = "ltlf"
     """The paper's formulas in both spellings of ``forn``, and beyond them all of linear temporal logic on
@@ -99,9 +99,10 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 @dataclass(slots=True)
 class _Pending:
-    """What waits for its last part: a series, an infix, a prefix, a quantifier; or, of strength 0, a bracket.
+    """A construct that waits for its last part: a series, an infix, a prefix, a quantifier; or a bracket.
 
-    ``levels`` is the depth of its parts so far, ``scope`` the names bound where it begins.
+    A bracket has the strength 0. ``levels`` is the depth of its parts so far, ``scope`` the names bound where it
+    begins.
     """
 
     strength: int
@@ -147,7 +148,7 @@ class _LtlReader:
                 formula, levels = self._operand(), 1
 
     def _joint(self) -> str:
-        """What stands behind an operand: a word, a closing bracket, or nothing at the end of the text."""
+        """The token behind an operand: a word, a closing bracket, or nothing at the end of the text."""
         found = self._joints.match(self._text, self._position)
         if found is None:
             words = ["'and'", "'or'", "'then'", *([] if self._is_release else ["'until'", "'implies'"])]
@@ -213,7 +214,7 @@ class _LtlReader:
         self._brackets += 1
 
     def _quantifier(self, word: str) -> None:
-        """What stands between the word of a quantifier and its body."""
+        """The variables between the word of a quantifier and its body."""
         count, expected = None, "a name"
         if word.startswith("forn"):
             count = self._count()

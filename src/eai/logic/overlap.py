@@ -16,7 +16,7 @@ from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Leaf, Literal, Pairin
 from eai.logic.matching import heaviest_matching
 
 SHARED = 1 << 20
-"""What a condition that is shared weighs against the conditions that are not, of which each counts 1."""
+"""The weight of a condition that is shared against the conditions that are not, of which each counts 1."""
 
 
 class _Overlap:
@@ -34,7 +34,7 @@ BestOverlap: TypeAlias = Callable[[int], "_Overlap | None"]
 
 
 def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverlap:
-    """What finds the option that shares most conditions with what is said.
+    """A function that finds the option that shares most conditions with what is said.
 
     Of several the shortest is taken, of several of those the first. Parts that are chosen together are rated
     each by itself: a condition that stands in two of them counts in both.

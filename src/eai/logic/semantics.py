@@ -153,7 +153,7 @@ class Evaluator:
         return self._tables[key]
 
     def _for_all_ends(self, formula: f.Formula, binding: Binding) -> list[int]:
-        """What `on` gives for every end, the parts of connectives being read for all ends first."""
+        """The masks that `on` gives for every end, the parts of connectives being read for all ends first."""
         if not self.is_temporal(formula):
             mask = self.state(formula, binding)
             return [_before(mask & _up_to(end)) for end in range(self._trace.length)]

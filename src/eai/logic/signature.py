@@ -1,4 +1,4 @@
-"""What names a formula may use, and what is wrong with one that uses others."""
+"""The names that a formula may use, and the misuses of one that uses others."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Reading:
 
 
 def term(name: str, scope: frozenset[str]) -> Term:
-    """What a name denotes below quantifiers that bind the names in ``scope``."""
+    """The term that a name denotes below quantifiers that bind the names in ``scope``."""
     return Variable(name) if name in scope else Constant(name)
 
 

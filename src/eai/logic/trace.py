@@ -1,4 +1,4 @@
-"""What formulas are evaluated on: states that tell the truth of atoms, and sequences of them with actions.
+"""Traces, on which formulas are evaluated: states that tell the truth of atoms, and the actions between them.
 
 Sets of positions are bit masks: bit i stands for position i.
 """

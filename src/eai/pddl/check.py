@@ -128,7 +128,7 @@ class _Checker(Frozen):
     def below(
         self, variables: tuple[f.Variable, ...], body: f.Formula, scope: TypeScope
     ) -> Iterator[PddlFinding]:
-        """What is wrong below a quantifier."""
+        """The findings below a quantifier."""
         yield from _unknown_types(variables, self.vocabulary, self.place)
         yield from self.formula(body, {**scope, **{each.name: m.type_of(each) for each in variables}})
 

@@ -25,14 +25,14 @@ EQUALITY = "="
 
 
 class _Connective(str, Enum):
-    """What joins the parts of a list."""
+    """The words that join the parts of a list."""
 
     ALL = "and"
     ANY = "or"
 
 
 class _Scope(str, Enum):
-    """What binds a variable, or guards its part."""
+    """The words that bind a variable, or guard its part."""
 
     FORALL = "forall"
     EXISTS = "exists"

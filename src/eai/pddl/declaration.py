@@ -198,7 +198,7 @@ class _Types:
 
 
 def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
-    """What must all hold, left to right."""
+    """The conjuncts, left to right."""
     if isinstance(formula, f.And):
         for operand in formula.operands:
             yield from conjuncts(operand)
@@ -207,7 +207,7 @@ def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
 
 
 def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
-    """What is wrong where a condition does not hold, with places for the names of the arguments."""
+    """The reason to give where a condition does not hold, with places for the names of the arguments."""
     names = {parameter.name for parameter in parameters}
     match condition:
         case f.Atom():

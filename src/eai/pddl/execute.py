@@ -61,7 +61,7 @@ class Executor:
         return frozenset(self._problem.initial)
 
     def flaw(self, plan: Sequence[PlanStep]) -> PlanFlaw | None:
-        """What is wrong with a plan, or None if it can be executed and ends in a state with the goal."""
+        """The flaw of a plan, or None if it can be executed and ends in a state with the goal."""
         state = self.initial
         for index, step in enumerate(plan):
             result = self.successor(state, step)
@@ -132,7 +132,7 @@ def _changes(
 
 
 def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
-    """What holds wherever an effect changes anything, as far as that is easy to say."""
+    """The condition that holds wherever an effect changes anything, as far as that is easy to say."""
     match effect:
         case m.WhenEffect(condition, part):
             return f.And((condition, _guard(part, bound)))

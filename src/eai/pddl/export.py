@@ -34,7 +34,7 @@ from eai.world.vocabulary import DerivedPredicate
 
 
 def _object_key(scene: Scene, index: int) -> str:
-    """What the table of names knows an object by: the agent, which conditions name, is known as that."""
+    """The key of an object in the table of names: the agent, which conditions name, is known as that."""
     name = scene.objects[index].name
     if index == scene.agent:
         return AGENT.name

@@ -109,7 +109,7 @@ _OUTCOMES = {
 
 @dataclass(frozen=True, slots=True)
 class PlannerLimits:
-    """What each of the two processes of a call may use."""
+    """The resources of each of the two processes of a call."""
 
     cpu_seconds: int = 100
     memory_mib: int = 4096
@@ -159,7 +159,7 @@ class FastDownward:
 
     @property
     def name(self) -> str:
-        """What it is called in records."""
+        """Its name in records."""
         return f"Fast Downward {self.version}{self.told}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:

@@ -1,4 +1,4 @@
-"""What an export writes about a vocabulary: its names in PDDL, and which of its parts have been used.
+"""The glossary of an export: a vocabulary's names in PDDL, and which of its parts have been used.
 
 Formulas of a declared domain become conditions of PDDL. Categories that quantifiers range over become types;
 "is of a category" becomes a static predicate; "exactly n" and pairings, which PDDL does not have, become
@@ -109,7 +109,7 @@ ORDER = "precedes"
 """The static predicate that says of two objects that the first has the lower index."""
 
 TermScope = Mapping[str, f.Term]
-"""What stands in PDDL for the variables of a formula."""
+"""The terms that stand in PDDL for the variables of a formula."""
 
 
 @dataclass(slots=True)

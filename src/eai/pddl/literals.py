@@ -64,7 +64,7 @@ class Literals:
         return choice
 
     def of(self, state: int) -> int:
-        """What is so in a state."""
+        """The literals in a state."""
         return self.with_choices(state | (~state & self._every_atom) << self.atoms)
 
     def with_choices(self, literals: int) -> int:
@@ -79,7 +79,7 @@ class Literals:
         return literals
 
     def chosen(self, needed: int, literals: int) -> int:
-        """What is needed where these literals are, with the first option that is there of each choice."""
+        """The literals needed where some are, with the first option that is there of each choice."""
         if needed >> 3 * self.atoms:
             for literal, options, _, _ in reversed(self._choices.values()):
                 if needed & literal:
@@ -88,7 +88,7 @@ class Literals:
         return needed
 
     def mentioned(self, needed: int) -> int:
-        """What is needed, whatever is chosen: the literals, the choices and all of their options."""
+        """All that may be needed, whatever is chosen: the literals, the choices and all of their options."""
         for literal, options, _, _ in reversed(self._choices.values()):
             if needed & literal:
                 for option in options:

@@ -1,4 +1,4 @@
-"""What comparing an operator with the gold one found, as records have it; `matching` finds it."""
+"""The comparison of an operator with the gold one, as records have it; `matching` finds it."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ class PddlProblem(Frozen):
 
 
 def type_of(variable: f.Variable) -> str:
-    """What a variable ranges over; a variable without a type ranges over everything."""
+    """The type that a variable ranges over; a variable without a type ranges over everything."""
     return variable.category or OBJECT
 
 
@@ -153,7 +153,7 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple
 
 
 def elementary_effects(effect: PddlEffect) -> Iterator[AddEffect | DeleteEffect]:
-    """What an effect adds and deletes, left to right."""
+    """The parts of an effect that add and delete, left to right."""
     match effect:
         case AddEffect() | DeleteEffect():
             yield effect

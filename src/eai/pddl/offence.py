@@ -9,7 +9,7 @@ from eai.errors import ParseError
 
 
 class Offence(str, Enum):
-    """What is wrong with a piece of PDDL. The values are the wire strings."""
+    """The offence of a piece of PDDL. The values are the wire strings."""
 
     UNBALANCED = "unbalanced_parenthesis"
     """A parenthesis without its partner."""

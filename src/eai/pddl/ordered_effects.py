@@ -46,7 +46,7 @@ class _Change:
 
 @dataclass(frozen=True, slots=True)
 class _Context:
-    """What the effects around an effect have fixed."""
+    """The terms and conditions fixed by the effects around one."""
 
     scope: TermScope
     variables: tuple[f.Variable, ...] = ()
@@ -227,7 +227,7 @@ def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary
 
 
 def substitute_term(term: f.Term, terms: TermScope) -> f.Term:
-    """What stands for a term."""
+    """The term that stands for one."""
     return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 

@@ -77,7 +77,7 @@ class PlannerResult:
 
 @dataclass(frozen=True, slots=True)
 class PlanningTask:
-    """What a planner is given.
+    """The task of a planner.
 
     ``fatal`` is an atom whose mere reachability counts as a crash of the planner; it stands for additions
     of atoms with unbound variables (`scope`).
@@ -99,7 +99,7 @@ class PddlPlanner(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called in records: with its version, for that decides the numbers."""
+        """Its name in records: with its version, for that decides the numbers."""
         ...
 
     def solve(self, task: PlanningTask) -> PlannerResult:
@@ -116,7 +116,7 @@ class TieredPlanner:
 
     @property
     def name(self) -> str:
-        """What both are called."""
+        """The names of both."""
         return f"{self.first.name}, then {self.authority.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:

@@ -352,5 +352,5 @@ def _head(group: Group) -> str:
 
 
 def _body(sections: Sequence[Group], keyword: str) -> list[SExpr]:
-    """What stands behind a keyword, in all sections that begin with it."""
+    """The items behind a keyword, in all sections that begin with it."""
     return [item for section in sections if _head(section) == keyword for item in section.items[1:]]

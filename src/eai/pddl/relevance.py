@@ -104,7 +104,7 @@ def _predicates(condition: f.Formula) -> set[str]:
 
 
 def _kept(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:
-    """What an effect does to atoms of some predicates; None if nothing."""
+    """The part of an effect on atoms of some predicates; None if there is none."""
     match effect:
         case m.AddEffect(atom) | m.DeleteEffect(atom):
             return effect if atom.predicate in predicates else None

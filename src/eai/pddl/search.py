@@ -54,7 +54,7 @@ class BuiltInPlanner:
 
     @property
     def name(self) -> str:
-        """What it is called in records."""
+        """Its name in records."""
         return "built-in search"
 
     def solve(self, task: PlanningTask) -> PlannerResult:

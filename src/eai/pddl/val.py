@@ -25,7 +25,7 @@ _SECONDS = 60
 
 
 class ValVerdict(str, Enum):
-    """What it says of a plan."""
+    """The verdict of VAL on a plan."""
 
     VALID = "valid"
     NOT_VALID = "not valid"
@@ -60,7 +60,7 @@ class Val:
         return cls(program)
 
     def verdict(self, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> ValVerdict:
-        """What it says of a plan for a problem."""
+        """Validate a plan for a problem."""
         texts = {
             "domain.pddl": write_domain(domain),
             "problem.pddl": write_problem(problem),

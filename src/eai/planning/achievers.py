@@ -225,7 +225,7 @@ class Achievers:
         return self._by_effect.get((predicate, adding), ())
 
     def fixed_facts(self, state: State) -> Sequence[object]:
-        """What no action changes in a state: equal for states of one scene where that is the same."""
+        """The part of a state that no action changes: equal for states of one scene where it is the same."""
         unary, binary = state.unary, state.binary
         return [*[unary[slot] for slot in self._fixed_unary], *[binary[slot] for slot in self._fixed_binary]]
 

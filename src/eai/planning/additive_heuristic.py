@@ -29,7 +29,7 @@ from eai.world.relation import mask_of
 from eai.world.state import State
 
 Cost: TypeAlias = Callable[[Subgoal], float]
-"""What it costs to bring a condition about."""
+"""The cost of bringing a condition about."""
 
 
 def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal]:
@@ -310,7 +310,7 @@ class Estimates:
     # Atoms.
 
     def _definition(self, atom: GroundAtom) -> Subgoal | None:
-        """What defines a derived predicate, about the objects of the atom; None if it is not defined."""
+        """The definition of a derived predicate, about the objects of the atom; None if it is not defined."""
         derived = self._heuristic.derived.get(atom.predicate)
         if not isinstance(derived, Defined):
             return None

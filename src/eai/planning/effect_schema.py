@@ -101,7 +101,7 @@ def _given(around: EffectSchema, condition: f.Formula) -> EffectSchema:
 
 
 def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
-    """What a check on whatever meets ``condition`` says of the one object that does.
+    """The part of a check on whatever meets ``condition`` that is about the one object that does.
 
     "What the hand holds is not too big" becomes "this object is not too big" where the object is going to be
     in the hand, but is not yet.

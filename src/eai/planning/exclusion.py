@@ -48,7 +48,7 @@ _Pair: TypeAlias = tuple[_Fact, _Fact]
 
 
 class ExclusionRules:
-    """What the declaration of a domain says about which facts exclude each other, wherever an episode begins.
+    """The rules by which facts exclude each other in a domain, wherever an episode begins.
 
     Args:
         domain: the domain.
@@ -85,7 +85,7 @@ class ExclusionRules:
 
 
 class Exclusion:
-    """What no state of an episode meets.
+    """The literals that no state of an episode meets.
 
     Args:
         rules: what the declaration says.
@@ -395,7 +395,7 @@ class _Supposition:
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
 
     def _terms(self, variable: f.Variable) -> list[_Term]:
-        """What a variable may stand for, of what is known to be about something."""
+        """The objects that a variable may stand for, of what is known to be about something."""
         known = dict.fromkeys(term for fact in self._true for term in fact.arguments)
         if variable.category is None:
             return [*known]

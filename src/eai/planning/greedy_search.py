@@ -27,7 +27,7 @@ _UNEXPANDED, _EXPANDED = 0, 1
 
 
 class Target(NamedTuple):
-    """What a search is for.
+    """The target of a search.
 
     Attributes:
         subgoals: closed conditions that shall hold at the end.

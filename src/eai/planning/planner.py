@@ -23,7 +23,7 @@ from eai.world.execution import Action
 from eai.world.state import State
 
 _FIRST = Limits(50, thorough=False)
-"""What is spent on reaching one goal, at first."""
+"""The limits of reaching one goal, at first."""
 
 _MORE = 4
 """How many times as much is spent after all have failed."""
@@ -37,7 +37,7 @@ _NEXT_ACTION = -1
 
 @dataclass(frozen=True, slots=True)
 class PlanningGoal:
-    """What a plan is for.
+    """The goal of a plan.
 
     Attributes:
         conditions: closed state formulas that shall hold at the end.

@@ -24,7 +24,7 @@ A = TypeVar("A")
 """An action."""
 
 T = TypeVar("T")
-"""What is visited: a node, or one with the actions by which it is to be expanded."""
+"""An item to visit: a node, or one with the actions by which it is to be expanded."""
 
 
 class Effort:
@@ -129,7 +129,7 @@ class Node(Generic[S, A]):
 
 @dataclass(frozen=True, slots=True)
 class SearchResult(Generic[A]):
-    """What a search found.
+    """The outcome of a search.
 
     Attributes:
         end: how it ended.
@@ -143,7 +143,7 @@ class SearchResult(Generic[A]):
 
 
 class OpenList(Generic[T]):
-    """What is to be visited, that of the least rank first. No two may have the same rank."""
+    """The items to be visited, that of the least rank first. No two may have the same rank."""
 
     def __init__(self) -> None:
         self._entries: list[tuple[tuple[float, ...], T]] = []

@@ -1,4 +1,4 @@
-"""What must be brought about: conditions that shall hold or shall not, and what they come down to."""
+"""Subgoals: conditions that shall hold or shall not, and what they come down to."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class GroundAtom(NamedTuple):
 
 
 Parts: TypeAlias = AllOf[Subgoal] | AnyOf[Subgoal] | Choose[Subgoal] | Pairing[Subgoal]
-"""What a condition comes down to; where parts are chosen, the others shall not be so."""
+"""The parts that a condition comes down to; where parts are chosen, the others shall not be so."""
 
 
 class Unfolding:
@@ -67,7 +67,7 @@ class Unfolding:
         return GroundAtom(atom.predicate, tuple(arguments), subgoal.truth)
 
     def parts(self, subgoal: Subgoal) -> Parts | None:
-        """What a compound condition comes down to; None for an atom and what nothing is known of."""
+        """The parts of a compound condition; None for an atom and what nothing is known of."""
         formula, scope, truth = subgoal
         match formula:
             case f.Not(operand):

@@ -12,7 +12,7 @@ from eai.world.operator import Operator
 from eai.world.state import State
 
 CarryOut: TypeAlias = Callable[[Action, State], Sequence[Action]]
-"""What is done when an action is chosen in a state; nothing, if it cannot be chosen."""
+"""The actions carried out when one is chosen in a state; none, if it cannot be chosen."""
 
 PlanNode: TypeAlias = Node[State, Action]
 """A state of the world; ``met`` is the number of action goals taken on the way."""

@@ -147,7 +147,7 @@ def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator
 
 
 def _needed(domain: Domain, before: State, action: Action) -> Iterator[Defect]:
-    """What an action that counts as an additional step would still bring about."""
+    """The changes that an action which counts as an additional step would still make."""
     compiled = domain.compiled[action.operator]
     names = [parameter.name for parameter in compiled.operator.parameters]
     arguments = dict(zip(names, action.arguments, strict=True))
@@ -158,7 +158,7 @@ def _needed(domain: Domain, before: State, action: Action) -> Iterator[Defect]:
 
 
 def _intended(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
-    """What effects bring about in any case and can be seen: of two alternatives, one or the other."""
+    """The changes that effects make in any case and can be seen: of two alternatives, one or the other."""
 
     def can_be_seen(atom: Atom) -> bool:
         predicate = vocabulary.stored(atom.predicate)

@@ -107,7 +107,7 @@ def evaluated_as(derived: DerivedPredicate) -> DerivedPredicate:
 
 
 def meaning(derived: DerivedPredicate) -> Defined | None:
-    """What says the same as a derived predicate by a formula, if anything does."""
+    """The definition by a formula that says the same as a derived predicate, if there is one."""
     match derived:
         case Defined():
             return derived

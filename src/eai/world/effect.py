@@ -1,4 +1,4 @@
-"""What an operator does to a state: a closed set of effects, compiled once, with no Python of the domain.
+"""Effects of operators on states: a closed set of effects, compiled once, with no Python of the domain.
 
 Every condition in an effect is read in the state *before* the action; the changes are then made in the order
 in which they are written.

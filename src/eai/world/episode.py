@@ -1,4 +1,4 @@
-"""Episodes: one action after the other in a world that goes on, where a possible action may slip."""
+"""Episodes: one action after the other in a world that stays, where a possible action may slip."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ class Slip(Frozen):
 
 
 Outcome: TypeAlias = State | Fault | Slip
-"""What became of an action: the state after it, the diagnosis of its failure, or a slip."""
+"""The outcome of an action: the state after it, the diagnosis of its failure, or a slip."""
 
 
 class Notice(str, Enum):
     """Whether whoever acts learns of a slip.
 
-    A detected slip ends the plan. After a silent one the plan goes on as if the action had worked, and what
+    A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
     depends on it fails later.
     """
 
@@ -70,7 +70,7 @@ class Slips(Frozen):
 class Luck:
     """The draws for one task and epoch: one for each possible action, none for an impossible one.
 
-    So two policies meet the same luck at the same executed step. Episodes that share it go on with its draws.
+    So two policies meet the same luck at the same executed step. Episodes that share it continue its draws.
 
     Args:
         slips: how often actions slip.
@@ -109,7 +109,7 @@ class Episode:
 
     @property
     def state(self) -> State:
-        """What is true now."""
+        """The state now."""
         return self._past.state
 
     @property
@@ -118,7 +118,7 @@ class Episode:
         return Trajectory(self._past.states, tuple(self._steps))
 
     def since(self, start: int) -> Trajectory:
-        """What has happened from a step on, as a trajectory of its own; what it lacks may be before that.
+        """The steps from one on, as a trajectory of its own; what it lacks may be before that.
 
         Args:
             start: how many steps had been tried before.

@@ -50,7 +50,7 @@ class Failure(NamedTuple):
 
 
 class _Undone(NamedTuple):
-    """What an action tries in vain: the condition that stays as it is, and the check that fails."""
+    """A try of an action that fails: the condition that stays as it is, and the check that fails."""
 
     condition: Formula
     check: Check
@@ -114,7 +114,7 @@ class CompiledOperator:
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
     def left_undone(self, before: State, after: State, binding: Binding) -> tuple[_Undone, ...]:
-        """What the action tries in vain: each try that was made before, and would be made again after."""
+        """The tries that fail: each try that was made before, and would be made again after."""
         undone = []
         for each, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
@@ -124,7 +124,7 @@ class CompiledOperator:
         return tuple(undone)
 
     def _failed_tries(self, state: State, binding: Binding) -> tuple[Failure, ...]:
-        """What is wrong with each try that is made; empty if one succeeds or none is made."""
+        """The failure of each try that is made; empty if one succeeds or none is made."""
         failures = []
         for each in self.tries:
             if each.is_made(state, binding):
@@ -135,7 +135,7 @@ class CompiledOperator:
         return tuple(failures)
 
     def _arguments(self, binding: Binding) -> tuple[int, ...]:
-        """What a binding was made for."""
+        """The arguments that a binding was made for."""
         return tuple(binding[1 : 1 + self.operator.arity])
 
 

@@ -57,7 +57,7 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Trajectory(Frozen):
-    """What became of a plan, or of all that was tried in an episode.
+    """The course of a plan, or of all that was tried in an episode.
 
     Attributes:
         states: the initial state, then the state after each executed step.
@@ -85,7 +85,7 @@ class Trajectory(Frozen):
         return tuple(step.action for step in self.steps if step.executed)
 
     def up_to(self, executed: int) -> Trajectory:
-        """What had been done when so many actions were executed."""
+        """The steps taken when so many actions were executed."""
         steps = [step for step in self.steps if step.executed][:executed]
         return Trajectory(self.states[: executed + 1], tuple(steps))
 
@@ -125,7 +125,7 @@ def attempt(domain: Domain, past: Past, action: Action) -> State | Fault:
 
 
 def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: Binding) -> Fault:
-    """What counts of all that is wrong; what the history rule finds in the past is a wrong order besides."""
+    """The fault that counts of all; one that the history rule finds in the past is a wrong order besides."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
     for failure in operator.failures(past.state, binding):
@@ -156,6 +156,6 @@ def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> 
 
 
 def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
-    """What the objects of an action are called, by the parameters that they stand for."""
+    """The names of the objects of an action, by the parameters that they stand for."""
     parameters = domain.compiled[action.operator].operator.parameters
     return {p.name: scene.objects[i].name for p, i in zip(parameters, action.arguments, strict=True)}

@@ -1,4 +1,4 @@
-"""What can be wrong with a step of a plan."""
+"""The kinds of fault that a step of a plan may have."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from enum import Enum
 class FaultKind(str, Enum):
     """The kinds of error of the paper (section "Error types"), by their wire strings.
 
-    `ADDITIONAL_STEP` is a remark: the step is skipped and the plan goes on. All others end the plan. `SLIP`,
-    which only experiments have, is no error of whoever acts: the step was possible and did not work.
+    `ADDITIONAL_STEP` is a remark: the step is skipped and the plan continues. All others end the plan.
+    `SLIP`, which only experiments have, is no error of whoever acts: the step was possible and did not work.
     """
 
     PARSING = "parsing"

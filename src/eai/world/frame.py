@@ -1,4 +1,4 @@
-"""What a formula is compiled for: a binding of its variables to objects, by numbered slots."""
+"""Frames, for which formulas are compiled: a binding of its variables to objects, by numbered slots."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ AGENT = Constant("agent")
 """The acting object, in any formula of a domain."""
 
 UNBOUND = -1
-"""What a slot holds whose variable has no value."""
+"""The content of a slot whose variable has no value."""
 
 
 class Frame:

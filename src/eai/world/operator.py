@@ -84,7 +84,7 @@ class Try(Frozen):
 
 
 class Role(str, Enum):
-    """What an operator is for, as far as carrying out a subgoal is concerned.
+    """The purpose of an operator, as far as carrying out a subgoal is concerned.
 
     Movement changes only where the agent is, what it faces and its posture. What takes an object into a hand
     or releases it changes the agent's hands. Everything else is a change of the world.

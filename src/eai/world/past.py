@@ -1,4 +1,4 @@
-"""What has happened so far: the states of a trajectory, shared by all trajectories that begin with them."""
+"""The past of a trajectory: its states so far, shared by all trajectories that begin with them."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def _by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
 
 
 class State:
-    """What is true at one moment: immutable, sharing structure with the states around it.
+    """All that is true at one moment: immutable, sharing structure with the states around it.
 
     ``unary[i]`` is the mask of objects with the i-th unary predicate (for arity 0: 1 or 0), ``binary[i]`` the
     i-th relation, numbered by the scene's vocabulary. Two states of one episode (that is, reached from one
@@ -145,7 +145,7 @@ class State:
 
 
 class Change(NamedTuple):
-    """What one state has that another lacks, and the other way round."""
+    """The facts that one state has and another lacks, and the other way round."""
 
     added: tuple[Fact, ...]
     removed: tuple[Fact, ...]
@@ -175,7 +175,7 @@ def change(before: State, after: State) -> Change:
 
 
 class Draft:
-    """What is true after an action, while it is being changed.
+    """The state after an action, while it is being changed.
 
     Attributes:
         unary: the masks of unary predicates by slot, to be changed in place.

@@ -1,4 +1,4 @@
-"""What was executed, as the semantics of temporal formulas asks for it: objects go by their names."""
+"""The executed steps, as the semantics of temporal formulas asks for them: objects go by their names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a domain can say about its objects, and where states keep it: stored and derived predicates.
+"""The predicates of a domain, and where states keep it: stored and derived predicates.
 
 A stored predicate is part of every state. A derived predicate is computed from the stored ones.
 """

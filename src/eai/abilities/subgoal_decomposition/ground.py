@@ -78,7 +78,7 @@ class Ground(NamedTuple):
         return found
 
     def failing(self, state: State) -> list[int]:
-        """The numbers of the checks that fail; after the last of them is that of what is tried in vain."""
+        """The numbers of the checks that fail; after the last of them is that of what is tried and fails."""
         checks = self.known.operator.checks
         found = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
         return found if found or self.is_possible(state) else [len(checks)]
