@@ -101,8 +101,8 @@ _CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 class _Pending:
     """A construct that waits for its last part: a series, an infix, a prefix, a quantifier; or a bracket.
 
-    A bracket has the strength 0. ``levels`` is the depth of its parts so far, ``scope`` the names bound where it
-    begins.
+    A bracket has the strength 0. ``levels`` is the depth of its parts so far, ``scope`` has the names bound
+    where it begins.
     """
 
     strength: int

@@ -29,7 +29,7 @@ _RULES = 2_000
 """How many rules one lookahead may try."""
 
 
-class Rule(NamedTuple):
+class _Rule(NamedTuple):
     """One conditional effect of the action of this number: the literals that it needs and that it makes."""
 
     action: int
@@ -79,7 +79,7 @@ class Relaxation:
         self._goal = literals.needs(goal)
         self._prices = _prices(actions, goal)
         self._rules = [
-            Rule(
+            _Rule(
                 number,
                 literals.needs(action.precondition) | literals.needs(change.condition),
                 change.add | change.delete << literals.atoms,
@@ -166,12 +166,12 @@ class Relaxation:
         """All relaxed states from one in which these literals are, until nothing more grows."""
         return self._explore(literals, _EVERYTHING, 0)
 
-    def makers(self, literal: int, rules: int) -> Iterator[Rule]:
+    def makers(self, literal: int, rules: int) -> Iterator[_Rule]:
         """Those of some rules, a set of their numbers, that make a literal, in order."""
         for bit in bits(self._making.get(literal, 0) & rules):
             yield self._rules[bit.bit_length() - 1]
 
-    def _first(self, missing: int, fired: int) -> Rule:
+    def _first(self, missing: int, fired: int) -> _Rule:
         """The first of some rules that makes any of the missing literals."""
         making = 0
         for literal in bits(missing):
@@ -266,7 +266,7 @@ class Lookahead:
                     return
                 self._return_to(mark)
 
-    def _follow(self, rule: Rule, depth: int) -> bool:
+    def _follow(self, rule: _Rule, depth: int) -> bool:
         """Take the action of a rule of a layer, after what it needs; whether that is possible."""
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make(rule.needs, depth):
