@@ -23,8 +23,8 @@ from pathlib import Path
 
 from eai.abilities.goal_test import solves
 from eai.abilities.task import Task
-from eai.benchmark.plan_validation import verdict_of_val
 from eai.benchmark.registry import FIRST, find_benchmark
+from eai.cli.generate import verdict_of_val
 from eai.errors import DataError
 from eai.generator import fingerprint
 from eai.generator.census import prior_of

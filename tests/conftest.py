@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 from collections import Counter
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from hypothesis import settings
@@ -13,13 +13,14 @@ from hypothesis import settings
 from browsing import quiet_page, started_browser
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.behavior.tasks import BehaviorTasks
-from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import fetch_published
-from eai.households.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from households.published import index, packs, store, wheel
 from oracle import Oracle, read_oracle
 from sweeps import FEW, THOROUGH
+
+if TYPE_CHECKING:
+    from eai.households.behavior.tasks import BehaviorTasks
+    from eai.households.virtualhome.tasks import VirtualHomeTasks
 
 __all__ = ["index", "packs", "store", "wheel"]
 """The fixtures of the made-up data set."""
@@ -59,13 +60,17 @@ def data_store() -> Store:
 @pytest.fixture(scope="session")
 def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
     """The real VirtualHome tasks."""
+    from eai.households.virtualhome.tasks import open_tasks
+
     return open_tasks(data_store)
 
 
 @pytest.fixture(scope="session")
 def behavior_tasks(data_store: Store) -> BehaviorTasks:
     """The real BEHAVIOR tasks."""
-    return open_behavior_tasks(data_store)
+    from eai.households.behavior.tasks import open_tasks
+
+    return open_tasks(data_store)
 
 
 @pytest.fixture(scope="session")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 import sys
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -61,51 +58,3 @@ def test_another_distribution_adds_one(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_benchmark_that_a_protocol_does_not_score_is_refused() -> None:
     with pytest.raises(InputError, match=r"virtualhome-rules is not scored under eai-1\.0\.5"):
         open_suite("rules:virtualhome", Ability.ACTION_SEQUENCING, Protocol("eai-1.0.5"))
-
-
-@pytest.fixture(scope="module")
-def without_the_reference(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a copy of the package out of which the reference's protocol is taken."""
-    folder = tmp_path_factory.mktemp("without")
-    left_out = shutil.ignore_patterns("reference", "__pycache__", "*.so")
-    shutil.copytree(SOURCE, folder / "eai", ignore=left_out)
-    return folder
-
-
-def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "200"}
-    command = [sys.executable, "-c", code]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
-
-
-IMPORT_ALL = """
-import eai, importlib, pathlib
-root = pathlib.Path(eai.__file__).parent
-for path in sorted(root.rglob("*.py")):
-    parts = ("eai", *path.relative_to(root).with_suffix("").parts)
-    if parts[1] not in ("run", "envs", "__main__"):  # which need what not everybody installs
-        importlib.import_module(".".join(parts).removesuffix(".__init__"))
-print(root)
-"""
-
-
-def test_the_package_imports_without_the_reference(without_the_reference: Path) -> None:
-    done = run(without_the_reference, IMPORT_ALL)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout.strip() == str(without_the_reference / "eai")
-
-
-@pytest.mark.parametrize("command", ["score", "run"])
-def test_help_lists_the_protocols_that_are_left(command: str, without_the_reference: Path) -> None:
-    asked = f"import sys; sys.argv = ['eai', {command!r}, '--help']; from eai.cli import main; main()"
-    left, whole = run(without_the_reference, asked), run(SOURCE.parent, asked)
-    assert left.returncode == whole.returncode == 0, left.stderr
-    assert "eai-1.0.5" in whole.stdout
-    assert "eai-1.0.5" not in left.stdout
-    assert "strict" in left.stdout
-
-
-def test_a_protocol_that_is_not_there_is_refused_in_a_line(without_the_reference: Path) -> None:
-    asked = "import eai; eai.open('virtualhome', 'action_sequencing', 'eai-1.0.5')"
-    error = run(without_the_reference, asked).stderr.splitlines()[-1]
-    assert error.endswith("InputError: protocol eai-1.0.5 is not installed: expected one of strict")

@@ -16,8 +16,8 @@ import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.plan_validation import verdict_of_val
 from eai.benchmark.registry import find_benchmark
+from eai.cli.generate import verdict_of_val
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.generator import fingerprint

@@ -17,10 +17,10 @@ import pytest
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.generator.census import prior_of
-from eai.generator.compatibility import clash, is_idle
 from eai.generator.generator import Generator
 from eai.generator.goals import Proposals
 from eai.generator.measures import AtLeast, Measure
+from eai.generator.prior import clash, is_idle
 from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
 from eai.generator.sets import Seeds
 from eai.generator.spec import Forms, Generated, Rejected, Spec, Tier

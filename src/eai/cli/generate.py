@@ -12,7 +12,6 @@ from rich.progress import Progress
 from rich.table import Table
 
 from eai.abilities.task import Task
-from eai.benchmark.plan_validation import verdict_of_val
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
 from eai.cli.options import AsJson
@@ -24,11 +23,24 @@ from eai.generator.measures import AtLeast, Measure
 from eai.generator.sets import Seeds, Shape, manifest_entry, sets_in, write_manifest
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Rejected, Spec, Split, Tier
 from eai.generator.splits import Overlap, Rivals, is_before
+from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.val import Val, ValVerdict
 from eai.tasks.source import Source
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import written
 from eai.world.domain import Domain
+from eai.world.execution import Action
+
+
+def verdict_of_val(val: Val, domain: Domain, task: Task, plan: Sequence[Action]) -> ValVerdict:
+    """What VAL says of a plan.
+
+    Raises:
+        DomainError: a goal is about more than the end, of which PDDL says nothing.
+    """
+    source = ProblemSource("task", task.initial, tuple([goal.formula for goal in task.goals]))
+    (exported,) = export_problems(domain, [source], ExportOptions())
+    return val.verdict(exported.domain, exported.problem, [exported.step(action) for action in plan])
 
 
 def generate_tasks(

@@ -16,12 +16,11 @@ from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
 from eai.generator import fingerprint
 from eai.generator.census import Usage, prior_of
-from eai.generator.compatibility import clash, is_idle, subjects_of
 from eai.generator.goals import Proposals
 from eai.generator.measures import Measure, Measures, difficulty_model
 from eai.generator.objections import Objections
 from eai.generator.over_time import Seeker
-from eai.generator.prior import Prior, Theme
+from eai.generator.prior import Prior, Theme, clash, is_idle, subjects_of
 from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_more_of_a_kind
 from eai.generator.spec import (
     CANARY,

@@ -1,17 +1,23 @@
-"""The benchmark as Inspect tasks, for ``eai run`` and for ``inspect eval eai/...`` alike."""
+"""The benchmark as Inspect tasks, for ``eai run`` and for ``inspect eval eai/...`` alike.
+
+In tasks about scenes a second model sees for the one who is asked. Arguments that cannot be used are told in
+one line by Inspect's command line, which is click's.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import click
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import HeadlineMetric
-from inspect_ai.model import GenerateConfig
-from inspect_ai.solver import Solver, chain
+from inspect_ai.model import GenerateConfig, get_model
+from inspect_ai.solver import Generate, Solver, TaskState, chain, solver
 from inspect_ai.util import registry_info
 
 from eai.abilities.codec import experiment_to_json
@@ -29,16 +35,15 @@ from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
 from eai.run.job import EYES
-from eai.run.messages import ERRATA, messages_of
-from eai.run.refusal import refusing
+from eai.run.messages import ERRATA, messages_of, part
 from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.seeing import see
 from eai.run.solver import ask_as_published
 from eai.run.spec import read_spec, study_of
 from eai.scoring.trials import Trials, open_trials
 from eai.studies.attempts.study import Attempts
 from eai.studies.perception.belief import scene_words
-from eai.studies.perception.scenes import ASKS, SCENE_GRAPH, scene_graph_question
+from eai.studies.perception.scene_graph import read_scene_graph
+from eai.studies.perception.scenes import ASKS, SCENE, SCENE_GRAPH, perceived_scenes, scene_graph_question
 from eai.studies.perception.showing import (
     pictures_for,
     refuse_published,
@@ -50,6 +55,56 @@ from eai.studies.perception.study import PERCEPTION, Perception, Scene
 from eai.studies.pipeline.stage_one import read_believed
 from eai.studies.pipeline.study import Pipeline
 from eai.tasks.source import ErrataChoice, Source
+
+
+class _RefusalError(InputError, click.ClickException):
+    """An argument of a task or a model that cannot be used.
+
+    Args:
+        message: which, and what was expected.
+    """
+
+    def __init__(self, message: str) -> None:
+        click.ClickException.__init__(self, message)
+
+
+@contextmanager
+def refusing() -> Iterator[None]:
+    """Input that cannot be used ends what is in the block as a `_RefusalError`."""
+    try:
+        yield
+    except InputError as error:
+        raise _RefusalError(str(error)) from error
+
+
+@solver(name="eai_see")
+def see(choice: Perception, library: Library, suite: Suite) -> Solver:
+    """Has the model in the role ``eyes`` write the scene graph, and makes the question of what it wrote.
+
+    Args:
+        choice: how scenes are shown.
+        library: where prompts come from.
+        suite: what is asked.
+    """
+    words = scene_words(suite.benchmark)
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        eyes, task_id = get_model(role=EYES, required=True), str(state.sample_id)
+        about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+        state.messages[-1].metadata = about
+        output = await eyes.generate(state.messages)
+        read = {task_id: read_scene_graph(part(output.completion).answer, words.arities)}
+        label = choice.model_copy(update={"scene_model": str(eyes)}).label
+        scenes = perceived_scenes(label, {task_id: suite.tasks[task_id]}, words, read)
+        prompt = showing_prompts(library, suite.benchmark, suite.ability, scenes, [task_id])[task_id]
+        told = {SCENE: scenes.graphs[task_id].text}
+        experiment = experiment_to_json(scenes.experiment)
+        state.metadata |= {**told, EXPERIMENT: experiment, "stop": list(prompt.stop)}
+        known = {name: value for name, value in about.items() if name != ASKS}
+        state.messages = messages_of(prompt, {**known, **told})
+        return state
+
+    return solve
 
 
 def build_task(

@@ -20,6 +20,9 @@ from typing import Any, NamedTuple
 from eai.errors import WorkerError
 from eai.scoring.undisturbed import disturb_seldom
 
+ENDED = 128 + signal.SIGTERM
+"""The exit status of a worker that is ended, as a shell has it."""
+
 CLEANING_SECONDS = 1
 """How long a worker may take to end its planners and to remove their files before it is killed."""
 
@@ -62,12 +65,12 @@ def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(CLEANING_SECONDS)
-    os._exit(signal.SIGTERM)
+    os._exit(ENDED)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
     """End as an exception does, so that planners are ended and their folders removed."""
-    sys.exit(number)
+    sys.exit(ENDED)
 
 
 def _done(content: bytes) -> bytes:

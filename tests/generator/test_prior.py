@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.benchmark.registry import find_benchmark
-from eai.generator.compatibility import clash, is_idle
+from eai.generator.prior import clash, is_idle
 from eai.logic.ltl import parse
 from eai.world.state import Scene, WorldObject
 from generator.worlds import generator

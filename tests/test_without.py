@@ -1,0 +1,90 @@
+"""The package works without any one of some folders; `tools/without.py` runs the tests of the rest, too."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import eai
+
+SOURCE = Path(eai.__file__).parent
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def _tool() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("without_tool", ROOT / "tools" / "without.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+TOOL = _tool()
+
+
+@pytest.fixture(scope="module", params=TOOL.FOLDERS)
+def without(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    """A folder of the package, and where there is a copy of the package without it."""
+    folder: str = request.param
+    return folder, TOOL.package_without(folder, tmp_path_factory.mktemp("without")).parent
+
+
+def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1", "COLUMNS": "200"}
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
+
+
+def test_all_that_is_left_is_imported(without: tuple[str, Path]) -> None:
+    folder, place = without
+    done = TOOL.imports_without(place / "eai", folder)
+    assert (done.returncode, done.stderr, done.stdout.strip()) == (0, "", str(place / "eai"))
+
+
+def test_benchmarks_and_packs_are_those_that_are_left(without: tuple[str, Path]) -> None:
+    folder, place = without
+    asked = "import eai; from eai.households.packs import published_packs as packs; "
+    asked += "print([*eai.registered()], [pack.name for pack in packs()])"
+    left, whole = run(place, asked), run(SOURCE.parent, asked)
+    gone = f"'{folder.rpartition('/')[2]}'"
+    assert (left.returncode, whole.returncode) == (0, 0), left.stderr
+    assert (whole.stdout.count(gone), left.stdout.count(gone)) == (
+        (0, 0) if folder == "reference" else (2, 0)
+    )
+
+
+@pytest.mark.parametrize("command", ["score", "run"])
+def test_help_lists_the_protocols_that_are_left(command: str, without: tuple[str, Path]) -> None:
+    folder, place = without
+    asked = f"import sys; sys.argv = ['eai', {command!r}, '--help']; from eai.cli import main; main()"
+    left = run(place, asked)
+    assert left.returncode == 0, left.stderr
+    assert "strict" in left.stdout
+    assert ("eai-1.0.5" in left.stdout) is (folder != "reference")
+
+
+def test_a_protocol_that_is_not_there_is_refused_in_a_line(without: tuple[str, Path]) -> None:
+    folder, place = without
+    if folder != "reference":
+        pytest.skip("the protocol is there")
+    asked = "import eai; eai.open('virtualhome', 'action_sequencing', 'eai-1.0.5')"
+    error = run(place, asked).stderr.splitlines()[-1]
+    assert error.endswith("InputError: protocol eai-1.0.5 is not installed: expected one of strict")
+
+
+def test_tests_about_a_folder_are_known_also_by_what_they_import(tmp_path: Path) -> None:
+    for name, text in {
+        "a": "from eai.households import behavior",
+        "b": "import a",
+        "c": "import eai",
+    }.items():
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+    assert {path.stem for path in TOOL.tests_about("households/behavior", tmp_path)} == {"a", "b"}

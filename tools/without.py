@@ -1,0 +1,117 @@
+"""Tests the package without one of its folders, as if nobody had written it.
+
+    python tools/without.py                             all folders that can be taken out, one after the other
+    python tools/without.py reference -- -m "not sweep"  one of them, with options of pytest
+
+For each folder a copy of the repository is made out of which it is taken. All modules that are left are
+imported, but for those of the reference's protocol that are about it; of the tests all are run but those that
+speak of it or import one that does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = Path("src", "eai")
+FOLDERS = ("reference", "households/behavior", "households/virtualhome")
+"""Folders that can be taken out. A study or an ability can once nothing but its registry names it."""
+
+COPIED = (".github", "bench", "docs", "examples", "packages", "src", "tests", "tools")
+IMPORT_ALL = """
+import importlib, pathlib, re, sys
+import eai
+root = pathlib.Path(eai.__file__).parent
+for path in sorted(root.rglob("*.py")):
+    parts = ("eai", *path.relative_to(root).with_suffix("").parts)
+    about = parts[1] == "reference" and sys.argv[1] in path.name
+    if about or parts[-1] in ("__main__", "metadata_backend"):
+        continue
+    try:
+        importlib.import_module(".".join(parts).removesuffix(".__init__"))
+    except ImportError as error:
+        if (error.name or "").startswith("eai"):
+            raise
+print(root)
+"""
+"""Imports all that is left, but what is about the folder, runs at once, is never imported or needs an extra."""
+
+
+def copy_without(folder: str, target: Path) -> Path:
+    """Copy the repository without a folder of the package; returns the folder of the copied package."""
+    for name in COPIED:
+        ignored = shutil.ignore_patterns("__pycache__", "*.so", ".venv", "build")
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, target / name, ignore=ignored)
+    for path in ROOT.iterdir():
+        if path.is_file():
+            shutil.copy(path, target / path.name)
+    shutil.rmtree(target / PACKAGE)
+    return package_without(folder, target / PACKAGE.parent)
+
+
+def package_without(folder: str, target: Path) -> Path:
+    """Copy the package alone without one of its folders to a place; returns its folder there."""
+    shutil.copytree(
+        ROOT / PACKAGE, target / PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__", "*.so")
+    )
+    shutil.rmtree(target / PACKAGE.name / folder)
+    return target / PACKAGE.name
+
+
+def tests_about(folder: str, tests: Path) -> set[Path]:
+    """The files of tests that speak of a folder, or import one that does."""
+    name = folder.rpartition("/")[2]
+    about = re.compile(
+        r"eai\.reference\b|eai-1\.0\.5|of_reference" if name == "reference" else name, re.IGNORECASE
+    )
+    texts = {path: path.read_text(encoding="utf-8") for path in tests.rglob("*.py")}
+    found = {path for path, text in texts.items() if about.search(text) or name in path.parts}
+    while True:
+        modules = {".".join(path.relative_to(tests).with_suffix("").parts) for path in found}
+        imported = re.compile(rf"^(?:from|import) (?:{'|'.join(map(re.escape, modules))})\b", re.MULTILINE)
+        more = {path for path, text in texts.items() if modules and imported.search(text)} - found
+        if not more:
+            return found
+        found |= more
+
+
+def imports_without(package: Path, folder: str) -> subprocess.CompletedProcess[str]:
+    """Import all modules that are left in a copy of the package."""
+    environment = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-c", IMPORT_ALL, folder.rpartition("/")[2]]
+    return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+
+
+def main(folders: Sequence[str], options: Sequence[str]) -> int:
+    """Exit status 1 if anything that is left fails without one of the folders."""
+    failed = [folder for folder in folders if not _works_without(folder, options)]
+    print(f"without {', '.join(failed)} something fails" if failed else "all that is left works")
+    return bool(failed)
+
+
+def _works_without(folder: str, options: Sequence[str]) -> bool:
+    with TemporaryDirectory() as target:
+        package = copy_without(folder, Path(target))
+        imports = imports_without(package, folder)
+        print(f"without {folder}: {imports.stderr or 'all is imported'}", flush=True)
+        ignored = [f"--ignore={path}" for path in sorted(tests_about(folder, Path(target, "tests")))]
+        command = [sys.executable, "-m", "pytest", "-q", *ignored, *options]
+        environment = {**os.environ, "PYTHONPATH": str(package.parent)}
+        tests = subprocess.run(command, cwd=target, check=False, env=environment)
+        return not imports.returncode and not tests.returncode
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("folders", nargs="*", default=FOLDERS, metavar="FOLDER")
+    separator = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
+    sys.exit(main(parser.parse_args(sys.argv[1:separator]).folders, sys.argv[separator + 1 :]))
