@@ -42,7 +42,7 @@ for path in sorted(root.rglob("*.py")):
             raise
 print(root)
 """
-"""Imports all that is left, but what is about the folder, runs at once, is never imported or needs an extra."""
+"""Imports all that is left, but what is about the folder, runs at once, is not imported or needs an extra."""
 
 
 def copy_without(folder: str, target: Path) -> Path:
