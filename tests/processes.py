@@ -85,7 +85,7 @@ def working_in(folder: Path) -> list[str]:
     return found
 
 
-def wait_until(condition: Callable[[], object], seconds: float = 120) -> bool:
+def wait_until(condition: Callable[[], object], seconds: float = _SECONDS) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if condition():

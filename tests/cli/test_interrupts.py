@@ -48,7 +48,7 @@ def test_nothing_outlives_scoring_that_ends_early(
     try:
         assert wait_until(lambda: working_in(scratch)), "no planner ever started"
         os.killpg(process.pid, number) if number is signal.SIGINT else process.send_signal(number)
-        printed, errors = process.communicate(timeout=120)
+        printed, errors = process.communicate(timeout=600)
         assert wait_until(lambda: not working_in(scratch)), "a planner is still alive"
         if number is not signal.SIGKILL:
             assert (process.returncode, printed) == (128 + number, "")
@@ -93,7 +93,7 @@ def test_a_run_is_interrupted_while_the_built_in_planner_searches(
         assert process.stdout is not None
         assert process.stdout.readline() == "searching\n"
         process.send_signal(number)
-        _, errors = process.communicate(timeout=120)
+        _, errors = process.communicate(timeout=600)
         assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
         assert process.returncode == 128 + number
     finally:

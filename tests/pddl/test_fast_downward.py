@@ -165,7 +165,7 @@ def test_no_process_outlives_an_interrupt(tmp_path: Path, number: signal.Signals
         assert process.stdout.readline() == b"started\n"
         assert wait_until(lambda: working_in(tmp_path)), "the planner never started"
         process.send_signal(number)
-        process.communicate(timeout=120)
+        process.communicate(timeout=600)
         assert wait_until(lambda: not working_in(tmp_path)), "a planner is still alive"
         if number is signal.SIGINT:
             assert list(tmp_path.iterdir()) == []
