@@ -1,0 +1,36 @@
+"""Options of scoring: what they are where nothing else is said, and the least that each may be."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from eai.abilities.protocol import Protocol
+from eai.pddl.planning import PlannerChoice
+from eai.scoring.batch import Settings
+from eai.scoring.options import ScoringOptions
+from eai.tasks.source import ErrataChoice
+
+
+@pytest.mark.parametrize(("name", "least"), [("planner_seconds", 1), ("planner_memory", 64), ("workers", 1)])
+def test_a_number_has_a_least_value(name: str, least: int) -> None:
+    assert getattr(ScoringOptions(**{name: least}), name) == least
+    with pytest.raises(ValidationError, match=f"greater than or equal to {least}"):
+        ScoringOptions(**{name: least - 1})
+
+
+def test_where_nothing_is_said_the_paper_is_followed() -> None:
+    options = ScoringOptions()
+    assert options.model_dump() == {
+        "protocol": Protocol.STRICT,
+        "errata": ErrataChoice.CURRENT,
+        "planner": PlannerChoice.AUTO,
+        "planner_seconds": None,
+        "planner_memory": None,
+        "workers": 1,
+        "explanations": True,
+        "allow_missing": False,
+    }
+    assert options.settings == Settings(workers=1, explanations=True, allow_missing=False)
+    changed = ScoringOptions(workers=2, explanations=False, allow_missing=True)
+    assert changed.settings == Settings(workers=2, explanations=False, allow_missing=True)
