@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Shares
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.declaration import OperatorVerdict, clause_contents
+from eai.abilities.transition_modeling.declaration import OTHER, OperatorVerdict, clause_content
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
@@ -242,19 +242,19 @@ def _atoms(record: Record, key: Beginning, book: _Book | None, task: Task | None
 def _clauses(record: Record, key: Beginning, book: _Book | None) -> Iterator[ClauseLine]:
     if not isinstance(record.verdict, OperatorVerdict):
         return
-    contents = record.verdict.clauses
-    if contents is None:
-        contents = clause_contents(record.verdict.operators, {} if book is None else book.categories)
+    contents, categories = record.verdict.clauses, {} if book is None else book.categories
     for report in record.verdict.operators:
         line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for found in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), found):
-                    names, kinds = contents[clause]
+                    names, kinds = (
+                        clause_content(clause, categories) if contents is None else contents[clause]
+                    )
                     yield line(
                         side=side,
                         verdict=found,
                         clause=clause,
                         predicates=" ".join(names),
-                        categories=" ".join(kinds),
+                        categories=" ".join(kind for kind in kinds if kind != OTHER),
                     )

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict, clause_content
 from eai.abilities.transition_modeling.extraction import LIMIT, Memory
 from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
@@ -367,8 +367,9 @@ def test_a_clause_counts_once_in_every_category_of_its_predicates(
     clause: str, by_clause: dict[str, Confusion], by_predicate: dict[str, Confusion]
 ) -> None:
     side = SideMatch(matched=(clause,), additional=(), missing=())
-    assert count_by_category([side], CATEGORIES, clauses=True) == by_clause
-    assert count_by_category([side], CATEGORIES, clauses=False) == by_predicate
+    contents = {clause: clause_content(clause, CATEGORIES)}
+    assert count_by_category([side], contents, clauses=True) == by_clause
+    assert count_by_category([side], contents, clauses=False) == by_predicate
 
 
 def test_what_is_matched_additional_and_missing_is_added_up() -> None:
@@ -376,9 +377,11 @@ def test_what_is_matched_additional_and_missing_is_added_up() -> None:
         SideMatch(("(open ?x)",), ("(lit ?x)", "(inside ?x ?y)"), ()),
         SideMatch((), ("(lit ?x)",), ("(open ?y)",)),
     ]
-    assert count_by_category(sides, CATEGORIES, clauses=True) == {
+    texts = ("(open ?x)", "(lit ?x)", "(inside ?x ?y)", "(open ?y)")
+    contents = {text: clause_content(text, CATEGORIES) for text in texts}
+    assert count_by_category(sides, contents, clauses=True) == {
         "all": Confusion(1, 3, 1),
         "object_states": Confusion(1, 2, 1),
         "spatial_relations": Confusion(0, 1, 0),
     }
-    assert count_by_category([], CATEGORIES, clauses=True) == {}
+    assert count_by_category([], {}, clauses=True) == {}

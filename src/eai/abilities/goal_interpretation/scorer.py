@@ -27,6 +27,7 @@ from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.statement import Statement
 from eai.abilities.task import Task
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.world.domain import Domain
@@ -90,6 +91,7 @@ class GoalInterpretation(Scorer):
         wanted, found = reduce(or_, self._chosen(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
+        atoms: dict[str, Statement] = {}
         for goal, times in said.items():
             meant = self.gold.mask_of.get(goal, 0) & wanted
             asked = meant.bit_count()
@@ -97,9 +99,13 @@ class GoalInterpretation(Scorer):
                 times = min(times, max(1, asked, self.lexicon.instances(goal)))
             found |= meant if times >= asked else first_bits(meant, times)
             if times > asked:
-                wrong += [str(goal)] * (times - asked)
+                text = str(goal)
+                name, names, positive, is_action = goal
+                atoms[text] = Statement(name, None if is_action and not names else names, positive)
+                wrong += [text] * (times - asked)
                 kinds += [self.lexicon.kind(goal)] * (times - asked)
         missing = wanted & ~found
+        asked_for = self.gold.as_statements(wanted)
         return GoalVerdict(
             counts={
                 **{
@@ -118,7 +124,7 @@ class GoalInterpretation(Scorer):
             matched=self.gold.as_texts(found),
             wrong=tuple(wrong),
             missing=self.gold.as_texts(missing),
-            atoms={str(goal): goal.statement for goal in (*said, *self.gold.conditions(found | missing))},
+            atoms={**asked_for, **atoms} if atoms else asked_for,
         )
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:

@@ -5,7 +5,7 @@ A verdict says operator by operator how an answer compares with the gold ones.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
@@ -67,30 +67,27 @@ class OperatorReport:
     offences: tuple[PddlFinding, ...] = ()
 
 
+OTHER = "other"
+"""The category of predicates that the domain does not have."""
+
+
 class ClauseContent(NamedTuple):
     """The subject of a clause.
 
     Attributes:
         predicates: those in it, by name.
-        categories: those of its predicates, each once.
+        categories: those of its predicates, each once; `OTHER` of predicates that have none.
     """
 
     predicates: tuple[str, ...]
     categories: tuple[str, ...]
 
 
-def clause_contents(
-    reports: Iterable[OperatorReport], categories: Mapping[str, Category]
-) -> dict[str, ClauseContent]:
-    """The subject of each clause of the sides of operators, by its text."""
-    sides = [side for report in reports for side in (report.precondition, report.effect)]
-    found: dict[str, ClauseContent] = {}
-    for clause in [clause for s in sides for clause in (*s.matched, *s.additional, *s.missing)]:
-        if clause not in found:
-            names = tuple(sorted(predicates_in(clause)))
-            kinds = dict.fromkeys([categories[name].value for name in names if name in categories])
-            found[clause] = ClauseContent(names, tuple(kinds))
-    return found
+def clause_content(clause: str, categories: Mapping[str, Category]) -> ClauseContent:
+    """The subject of a clause, which is written as PDDL or is a predicate's name."""
+    names = sorted(predicates_in(clause))
+    kinds = [categories[name].value if name in categories else OTHER for name in names]
+    return ClauseContent(tuple(names), tuple(dict.fromkeys(kinds)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,40 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
+from functools import lru_cache, partial
 
 from mypy_extensions import mypyc_attr
 
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.declaration import (
+    OTHER,
+    ClauseContent,
     OperatorReport,
     OperatorStatus,
     OperatorVerdict,
-    clause_contents,
+    clause_content,
 )
 from eai.abilities.transition_modeling.judgement import Judgement, Replaced, Rules
-from eai.abilities.transition_modeling.task import Category, TransitionTask
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import ALL, Confusion
-from eai.pddl.clauses import predicates_in
 from eai.pddl.match import SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 
-OTHER = "other"
-"""The category of predicates that the domain does not have."""
-
-_PLAIN: dict[str, str] = {category: category.value for category in Category}
-"""The names of categories as nothing but texts."""
+_REMEMBERED = 1000
+"""How many clauses of answers to a task are remembered with what they speak of."""
 
 
 def count_by_category(
-    sides: Iterable[SideMatch], categories: Mapping[str, Category], *, clauses: bool
+    sides: Iterable[SideMatch], contents: Mapping[str, ClauseContent], *, clauses: bool
 ) -> dict[str, Confusion]:
     """The clauses that are matched, additional and missing by category; categories without any are left out.
 
     Args:
         sides: preconditions, or effects.
-        categories: predicate -> category.
+        contents: what their clauses speak of, by text.
         clauses: whether clauses are counted: each once in every category that its predicates have, `OTHER`
             among them, and once in `ALL`. Else predicates are, without those that have no category.
     """
@@ -44,14 +42,12 @@ def count_by_category(
     for side in sides:
         for index, parts in enumerate((side.matched, side.additional, side.missing)):
             for part in parts:
-                names: set[str] = {categories.get(name, OTHER) for name in predicates_in(part)}
+                for name in contents[part].categories:
+                    if clauses or name != OTHER:
+                        counts.setdefault(name, [0, 0, 0])[index] += 1
                 if clauses:
-                    names.add(ALL)
-                else:
-                    names.discard(OTHER)
-                for name in names:
-                    counts.setdefault(name, [0, 0, 0])[index] += 1
-    return {_PLAIN.get(name, name): Confusion(*counts[name]) for name in sorted(counts)}
+                    counts.setdefault(ALL, [0, 0, 0])[index] += 1
+    return {name: Confusion(*counts[name]) for name in sorted(counts)}
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -66,6 +62,7 @@ class TransitionModeling(Scorer):
     def __init__(self, task: TransitionTask, rules: Rules) -> None:
         self.task = task
         self._rules = rules
+        self._content = lru_cache(_REMEMBERED)(partial(clause_content, categories=task.domain.categories))
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and its words; the steps are those of the plan that was found."""
@@ -94,10 +91,11 @@ class TransitionModeling(Scorer):
         outcome, planner = judgement.planning.outcome, self._rules.plans.planner
         works = judgement.plan_works
         solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
+        contents = self._contents(judgement.operators)
         return OperatorVerdict(
             success=solved if works is None else works,
             error=judgement.error,
-            counts=self._counts(judgement.operators),
+            counts=self._counts(judgement.operators, contents),
             literals=judgement.literals,
             planner=outcome,
             plan_works=works,
@@ -107,14 +105,27 @@ class TransitionModeling(Scorer):
             plan=tuple(str(step) for step in judgement.planning.plan),
             planner_detail=judgement.planning.detail,
             planner_name=None if planner is None else planner.name,
-            clauses=clause_contents(judgement.operators, self.task.domain.categories),
+            clauses=contents,
         )
 
-    def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:
-        categories, clauses = self.task.domain.categories, self._rules.counts_clauses
+    def _contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
+        """What each clause of the sides of operators speaks of, by its text."""
+        content = self._content
+        found: dict[str, ClauseContent] = {}
+        for report in reports:
+            for side in (report.precondition, report.effect):
+                for parts in (side.matched, side.additional, side.missing):
+                    for clause in parts:
+                        found[clause] = content(clause)
+        return found
+
+    def _counts(
+        self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClauseContent]
+    ) -> Mapping[str, Mapping[str, Confusion]]:
+        clauses = self._rules.counts_clauses
         return {
-            "precondition": count_by_category([r.precondition for r in reports], categories, clauses=clauses),
-            "effect": count_by_category([r.effect for r in reports], categories, clauses=clauses),
+            "precondition": count_by_category([r.precondition for r in reports], contents, clauses=clauses),
+            "effect": count_by_category([r.effect for r in reports], contents, clauses=clauses),
         }
 
 
