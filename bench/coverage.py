@@ -17,13 +17,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import fmean, quantiles
 
-from eai.results import deviation
 from eai.results.certainty import (
     Case,
     Certainty,
     Interval,
     certainty_of_difference,
     certainty_of_rate,
+    deviations_of_rate,
     of_names,
 )
 
@@ -71,7 +71,7 @@ def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
 
 def plain(cases: Sequence[Case], generator: random.Random) -> Interval:
     """Wilson's with the design effect as it is observed; one per name where nothing varies."""
-    rate = deviation.of_rate(of_names(cases))
+    rate = deviations_of_rate(of_names(cases))
     if rate is None:
         raise ValueError("a rate of nothing")
     p, observed = rate.value, rate.observed_variance

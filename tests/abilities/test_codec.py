@@ -225,6 +225,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
                 "met_at": None,
             }
         ],
+        "atoms": None,
     }
     assert "explanation" not in record_to_json(record(PLAN))
 

@@ -30,7 +30,7 @@ from eai.logic.traversal import walk
 from eai.pddl.check import check_problem
 from eai.pddl.offence import Offence
 from eai.pddl.planning import PlannerChoice
-from eai.results.errata_effect import errata_effect
+from eai.results.coverage import errata_effect
 from eai.scoring.batch import Settings, score_run
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt

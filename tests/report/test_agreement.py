@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import Verdict
-from eai.report.agreement import Agreement, agreements
+from eai.report.document import Agreement, agreements
 from eai.report.run_summary import summary_of
 from eai.scoring.runs import Run, RunKey
 from oracle import Oracle

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.record import Attempt, Record
 from eai.cli import app
-from eai.report.explorer_data import Background, ExplorerData
+from eai.report.explorer import Background, ExplorerData
 from eai.scoring.runs import read_runs
 from report.samples import RIGHT, WRONG, action_run, write_runs
 

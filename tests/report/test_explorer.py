@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.report.explorer import explorer_html
-from eai.report.explorer_data import Background, ExplorerData
+from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.results.page import for_script
 from eai.scoring.runs import read_runs
 from report.samples import HOSTILE, all_runs, write_runs

@@ -10,8 +10,7 @@ import pytest
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.report.explorer import explorer_html
-from eai.report.explorer_data import Background, ExplorerData
+from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.scoring.runs import read_runs
 from eai.studies.perception.course import Course
 from eai.studies.perception.tiles import Kind, Tile

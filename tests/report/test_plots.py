@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares
+from eai.report import plot_difficulty
+from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plot_analyses import PAGE
@@ -39,7 +40,7 @@ def renamed(records: Sequence[Record], model: str) -> list[Record]:
 
 def test_a_radar_leaves_out_what_is_not_known() -> None:
     whole = [summary(renamed(run, "all")) for run in (action_run("all"), goal_run(), subgoal_run())]
-    figure = plot_radar.draw([*whole, summary(renamed(action_run("first"), "some"))])
+    figure = draw_radar([*whole, summary(renamed(action_run("first"), "some"))])
     assert figure is not None
     known, partly = figure.axes
     assert [text.get_text() for text in known.get_xticklabels() if "none" in text.get_text()] == []
@@ -61,7 +62,7 @@ def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
 
 
 def test_outcomes_say_of_how_many_answers_they_are() -> None:
-    figure = plot_outcomes.draw([summary([record("1_1", BAD), record("2_1", SUCCEEDED)])])
+    figure = draw_outcomes([summary([record("1_1", BAD), record("2_1", SUCCEEDED)])])
     assert figure is not None
     (panel,) = figure.axes
     assert [text.get_text() for text in panel.get_yticklabels()] == ["m  2"]
@@ -122,7 +123,7 @@ def test_what_answers_are_lost_to_is_not_written_over_each_other() -> None:
     """Few are lost to names, right before many to a step: both would stand on one line."""
     unknown = failed(FaultKind.HALLUCINATION)
     run = [*of_length(3, [True] * 50 + [False] * 48), *[record(f"x{i}_1", unknown) for i in range(2)]]
-    figure = plot_flow.draw([summary(run)])
+    figure = draw_flow([summary(run)])
     assert figure is not None
     (panel,) = figure.axes
     heights = [
@@ -134,7 +135,7 @@ def test_what_answers_are_lost_to_is_not_written_over_each_other() -> None:
     assert abs(heights[0] - heights[1]) >= 9
 
 
-@pytest.mark.parametrize("draw", [plot_shares.draw_actions, plot_shares.draw_predicates])
+@pytest.mark.parametrize("draw", [draw_actions, draw_predicates])
 def test_shares_by_name_of_many_models_fit_a_page(
     draw: Callable[[Sequence[RunSummary]], Figure | None],
 ) -> None:

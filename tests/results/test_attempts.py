@@ -8,8 +8,8 @@ import pytest
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.record import Attempt, Record
-from eai.results.attempts import after, by_attempt, most_attempts
 from eai.results.rate import Rate
+from eai.results.summary import after, by_attempt, most_attempts
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, record
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.results.average import average_performance, average_weights
 from eai.results.paper_tables import PaperColumn, paper_table
+from eai.results.summary import average_performance, average_weights
 
 OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
 """Averages that do not follow from the paper's own columns."""

@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eai.abilities.record import ErrataUse, Record
-from eai.results.errata_effect import errata_effect
+from eai.results.coverage import errata_effect
 from results.verdicts import SUCCEEDED, record
 
 OUT = replace(SUCCEEDED, excluded="its goal holds from the beginning")

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.results.lines import Line
-from eai.results.shares import shares_by_kind
+from eai.results.suites import shares_by_kind
 
 
 def line(task: str, name: str) -> Line:

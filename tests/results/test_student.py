@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.results.student import two_sided_quantile
+from eai.results.certainty import two_sided_quantile
 
 
 @pytest.mark.parametrize(

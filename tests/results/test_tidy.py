@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
@@ -64,14 +63,14 @@ def test_what_is_not_known_is_none() -> None:
 def _older(record: Record) -> Record:
     """A record as it was before it had values beside its texts."""
     verdict, explanation = record.verdict, record.explanation
-    if isinstance(verdict, GoalVerdict):
-        verdict = replace(verdict, atoms=None)
-    elif isinstance(verdict, OperatorVerdict):
+    if isinstance(verdict, OperatorVerdict):
         verdict = replace(verdict, clauses=None)
     assert explanation is not None
     steps = tuple(replace(step, call=None) for step in explanation.steps)
     goals = tuple(replace(goal, predicates=None) for goal in explanation.goals)
-    return replace(record, verdict=verdict, explanation=replace(explanation, steps=steps, goals=goals))
+    return replace(
+        record, verdict=verdict, explanation=replace(explanation, steps=steps, goals=goals, atoms=None)
+    )
 
 
 def _tables(records: list[Record], *, features: bool) -> Tables:

@@ -17,8 +17,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import read_responses
 from eai.cli import app
 from eai.errors import InputError
-from eai.results.attempts import after, by_attempt
-from eai.results.summary import summarise
+from eai.results.summary import after, by_attempt, summarise
 from eai.results.table import Estimate
 from eai.scoring.epochs import _write_attempts
 from eai.scoring.records import write_records

@@ -133,13 +133,19 @@ class Explanation:
     """The explanation of what became of an answer.
 
     ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read. ``parts``
-    are those of the task's temporal goal, if it has one.
+    are those of the task's temporal goal, if it has one. ``atoms`` are the stated and the wanted goals of an
+    interpretation as values, by their texts; None of other answers, and in older records.
     """
 
     notes: tuple[str, ...] = ()
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
     parts: tuple[PartReport, ...] = ()
+    atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
+
+    def statement(self, text: str) -> Statement:
+        """What a stated or wanted goal says, also in older records; an entry that says nothing is a name."""
+        return read_statement(text) if self.atoms is None else self.atoms.get(text, Statement(text, None))
 
 
 def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:

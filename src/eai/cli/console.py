@@ -22,8 +22,7 @@ from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError, how_to_install
 from eai.pddl.planning import PlannerChoice
-from eai.results.coverage import Coverage
-from eai.results.errata_effect import ErrataEffect
+from eai.results.coverage import Coverage, ErrataEffect
 from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."

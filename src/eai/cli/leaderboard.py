@@ -11,7 +11,7 @@ import typer
 from eai.abilities.declaration import declaration_of
 from eai.cli.console import counted, note, output, say
 from eai.cli.options import AsJson, Wide
-from eai.report.certainty import unnamed_remark
+from eai.report.document import unnamed_remark
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of

@@ -12,8 +12,7 @@ from eai.abilities.verdict import Json
 from eai.cli.console import counted, output, print_errata, print_json, print_remark, say
 from eai.cli.options import AsJson, Wide
 from eai.cli.table import Result, print_rates, result_json
-from eai.results.coverage import coverage_of
-from eai.results.errata_effect import errata_effect
+from eai.results.coverage import coverage_of, errata_effect
 from eai.results.summary import summarise
 from eai.scoring.shards import find_shards, merge
 

@@ -23,8 +23,7 @@ from eai.errors import EaiError, InputError
 from eai.households.packs import published_packs
 from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot
-from eai.report.explorer import explorer_html
-from eai.report.explorer_data import Background, ExplorerData
+from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.report.plots import draw_plots
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings

@@ -40,7 +40,7 @@ from eai.cli.table import Result, print_rates
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.results.errata_effect import errata_effect
+from eai.results.coverage import errata_effect
 from eai.run.spec import save
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 

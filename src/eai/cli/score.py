@@ -54,8 +54,7 @@ from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates, result_json
 from eai.errors import InputError, InterruptError, how_to_install
 from eai.pddl.planning import PlannerChoice
-from eai.results.coverage import coverage_of
-from eai.results.errata_effect import ErrataEffect, errata_effect
+from eai.results.coverage import ErrataEffect, coverage_of, errata_effect
 from eai.results.summary import summarise
 from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run

@@ -10,8 +10,7 @@ from rich.console import Console
 
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.results.coverage import Coverage, planners_of
-from eai.results.errata_effect import ErrataEffect
+from eai.results.coverage import Coverage, ErrataEffect, planners_of
 from eai.results.rate import Rate
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table

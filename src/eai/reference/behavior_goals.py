@@ -127,7 +127,6 @@ class ByFirstOption(Scorer):
             matched=matched,
             wrong=wrong,
             missing=missing,
-            atoms={_text(each): _statement(each) for group in groups for each in group},
         )
 
     def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
@@ -157,6 +156,7 @@ class ByFirstOption(Scorer):
                 for option in self._chosen(said)
                 for text in (" and ".join(map(_text, option)),)
             ),
+            atoms={_text(each): _statement(each) for group in self._groups(predicted) for each in group},
         )
 
 

@@ -115,8 +115,12 @@ class ByLargestId(GoalInterpretation):
             matched=tuple(map(str, matched)),
             wrong=tuple(map(str, wrong)),
             missing=tuple([text for text, options in self._options if options.isdisjoint(matched)]),
-            atoms={str(goal): goal.statement for goal in (*known, *self._needed)},
         )
+
+    def counted(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+        """The predictions whose names are known, and what is needed."""
+        named = [goal for goal in self._named(goals) if isinstance(goal, WrittenGoal)]
+        return (*named, *self._needed)
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """Entries that lack a field, and goals with an unknown name."""

@@ -1,4 +1,7 @@
-"""The report as one Markdown page."""
+"""The report as one Markdown page: tables, how sure the main results are, and how near the paper's they come.
+
+How sure: with and without regard to near copies. How near: our numbers for the paper's models, cell by cell.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,84 @@ from dataclasses import dataclass
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.protocol import Ability, Protocol
-from eai.report.agreement import DIGIT, Agreement
-from eai.report.certainty import certainty_section
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.certainty import Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
-from eai.results.paper_tables import paper_setting
+from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
+
+DIGIT = 0.056
+"""A difference that the printed digit hides; the paper rounds to two digits and then to one."""
+
+
+@dataclass(frozen=True, slots=True)
+class CellPair:
+    """A figure of the paper and ours, in percent."""
+
+    model: str
+    metric: str
+    printed: float
+    ours: float
+
+    @property
+    def difference(self) -> float:
+        """The absolute difference in percentage points."""
+        return abs(self.ours - self.printed)
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """One ability's cells of one table of the paper, for the models that were run."""
+
+    table: str
+    ability: str
+    domain: str
+    pairs: tuple[CellPair, ...]
+
+    def within(self, points: float) -> int:
+        """How many cells differ by no more than so many percentage points."""
+        return sum(pair.difference <= points + 1e-9 for pair in self.pairs)
+
+    @property
+    def worst(self) -> CellPair:
+        """The cell that differs most."""
+        return max(self.pairs, key=lambda pair: pair.difference)
+
+
+def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
+    """The comparison of the runs under the paper's protocol that are of its models.
+
+    A run is of such a model if it has the name of the published response file. Those that are not ranked are
+    left out.
+    """
+    setting = paper_setting()
+    ours = [
+        item
+        for item in runs
+        if item.key.protocol.value == setting.protocol
+        and item.key.model in paper_models()
+        and item.coverage.ranked
+    ]
+    found: dict[tuple[str, str, str], list[CellPair]] = {}
+    for table in map(paper_table, setting.full_tables):
+        for item in ours:
+            key = (table.title, item.key.ability.value, item.key.domain)
+            pairs = list(_pairs(table, item))
+            if pairs:
+                found.setdefault(key, []).extend(pairs)
+    return [Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
+
+
+def _pairs(table: PaperTable, item: RunSummary) -> Iterator[CellPair]:
+    model = paper_models()[item.key.model]
+    for column in table.columns:
+        if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
+            printed = table.figure(model, column)
+            rate = item.rates.get(column.metric)
+            if printed is not None and rate is not None and rate.percent is not None:
+                yield CellPair(item.key.model, column.metric, printed, rate.percent)
+
 
 _INTRODUCTION = """\
 All numbers are in percent. Under each run stand its 95 % intervals; they treat tasks of one name as the near
@@ -194,3 +268,71 @@ def _suite(domain: str, ability: Ability) -> str:
 
 def _percent(percent: float | None) -> str:
     return "–" if percent is None else f"{percent:.1f}"
+
+
+_CERTAINTY = """\
+Tasks of one name are near copies: who solves one mostly solves the others. The intervals of this report
+therefore have names, not tasks, as their units; those of independent tasks stand beside them. The design
+effect is how many times larger the variance is with names, and tasks divided by it are the independent
+tasks that would say as much. Intervals also allow for names being few."""
+_UNNAMED = (
+    "{runs} of {all} runs have older records, which do not say what their tasks are like. Each of the tasks "
+    "counts as independent, which makes intervals too narrow where there are near copies, and success by "
+    "number of goals and by length of plan is not known. Score the answers again to know both."
+)
+_CERTAINTY_HEADER = (
+    "model",
+    "suite",
+    "metric",
+    "percent",
+    "mean over names",
+    "95 %",
+    "95 % if independent",
+    "tasks",
+    "names",
+    "design effect",
+    "effective tasks",
+)
+
+
+def certainty_section(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The section of the page."""
+    rows = [row for item in runs for row in _certainty_rows(item)]
+    if not rows:
+        return
+    yield "## How sure the numbers are\n"
+    yield _CERTAINTY + "\n"
+    remark = unnamed_remark(runs)
+    if remark:
+        yield f"{remark}\n"
+    yield "\n".join(grid(_CERTAINTY_HEADER, rows)) + "\n"
+
+
+def unnamed_remark(runs: Sequence[RunSummary]) -> str:
+    """What a reader must know of runs whose records do not describe their tasks; empty if there are none."""
+    unnamed = sum(bool(item.unnamed) for item in runs)
+    return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
+
+
+def _certainty_rows(item: RunSummary) -> Iterator[list[str]]:
+    for metric in declaration_of(item.key.ability).main:
+        certainty = item.certainties.get(metric)
+        if certainty is not None:
+            yield [
+                escaped(item.key.model),
+                f"{domain_title(item.key.domain)}, {ability_title(item.key.ability).lower()}, "
+                f"{item.key.protocol.value}",
+                label_of(metric),
+                _percent(item.rates[metric].percent),
+                _percent(mean_over_names(item.cases[metric])),
+                _interval(certainty.interval),
+                _interval(certainty.by_task),
+                str(certainty.tasks),
+                str(certainty.names),
+                _percent(certainty.design_effect),
+                "–" if certainty.effective_tasks is None else f"{certainty.effective_tasks:.0f}",
+            ]
+
+
+def _interval(interval: Interval) -> str:
+    return f"{interval.low:.1f}–{interval.high:.1f}"

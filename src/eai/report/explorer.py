@@ -1,8 +1,225 @@
-"""The explorer: one HTML file with everything in it, which opens from disk and reaches for nothing."""
+"""The explorer: one HTML file with everything in it, which opens from disk and reaches for nothing.
+
+Records are compact JSON, in which each text stands once. The page reads it with ``explorer/data.js``, which
+knows the same keys. Texts are numbers into ``texts``, steps and operators numbers into ``steps`` and
+``operators``, scenes and the tiles in them into ``scenes`` and ``tiles``; what is empty is left out.
+"""
 
 from __future__ import annotations
 
-from eai.results.page import build_page
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
+
+from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.record import Record
+from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
+from eai.abilities.verdict import Json, PlanVerdict, Verdict
+from eai.benchmark.registry import title_of
+from eai.results.breakdown import outcome
+from eai.results.page import build_page, for_script
+from eai.results.summary import after
+from eai.scoring.runs import Run, RunKey
+from eai.studies.perception.course import Course
+from eai.studies.perception.tiles import Tile
+
+VERSION = 3
+"""The version of the format."""
+
+Suite: TypeAlias = "tuple[str, str]"
+"""Domain and ability."""
+
+
+@dataclass(frozen=True, slots=True)
+class Background:
+    """What answers are answers to, where it is at hand.
+
+    Attributes:
+        prompts: domain and ability -> task -> prompt.
+        operators: domain -> operator -> its definition in the data set.
+        instructions: domain -> task -> what it is in natural language.
+        course: what gives the scenes that an answer passes through.
+    """
+
+    prompts: Mapping[Suite, Mapping[str, str]] = field(default_factory=dict)
+    operators: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    instructions: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    course: Callable[[Record], Course] = lambda _: ()
+
+
+class ExplorerData:
+    """Runs are added one by one; what is kept of them is small."""
+
+    def __init__(self, background: Background) -> None:
+        self._background = background
+        self._texts: dict[str, int] = {}
+        self._steps: dict[str, int] = {}
+        self._operators: dict[str, int] = {}
+        self._scenes: dict[str, int] = {}
+        self._tiles: dict[str, int] = {}
+        self._runs: dict[RunKey, Json] = {}
+        self._prompts: dict[str, dict[str, Json]] = {}
+        self._tasks: dict[str, dict[str, Json]] = {}
+
+    def add(self, run: Run) -> None:
+        """Add the records of a run."""
+        key = run.key
+        self._runs[key] = {
+            "protocol": key.protocol.value,
+            "domain": key.domain,
+            "ability": key.ability.value,
+            "model": key.name,
+            "answers": [self._answer(record) for record in run.records],
+        }
+        asked = self._background.prompts.get((key.domain, key.ability.value), {})
+        kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
+        instructions = self._background.instructions.get(key.domain, {})
+        tasks = self._tasks.setdefault(key.domain, {})
+        for record in run.records:
+            if record.task is not None and record.task_id not in tasks:
+                told = " ".join(instructions.get(record.task_id, "").split())
+                tasks[record.task_id] = [self._text(record.task.name), self._text(told)]
+            prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
+            if prompt and record.task_id not in kept:
+                kept[record.task_id] = [self._text(line) for line in prompt.split("\n")]
+
+    def to_json(self) -> str:
+        """Everything as one JSON text that is safe inside a script element."""
+        content: Json = {
+            "version": VERSION,
+            "runs": [self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)],
+            "prompts": {suite: lines for suite, lines in self._prompts.items() if lines},
+            "tasks": {domain: tasks for domain, tasks in self._tasks.items() if tasks},
+            "titles": {key.domain: title_of(key.domain) for key in self._runs},
+            "gold": {domain: dict(names) for domain, names in self._background.operators.items()},
+            "texts": list(self._texts),
+            "steps": [json.loads(step) for step in self._steps],
+            "operators": [json.loads(operator) for operator in self._operators],
+            "scenes": [json.loads(scene) for scene in self._scenes],
+            "tiles": [json.loads(tile) for tile in self._tiles],
+        }
+        return for_script(content)
+
+    def _answer(self, record: Record) -> Json:
+        verdict = record.verdict
+        explanation = record.explanation or Explanation()
+        return _without_empty(
+            {
+                "t": self._text(record.task_id),
+                "o": outcome(record).value,
+                "x": self._text(verdict.excluded) if verdict.excluded else None,
+                "u": self._text(record.unanswered) if record.unanswered else None,
+                "r": self._text(record.response) if record.response else None,
+                "f": self._error(verdict),
+                "m": list(record.repairs),
+                **self._own(verdict),
+                "w": [self._text(note) for note in explanation.notes],
+                "s": [self._step(step) for step in explanation.steps],
+                "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],
+                "A": self._attempts(record),
+                "P": [self._scene(scene) for scene in self._background.course(record)],
+            }
+        )
+
+    def _attempts(self, record: Record) -> list[Json]:
+        """Each of several attempts, as an answer of its own."""
+        number = len(record.attempts)
+        each = [replace(after(record, k), attempts=()) for k in range(1, number + 1)]
+        return [self._answer(attempt) for attempt in each] if number > 1 else []
+
+    def _own(self, verdict: Verdict) -> dict[str, Json]:
+        """What the verdicts of an ability say besides."""
+        match verdict:
+            case PlanVerdict():
+                return {
+                    "e": None if verdict.executable is None else int(verdict.executable),
+                    "a": verdict.additional_steps,
+                    "c": verdict.category and verdict.category.value
+                    if isinstance(verdict, SubgoalVerdict)
+                    else None,
+                    "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
+                }
+            case GoalVerdict():
+                return {
+                    "n": {kind: list(counts) for kind, counts in (verdict.counts or {}).items()},
+                    "h": [self._text(name) for name in verdict.hallucinated],
+                }
+            case OperatorVerdict():
+                return {
+                    "n": {
+                        f"{side}/{category}": list(counts)
+                        for side, by_category in (verdict.counts or {}).items()
+                        for category, counts in by_category.items()
+                    },
+                    "p": verdict.planner and verdict.planner.value,
+                    "k": list(verdict.task_categories),
+                    "q": [self._operator(operator) for operator in verdict.operators],
+                }
+            case _:
+                return {}
+
+    def _error(self, verdict: Verdict) -> Json:
+        error = verdict.error
+        return None if error is None else [error.kind.value, error.step, self._text(error.detail)]
+
+    def _step(self, step: StepReport) -> int:
+        """Action, outcome, reason, earlier, facts added, facts removed, number of other changes."""
+        packed = [
+            self._text(step.action),
+            self._text(step.outcome),
+            self._text(step.reason),
+            self._text(step.earlier),
+            [self._text(fact) for fact in step.added],
+            [self._text(fact) for fact in step.removed],
+            step.hidden_changes,
+        ]
+        return _number(self._steps, json.dumps(packed))
+
+    def _scene(self, tiles: Sequence[Tile]) -> int:
+        """The outermost tiles."""
+        return _number(self._scenes, json.dumps([self._tile(tile) for tile in tiles]))
+
+    def _tile(self, tile: Tile) -> int:
+        """Name, kind, marks, lines, and each zone with the tiles in it."""
+        packed = [
+            self._text(tile.name),
+            tile.kind.name.lower(),
+            [self._text(mark) for mark in tile.marks],
+            [self._text(line) for line in tile.lines],
+            [
+                [self._text(label), [self._tile(each) for each in within]]
+                for label, within in tile.zones.items()
+            ],
+        ]
+        return _number(self._tiles, json.dumps(packed))
+
+    def _operator(self, operator: OperatorReport) -> int:
+        """Name, status, the sides with what is matched, additional and missing, and offences."""
+        sides = [
+            [[self._text(part) for part in parts] for parts in (side.matched, side.additional, side.missing)]
+            for side in (operator.precondition, operator.effect)
+        ]
+        offences = [
+            {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
+            for offence in operator.offences
+        ]
+        return _number(self._operators, json.dumps([operator.name, operator.status.value, *sides, offences]))
+
+    def _text(self, text: str) -> int:
+        return _number(self._texts, text)
+
+
+def _number(table: dict[str, int], item: str) -> int:
+    """The place of an item in a table, into which it is put if it is not there."""
+    return table.setdefault(item, len(table))
+
+
+def _without_empty(values: Mapping[str, Json]) -> dict[str, Json]:
+    return {key: value for key, value in values.items() if value not in (None, [], {}, "")}
+
 
 SCRIPTS = (
     "data.js",
@@ -24,6 +241,6 @@ def explorer_html(data: str) -> str:
     """The page.
 
     Args:
-        data: from `explorer_data.ExplorerData.to_json`.
+        data: from `ExplorerData.to_json`.
     """
     return build_page("eai.report", "explorer", SCRIPTS, data)

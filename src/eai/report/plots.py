@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
-from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares, plot_summary
+from eai.report import plot_difficulty, plot_summary
 from eai.report.document import Plot
+from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
@@ -61,8 +62,8 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
         place = f"{domain_title(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
         whole: Sequence[tuple[str, str, Callable[[Sequence[RunSummary]], Figure | None]]] = (
-            ("radar", "Main results by model", plot_radar.draw),
-            ("outcomes", "What answers came to", plot_outcomes.draw),
+            ("radar", "Main results by model", draw_radar),
+            ("outcomes", "What answers came to", draw_outcomes),
         )
         for kind, caption, draw in whole:
             yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group), place)
@@ -73,12 +74,12 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
             slug = f"{ability.value}-{name}"
             if declaration_of(ability).has_plans:
                 caption = f"From answer to outcome: {what}"
-                yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability), title)
+                yield from _drawn(f"flow-{slug}", caption, draw_flow(of_ability), title)
             caption = f"{_DIFFICULTY}: {what}"
             yield from _drawn(f"difficulty-{slug}", caption, plot_difficulty.draw(of_ability), title)
             for kind, draw_by in (
-                ("action", plot_shares.draw_actions),
-                ("predicate", plot_shares.draw_predicates),
+                ("action", draw_actions),
+                ("predicate", draw_predicates),
             ):
                 caption = f"By {kind} (of fewer than five cases in brackets): {what}"
                 yield from _drawn(f"{kind}s-{slug}", caption, draw_by(of_ability), title)

@@ -10,8 +10,7 @@ from eai.abilities.declaration import declaration_of
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, spent
-from eai.results.coverage import Coverage, coverage_of, planners_of
-from eai.results.errata_effect import ErrataEffect, errata_effect
+from eai.results.coverage import Coverage, ErrataEffect, coverage_of, errata_effect, planners_of
 from eai.results.rate import Rate, total
 from eai.results.summary import cases_of, contributions
 from eai.scoring.runs import Run, RunKey

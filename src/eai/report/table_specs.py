@@ -11,8 +11,8 @@ from eai.abilities.declaration import SATISFIED, AbilityDeclaration, MetricColum
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
 from eai.benchmark.registry import title_of
-from eai.results.average import AVERAGE
 from eai.results.paper_tables import PaperColumn
+from eai.results.summary import AVERAGE
 
 
 @dataclass(frozen=True, slots=True)

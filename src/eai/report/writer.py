@@ -13,9 +13,8 @@ from pathlib import Path
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
-from eai.report.agreement import agreements
 from eai.report.cost import cost_csv, cost_section
-from eai.report.document import Plot, report_markdown
+from eai.report.document import Plot, agreements, report_markdown
 from eai.report.ranking import Cell, Ranking, Row, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs

@@ -6,24 +6,166 @@ The design effect says how many times the variance grows by that, and 342 divide
 tasks that they are worth.
 
 An interval is Wilson's (1927) for the number of tasks that a rate is worth, which is right at 0 and at 100
-percent too. Because that number is estimated, from few names, it is taken with care (`eai.results.deviation`)
+percent too. Because that number is estimated, from few names, it is taken with care
 and with Student's quantile: ``bench/coverage.py`` measures that the truth is within as often as is said, and
 that percentiles of a bootstrap and Wilson's interval with the observed design effect hold it less often.
+
+A rate is a ratio of sums over units. To first order its variance is the sum of the squares of what the units
+add: the linearisation of cluster samples, and the limit of a bootstrap over units. That is too small where
+units are few: a large one draws the rate to itself, and where all agree there is no variance at all. So a
+unit counts by how far the rate is from what it would be without it (the jackknife), and two units of mean
+size are thought to be there besides, each all right or all wrong with even chance. They move no rate, but are
+part of its variance, as the two successes and two failures of Agresti and Coull (1998) are. Student's t is
+for intervals whose variance is itself estimated.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import product
 from statistics import NormalDist, fmean
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.share import Share
-from eai.results import deviation
-from eai.results.deviation import Deviations
 from eai.results.rate import Rate
-from eai.results.student import two_sided_quantile
+
+_WIDEST = 1e4
+_HALVINGS = 60
+
+
+@lru_cache(maxsize=1024)
+def two_sided_quantile(level: float, freedom: int) -> float:
+    """How many standard errors to either side hold this share of the distribution.
+
+    Args:
+        level: the share, up to 0.999.
+        freedom: degrees of freedom, at least 1.
+    """
+    low, high = 0.0, _WIDEST
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if _share_within(middle, freedom) < level:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _share_within(width: float, freedom: int) -> float:
+    """The share between ``-width`` and ``width``, a finite series (Abramowitz and Stegun, 26.7.3-4)."""
+    angle = math.atan(width / math.sqrt(freedom))
+    cosine, odd = math.cos(angle), freedom % 2
+    term = cosine if odd else 1.0
+    series = term if freedom > 1 else 0.0
+    for power in range(2 + odd, freedom, 2):
+        term *= cosine**2 * (power - 1) / power
+        series += term
+    value = math.sin(angle) * series
+    return 2 / math.pi * (angle + value) if odd else value
+
+
+_BESIDES = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Deviations:
+    """A number, as a share of 1, with what each unit adds to its distance from the truth.
+
+    Attributes:
+        value: the number.
+        centre: what it would be with the units besides, half of them right.
+        of_units: unit -> what it adds; the sum is 0.
+        of_besides: what a unit besides adds, in each of the cases of equal chance.
+        weights: unit -> its part of the whole; they add up to 1.
+    """
+
+    value: float
+    centre: float
+    of_units: Mapping[str, float]
+    of_besides: tuple[float, ...]
+    weights: Mapping[str, float]
+
+    @property
+    def observed_variance(self) -> float:
+        """The variance of the number, as the units alone say."""
+        return sum(added * added for added in self.of_units.values())
+
+    @property
+    def variance(self) -> float:
+        """The variance of the number, each unit left out in turn, with the units besides; never zero."""
+        left_out = (
+            added / (1 - self.weights[unit])
+            for unit, added in self.of_units.items()
+            if self.weights[unit] < 1
+        )
+        besides = _BESIDES * fmean(added * added for added in self.of_besides)
+        return sum(change * change for change in left_out) + besides
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom: the number of units of equal size that weigh the same (Kish), and one."""
+        alike = 1 / sum(weight * weight for weight in self.weights.values())
+        return math.floor(alike) + _BESIDES - 1
+
+
+def deviations_of_rate(sums: Mapping[str, Share]) -> Deviations | None:
+    """The deviations of a rate; None if it is of nothing.
+
+    Args:
+        sums: what each unit adds to the rate.
+    """
+    parts = {unit: share for unit, share in sums.items() if share.denominator}
+    whole, units = sum(share.denominator for share in parts.values()), len(parts)
+    if not units:
+        return None
+    value = sum(share.numerator for share in parts.values()) / whole
+    centre = (value * units + _BESIDES / 2) / (units + _BESIDES)
+    return Deviations(
+        value,
+        centre,
+        {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
+        ((1 - centre) / units, -centre / units),
+        {unit: share.denominator / whole for unit, share in parts.items()},
+    )
+
+
+def deviations_of_mean(parts: Sequence[tuple[float, Deviations]]) -> Deviations:
+    """The deviations of a mean of rates of the same units; a unit besides is right in all of them or in none.
+
+    Args:
+        parts: weight and rate; the weights add up to 1.
+    """
+    return Deviations(
+        sum(weight * each.value for weight, each in parts),
+        sum(weight * each.centre for weight, each in parts),
+        _weighted([(weight, each.of_units) for weight, each in parts]),
+        tuple(sum(weight * each.of_besides[case] for weight, each in parts) for case in (0, 1)),
+        _weighted([(weight, each.weights) for weight, each in parts]),
+    )
+
+
+def deviations_of_difference(first: Deviations, second: Deviations) -> Deviations:
+    """The deviations of second minus first; of a unit besides, each is right or wrong by itself."""
+    return Deviations(
+        second.value - first.value,
+        second.centre - first.centre,
+        _weighted([(1, second.of_units), (-1, first.of_units)]),
+        tuple(b - a for a, b in product(first.of_besides, second.of_besides)),
+        _weighted([(0.5, first.weights), (0.5, second.weights)]),
+    )
+
+
+def _weighted(parts: Sequence[tuple[float, Mapping[str, float]]]) -> dict[str, float]:
+    """The weighted sum of numbers by unit."""
+    total: dict[str, float] = {}
+    for weight, numbers in parts:
+        for unit, number in numbers.items():
+            total[unit] = total.get(unit, 0) + weight * number
+    return total
+
 
 LEVEL = 0.95
 """How often an interval holds the truth."""
@@ -113,8 +255,8 @@ def certainty_of_rate(cases: Cases) -> Certainty | None:
 
 def _certainty_of_share(cases: Cases) -> Certainty | None:
     each_task, each_name = of_tasks(cases), of_names(cases)
-    tasks = deviation.of_rate(each_task)
-    names = tasks if len(each_name) == len(each_task) else deviation.of_rate(each_name)
+    tasks = deviations_of_rate(each_task)
+    names = tasks if len(each_name) == len(each_task) else deviations_of_rate(each_name)
     if tasks is None or names is None:
         return None
     yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
@@ -127,12 +269,12 @@ def certainty_of_mean(parts: Sequence[tuple[float, Cases]]) -> Certainty | None:
     Args:
         parts: weight and rate; the weights add up to 1.
     """
-    tasks = [(weight, deviation.of_rate(of_tasks(cases))) for weight, cases in parts]
-    names = [(weight, deviation.of_rate(of_names(cases))) for weight, cases in parts]
+    tasks = [(weight, deviations_of_rate(of_tasks(cases))) for weight, cases in parts]
+    names = [(weight, deviations_of_rate(of_names(cases))) for weight, cases in parts]
     known = [[(weight, rate) for weight, rate in rates if rate is not None] for rates in (tasks, names)]
     if len(known[0]) < len(parts):
         return None
-    by_task, by_name = (_within_one(deviation.mean(rates)) for rates in known)
+    by_task, by_name = (_within_one(deviations_of_mean(rates)) for rates in known)
     return _certainty(by_task, by_name, _wilson)
 
 
@@ -142,9 +284,9 @@ def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
     The intervals are in percentage points, symmetric around second minus first.
     """
     pairs = [
-        (deviation.of_rate(sums(first)), deviation.of_rate(sums(second))) for sums in (of_tasks, of_names)
+        (deviations_of_rate(sums(first)), deviations_of_rate(sums(second))) for sums in (of_tasks, of_names)
     ]
-    known = [_as_is(deviation.difference(one, other)) for one, other in pairs if one and other]
+    known = [_as_is(deviations_of_difference(one, other)) for one, other in pairs if one and other]
     if len(known) < len(pairs):
         return None
     by_task, by_name = known

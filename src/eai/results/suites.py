@@ -1,15 +1,19 @@
-"""The lines of tidy tables by what they are lines of: a suite, and in it the models."""
+"""The lines of tidy tables by what they are lines of: a suite, and in it the models.
+
+Shares of lines are by their kind: of answers by leaf, of errors by check, of wrong goals by reason.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.share import NOTHING, Share
+from eai.abilities.share import NONE, NOTHING, ONE, Share
 from eai.results.certainty import Case
 from eai.results.lines import AnswerLine, Line
+from eai.results.table import Estimate
 
 L = TypeVar("L", bound=Line)
 
@@ -97,3 +101,22 @@ MEASURES: Mapping[Measure, Callable[[AnswerLine], Share]] = {
     Measure.GOALS: goals_of,
 }
 """What an answer adds to each measure."""
+
+
+K = TypeVar("K")
+
+
+def shares_by_kind(
+    lines: Sequence[Line], kinds: Sequence[K], asked: Iterable[K]
+) -> Iterator[tuple[K, Estimate]]:
+    """Each kind that is asked for, with the share of lines that are of it.
+
+    Args:
+        lines: all lines.
+        kinds: the kind of each.
+        asked: those to tell, in this order.
+    """
+    of_it, of_others = ([case_of(line, share) for line in lines] for share in (ONE, NONE))
+    for kind in asked:
+        chosen = zip(kinds, of_it, of_others, strict=True)
+        yield kind, Estimate.of([case if found == kind else other for found, case, other in chosen])

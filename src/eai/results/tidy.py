@@ -12,6 +12,7 @@ from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Shares
+from eai.abilities.statement import read_statement
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declaration import OTHER, OperatorVerdict, clause_content
 from eai.abilities.transition_modeling.task import Category
@@ -231,7 +232,10 @@ def _atoms(record: Record, key: Beginning, book: _Book | None, task: Task | None
         return
     for found in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, found):
-            call, reason = verdict.statement(atom), None
+            call, reason = (
+                (read_statement(atom) if record.explanation is None else record.explanation.statement(atom)),
+                None,
+            )
             if found == "wrong" and book is not None and task is not None:
                 reason = book.wrong_goals.reason(task, call).value
             yield AtomLine(

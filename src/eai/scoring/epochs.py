@@ -15,8 +15,7 @@ from eai.abilities.responses import Response, ResponseFile, attempt_name, write_
 from eai.abilities.verdict import Json
 from eai.benchmark.suite import Suite
 from eai.prompts.prompt import Prompt
-from eai.results.coverage import Coverage, coverage_of
-from eai.results.errata_effect import errata_effect
+from eai.results.coverage import Coverage, coverage_of, errata_effect
 from eai.results.rate import Rate
 from eai.results.summary import summarise
 from eai.scoring.answer import Answer, Place

@@ -10,10 +10,9 @@ from eai.abilities.codec import experiment_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
-from eai.results.attempts import by_attempt
-from eai.results.coverage import coverage_of, planners_of
-from eai.results.errata_effect import errata_effect
+from eai.results.coverage import coverage_of, errata_effect, planners_of
 from eai.results.rate import Rate
+from eai.results.summary import by_attempt
 from eai.scoring.records import line_of
 
 SUMMARY = "summary.json"

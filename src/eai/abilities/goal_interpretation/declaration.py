@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,6 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, add, confusion_shares, of_all
-from eai.abilities.statement import Statement, read_statement
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.world.fault import FaultKind
@@ -45,8 +44,6 @@ class GoalVerdict(Verdict):
         wrong: those that are wrong, likewise; the entries that lack a part come first, as they are written.
         missing: the conditions of the task that are not stated, as texts.
         aborts: whether the reference would end its whole run here.
-        atoms: what each of these texts says, as a value, without the entries that say nothing; None in older
-            records.
     """
 
     counts: Mapping[str, Confusion] | None = None
@@ -58,13 +55,6 @@ class GoalVerdict(Verdict):
     wrong: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     aborts: bool = False
-    atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
-
-    def statement(self, text: str) -> Statement:
-        """The statement of a stated or missing goal, in older records too; an entry without one is a name."""
-        if self.atoms is None:
-            return read_statement(text)
-        return self.atoms.get(text, Statement(text, None))
 
 
 OVERALL = "overall"

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotation, WrittenGoal
-from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind, Task
 from eai.logic.choice import Literal
 from eai.logic.frozen import Frozen
@@ -36,10 +35,6 @@ class _GoldGoal(Frozen):
         return self.best(0) is not None
 
 
-_REMEMBERED = 100
-"""How many sets of conditions of a task are remembered with what they say."""
-
-
 class GoldGoals:
     """The goals of a task. Conditions are numbered; sets of them are masks (bit i = condition i).
 
@@ -55,7 +50,6 @@ class GoldGoals:
         self._numbers: dict[WrittenGoal, int] = {}
         self.stated: list[WrittenGoal] = []
         self._texts: list[str] = []
-        self._values_of: dict[int, dict[str, Statement]] = {}
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = tuple(
@@ -73,15 +67,6 @@ class GoldGoals:
     def as_texts(self, mask: int) -> tuple[str, ...]:
         """The conditions of a set as texts."""
         return tuple([self._texts[number] for number in bits(mask)])
-
-    def as_statements(self, mask: int) -> dict[str, Statement]:
-        """The conditions of a set as values, by their texts; not to be changed."""
-        known = self._values_of.get(mask)
-        if known is None:
-            known = {self._texts[number]: self.stated[number].statement for number in bits(mask)}
-            if len(self._values_of) < _REMEMBERED:
-                self._values_of[mask] = known
-        return known
 
     def _number(self, literal: Literal) -> int:
         ground = self._lexicon.canonical(self._lexicon.grounded(literal))

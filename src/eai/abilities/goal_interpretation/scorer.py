@@ -27,7 +27,6 @@ from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.statement import Statement
 from eai.abilities.task import Task
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.world.domain import Domain
@@ -75,7 +74,9 @@ class GoalInterpretation(Scorer):
         if isinstance(goals, Unreadable):
             notes = (f"parsing: {goals.reason}",)
             nothing = WrittenGoals(())
-            return Assessment(self.unread(goals), lambda: Explanation(notes, goals=self.reports(nothing)))
+            return Assessment(
+                self.unread(goals), lambda: replace(self._explain(nothing, self.judge(nothing)), notes=notes)
+            )
         verdict = self.judge(goals)
         return Assessment(verdict, partial(self._explain, goals, verdict))
 
@@ -91,7 +92,6 @@ class GoalInterpretation(Scorer):
         wanted, found = reduce(or_, self._chosen(said), 0), 0
         wrong: list[str] = []
         kinds: list[str] = []
-        atoms: dict[str, Statement] = {}
         for goal, times in said.items():
             meant = self.gold.mask_of.get(goal, 0) & wanted
             asked = meant.bit_count()
@@ -99,13 +99,9 @@ class GoalInterpretation(Scorer):
                 times = min(times, max(1, asked, self.lexicon.instances(goal)))
             found |= meant if times >= asked else first_bits(meant, times)
             if times > asked:
-                text = str(goal)
-                name, names, positive, is_action = goal
-                atoms[text] = Statement(name, None if is_action and not names else names, positive)
-                wrong += [text] * (times - asked)
+                wrong += [str(goal)] * (times - asked)
                 kinds += [self.lexicon.kind(goal)] * (times - asked)
         missing = wanted & ~found
-        asked_for = self.gold.as_statements(wanted)
         return GoalVerdict(
             counts={
                 **{
@@ -124,7 +120,6 @@ class GoalInterpretation(Scorer):
             matched=self.gold.as_texts(found),
             wrong=tuple(wrong),
             missing=self.gold.as_texts(missing),
-            atoms={**asked_for, **atoms} if atoms else asked_for,
         )
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
@@ -154,6 +149,7 @@ class GoalInterpretation(Scorer):
         )
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
+        told = {*verdict.matched, *verdict.wrong, *verdict.missing}
         return Explanation(
             notes=(
                 *repair_notes(goals.repairs),
@@ -168,7 +164,16 @@ class GoalInterpretation(Scorer):
                 *self._lacking(goals),
             ),
             goals=self.reports(goals),
+            atoms={
+                text: goal.statement
+                for goal in (*self.gold.stated, *self.counted(goals))
+                if (text := str(goal)) in told
+            },
         )
+
+    def counted(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+        """What of an answer is right or wrong."""
+        return self._stated(goals).known
 
     def _lacking(self, goals: WrittenGoals) -> Iterator[str]:
         """The conditions that are missed of goals of several that are stated in part."""

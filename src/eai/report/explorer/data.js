@@ -1,4 +1,4 @@
-// The records, unpacked. The keys are those of explorer_data.py.
+// The records, unpacked. The keys are those of explorer.py.
 
 const packed = JSON.parse(document.getElementById('data').textContent);
 const text = (number) => packed.texts[number];

@@ -17,11 +17,10 @@ from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
 from eai.abilities.share import of_all
 from eai.errors import InputError
-from eai.results.attempts import after
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases, certainty_of_difference
 from eai.results.rate import rate_of
-from eai.results.summary import cases_of, name_of
+from eai.results.summary import after, cases_of, name_of
 from eai.results.table import Cell, Estimate, Table
 from eai.world.fault import FaultKind
 

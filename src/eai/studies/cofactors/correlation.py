@@ -6,8 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from eai.results.certainty import LEVEL
-from eai.results.student import two_sided_quantile
+from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.table import Estimate
 
 if TYPE_CHECKING:

@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from eai.results.certainty import LEVEL
-from eai.results.student import two_sided_quantile
+from eai.results.certainty import LEVEL, two_sided_quantile
 
 if TYPE_CHECKING:
     import numpy as np

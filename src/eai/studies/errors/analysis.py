@@ -11,8 +11,7 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.share import Share, of_all
 from eai.results.certainty import Case
 from eai.results.lines import AnswerLine, ClauseLine
-from eai.results.shares import shares_by_kind
-from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
+from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of, shares_by_kind
 from eai.results.table import Cell, Estimate, Label, Table
 
 RUNTIME = (

@@ -8,8 +8,7 @@ from collections.abc import Iterator, Sequence
 from eai.abilities.share import of_all
 from eai.results.certainty import Case
 from eai.results.lines import AtomLine
-from eai.results.shares import shares_by_kind
-from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
+from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of, shares_by_kind
 from eai.results.table import Cell, Estimate, Table
 from eai.results.wrong_goals import Reason
 

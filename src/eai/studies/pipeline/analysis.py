@@ -20,6 +20,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
 from eai.abilities.responses import file_name
 from eai.abilities.share import of_all
+from eai.abilities.statement import read_statement
 from eai.abilities.verdict import Verdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_planned_book
@@ -275,7 +276,7 @@ def _difference(one: Sequence[Case], other: Sequence[Case]) -> Estimate:
 def _conditions(verdict: GoalVerdict) -> Iterator[tuple[str, bool]]:
     """The conditions that are asked for, by predicate, and whether each is missing."""
     for conditions, missed in ((verdict.matched, False), (verdict.missing, True)):
-        yield from ((verdict.statement(condition).name, missed) for condition in conditions)
+        yield from ((read_statement(condition).name, missed) for condition in conditions)
 
 
 def analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
