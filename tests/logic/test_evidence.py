@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 
-from eai.logic.evidence import Breach, breach, explain
+from eai.logic.evidence import _Breach, breach, explain
 from eai.logic.formula import Always, And, Atom, Eventually, Formula, Next, Not, Or, Then, Until
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
@@ -59,15 +59,15 @@ def test_a_part_about_time_is_completed_as_early_as_possible() -> None:
 @pytest.mark.parametrize(
     ("formula", "expected"),
     [
-        (And((Eventually(P), R)), Breach(R, None)),
-        (And((Eventually(R), Always(P))), Breach(Eventually(R), None)),
-        (And((Eventually(Q), Always(P))), Breach(P, 2)),
-        (And((Next(Q), R)), Breach(Next(Q), None)),
-        (Always(Or((P, Q))), Breach(Or((P, Q)), 3)),
-        (Until(P, R), Breach(P, 2)),
-        (Until(Not(R), R), Breach(R, None)),
-        (And((And((P, Q)), Eventually(P))), Breach(And((P, Q)), None)),
+        (And((Eventually(P), R)), _Breach(R, None)),
+        (And((Eventually(R), Always(P))), _Breach(Eventually(R), None)),
+        (And((Eventually(Q), Always(P))), _Breach(P, 2)),
+        (And((Next(Q), R)), _Breach(Next(Q), None)),
+        (Always(Or((P, Q))), _Breach(Or((P, Q)), 3)),
+        (Until(P, R), _Breach(P, 2)),
+        (Until(Not(R), R), _Breach(R, None)),
+        (And((And((P, Q)), Eventually(P))), _Breach(And((P, Q)), None)),
     ],
 )
-def test_what_is_violated_and_where(formula: Formula, expected: Breach) -> None:
+def test_what_is_violated_and_where(formula: Formula, expected: _Breach) -> None:
     assert breach(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

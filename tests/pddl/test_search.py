@@ -18,7 +18,7 @@ from eai.pddl.literals import Literals, Successors
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import BuiltInPlanner, Pairs, search
+from eai.pddl.search import BuiltInPlanner, _Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
 from pddl.random_pddl import DOMAINS, PROBLEMS
 from protocols import of_reference
@@ -246,7 +246,7 @@ def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: P
     grounder = Grounder(domain, problem)
     actions = list(grounder.actions())
     initial, atoms = grounder.initial, grounder.atoms
-    pairs = Pairs(actions, atoms, initial, Effort())
+    pairs = _Pairs(actions, atoms, initial, Effort())
     literals = Literals(atoms, Effort())
     successors = Successors(actions, literals, Effort())
     waiting, seen = [initial], {initial}
@@ -289,8 +289,8 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
     assert condition is not None
     actions = list(grounder.actions())
     looks = Effort()
-    assert Pairs(actions, grounder.atoms, grounder.initial, looks).allow(condition) is is_allowed
-    assert Pairs(actions, grounder.atoms, grounder.initial, Effort(looks.used // 2)).allow(condition)
+    assert _Pairs(actions, grounder.atoms, grounder.initial, looks).allow(condition) is is_allowed
+    assert _Pairs(actions, grounder.atoms, grounder.initial, Effort(looks.used // 2)).allow(condition)
 
 
 @pytest.mark.parametrize(

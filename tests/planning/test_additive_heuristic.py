@@ -4,7 +4,7 @@ import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.greedy_search import PreferredOperators
+from eai.planning.greedy_search import _PreferredOperators
 from eai.planning.subgoal import Subgoal
 from eai.world.execution import Action
 from world import toy
@@ -51,7 +51,7 @@ def test_the_estimate_adds_up_what_must_be_done(condition: Formula, cost: float)
 
 
 def preferred(estimates: Estimates, formula: Formula) -> list[Action]:
-    found = PreferredOperators(HEURISTIC, estimates)
+    found = _PreferredOperators(HEURISTIC, estimates)
     found.towards(Subgoal(formula, {}, True))
     return list(found.actions)
 
@@ -64,7 +64,7 @@ def test_helpful_actions_are_possible_at_once() -> None:
     assert preferred(estimates, both) == [go, lift]
     supporter = estimates.to_action(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
-    found = PreferredOperators(HEURISTIC, estimates)
+    found = _PreferredOperators(HEURISTIC, estimates)
     found.along(supporter)
     assert list(found.actions) == [go]
     assert estimates.to_action(("FLY",)).cost == INFINITE

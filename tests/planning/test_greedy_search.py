@@ -3,7 +3,7 @@ from __future__ import annotations
 from eai.logic.formula import Atom, Constant, Not
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.greedy_search import GreedySearch, Target
-from eai.planning.planner import Agenda, alone
+from eai.planning.planner import _Agenda, alone
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
@@ -24,8 +24,8 @@ LIT, HELD, CARRIED = subgoal("lit", "lamp"), subgoal("holding", "red"), subgoal(
 FIXED = subgoal("at", "lamp", "hall")
 
 
-def agenda(*goals: Subgoal, states: int = 1_000) -> Agenda:
-    return Agenda(HEURISTIC, SUCCESSORS, GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
+def agenda(*goals: Subgoal, states: int = 1_000) -> _Agenda:
+    return _Agenda(HEURISTIC, SUCCESSORS, GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
 
 
 def told(node: PlanNode | None) -> list[str]:

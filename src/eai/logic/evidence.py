@@ -28,14 +28,14 @@ class Evidence:
 
 
 @dataclass(frozen=True, slots=True)
-class Breach:
+class _Breach:
     """The violated part of a formula: one that should have held at a position, or (None) at some."""
 
     part: Formula
     position: int | None
 
 
-def breach(formula: Formula, trace: Trace) -> Breach:
+def breach(formula: Formula, trace: Trace) -> _Breach:
     """The violated parts of a formula that does not hold on the trace.
 
     Of what must always be so, and of what must be so until something else is, the first position at which it
@@ -46,14 +46,14 @@ def breach(formula: Formula, trace: Trace) -> Breach:
     match formula:
         case And(parts) if parts:
             failing = [part for part in parts if not evaluator.on(part, {}, end) & 1]
-            return breach(failing[0], trace) if failing else Breach(formula, None)
+            return breach(failing[0], trace) if failing else _Breach(formula, None)
         case Always(body) | Until(left=body):
             lacking = ~evaluator.at(body, {}, end) & ((2 << end) - 1)
             if lacking:
-                return Breach(body, next(positions_in(lacking)))
-            return Breach(formula.right if isinstance(formula, Until) else body, None)
+                return _Breach(body, next(positions_in(lacking)))
+            return _Breach(formula.right if isinstance(formula, Until) else body, None)
         case _:
-            return Breach(explain(formula, trace).failed[0], None)
+            return _Breach(explain(formula, trace).failed[0], None)
 
 
 def explain(formula: Formula, trace: Trace) -> Evidence:

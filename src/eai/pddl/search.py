@@ -5,7 +5,7 @@ Nebel 2001); the first actions of the relaxed plan are preferred, and all the mo
 2006, Richter and Helmert 2009); then relaxed planning is also carried out, and the state that it leads to
 comes next (`Lookahead`). What of the operators cannot matter is left out (`relevant`). First only actions on
 the objects that the goal is about are tried, then all; a search that takes long asks whether the goal is
-possible at all (`Pairs`). Effort is bounded by a number of evaluated states and not by a clock, so that equal
+possible at all (pairs). Effort is bounded by a number of evaluated states and not by a clock, so that equal
 input gives an equal answer on every machine. On the gold operators the default limits leave no problem
 undecided.
 
@@ -208,7 +208,7 @@ class _Search:
 
     def _goal_is_consistent(self) -> bool:
         """Whether the goal may hold in a state that actions lead to, as far as pairs of literals tell."""
-        pairs = Pairs(self._actions, self._literals.atoms, self._initial, self._looks)
+        pairs = _Pairs(self._actions, self._literals.atoms, self._initial, self._looks)
         return pairs.allow(self._condition)
 
     def _look_ahead(self, node: _Node, literals: int) -> _Node:
@@ -229,7 +229,7 @@ class _Rule(NamedTuple):
     lost: int
 
 
-class Pairs:
+class _Pairs:
     """Reachable pairs: the literals that may hold together in a state that actions lead to from a first one.
 
     That a hand which holds one thing holds no other is a statement on pairs, which a relaxed plan forgets.

@@ -141,7 +141,7 @@ class _Run:
     def _estimate(self, node: PlanNode) -> _Estimate:
         subgoals, taken = self._target
         estimates = Estimates(self._heuristic, node.state, self._successors.objects, subgoals)
-        preferred = PreferredOperators(self._heuristic, estimates)
+        preferred = _PreferredOperators(self._heuristic, estimates)
         total = 0.0
         for condition in subgoals:
             cost = estimates.to(condition)
@@ -155,7 +155,7 @@ class _Run:
         return _Estimate(total, tuple(preferred.actions))
 
 
-class PreferredOperators:
+class _PreferredOperators:
     """Collects the preferred actions of one state.
 
     Args:

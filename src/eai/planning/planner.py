@@ -120,7 +120,7 @@ class _PlanSearch:
         """Search until there is a plan, nothing is left, or the limits are reached."""
         subgoals = [Subgoal(condition, {}, True) for condition in self._goal.conditions]
         goals = tuple([goal for each in subgoals for goal in conjuncts(each, start.state.scene)])
-        agenda = Agenda(self._heuristic, self._successors, self._search, goals)
+        agenda = _Agenda(self._heuristic, self._successors, self._search, goals)
         everything = Target(goals, len(self._goal.actions))
         node, limits, effort = start, _FIRST, self._search.effort
         while not self._is_reached(node):
@@ -146,7 +146,7 @@ class _PlanSearch:
         return node.met == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
 
 
-class Agenda:
+class _Agenda:
     """Reaches the goals of one task one by one, each by a search that ends with all reached before intact.
 
     Goals that can be put in such an order are called serialisable (Korf 1987). The one that looks nearest

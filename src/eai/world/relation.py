@@ -18,7 +18,7 @@ _PRIME = (1 << 60) - 93
 """A prime number modulo which few powers of 2 are the same."""
 
 
-class Pair(NamedTuple):
+class _Pair(NamedTuple):
     """A member of a relation, by object index."""
 
     source: int
@@ -47,7 +47,7 @@ class Matrix:
         self.targets = reduce(or_, self.rows, 0) if targets is None else targets
 
     @classmethod
-    def of_pairs(cls, size: int, pairs: Iterable[Pair | tuple[int, int]]) -> Matrix:
+    def of_pairs(cls, size: int, pairs: Iterable[_Pair | tuple[int, int]]) -> Matrix:
         """The matrix over ``size`` objects that holds exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
@@ -166,11 +166,11 @@ class Relation:
         else:
             self.set_row(source, self.row(source) & ~(1 << target))
 
-    def pairs(self) -> Iterator[Pair]:
+    def pairs(self) -> Iterator[_Pair]:
         """All members, by source and then target."""
         for source in range(len(self._base.rows)):
             for target in bits(self.row(source)):
-                yield Pair(source, target)
+                yield _Pair(source, target)
 
     def __len__(self) -> int:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))

@@ -7,7 +7,7 @@ import pytest
 import eai.world as w
 from eai.abilities.subgoal_decomposition.ground import Ground
 from eai.abilities.subgoal_decomposition.repertoire import Repertoire
-from eai.abilities.subgoal_decomposition.uniform_cost import Movement, Way
+from eai.abilities.subgoal_decomposition.uniform_cost import Way, _Movement
 from eai.planning.search import Effort
 from eai.world.execution import Action, execute
 from world import toy
@@ -34,10 +34,10 @@ ACTIONS = [
 ]
 
 
-def movement(allowed: int) -> tuple[Movement, Effort]:
+def movement(allowed: int) -> tuple[_Movement, Effort]:
     known, effort = Repertoire(DOMAIN).known, Effort(allowed)
     moves = [Ground.of(action, known[action.operator], SITTING) for action in ACTIONS]
-    return Movement(moves, effort), effort
+    return _Movement(moves, effort), effort
 
 
 def written(way: Way) -> str:
@@ -75,5 +75,5 @@ def test_ways_are_found_once_and_as_far_as_they_are_looked_at() -> None:
 
 
 def test_without_anything_that_moves_there_is_no_movement() -> None:
-    assert not Movement([], Effort(9))
+    assert not _Movement([], Effort(9))
     assert movement(0)[0]

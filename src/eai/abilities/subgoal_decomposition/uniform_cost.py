@@ -80,7 +80,7 @@ class SearchGoal(NamedTuple):
         return 1 + self.size // _TESTED_AT_ONCE
 
 
-class Movement:
+class _Movement:
     """Where movement leads: what makes another action possible, and is done as often as that needs it.
 
     Args:
@@ -160,7 +160,7 @@ class UniformCostSearch:
         self.goal = goal
         self.permitted = permitted
         self._effort = Effort(budget)
-        self.movement = Movement(permitted.movement, self._effort)
+        self.movement = _Movement(permitted.movement, self._effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
         self._grounds: Sequence[Ground] = ()
