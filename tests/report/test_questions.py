@@ -51,6 +51,11 @@ def test_a_report_has_a_table_with_intervals_and_chance(eai: Command, scored: Pa
     assert '"world_model"' in Path("report/explorer.html").read_text()
 
 
+def test_the_leaderboard_ranks_them(eai: Command, scored: Path) -> None:
+    (table,) = json.loads(eai("leaderboard", scored, "--json").out)["tables"]
+    assert (table["name"], [row["model"] for row in table["rows"]]) == ("world_model", ["sure", "unsure"])
+
+
 def test_models_are_compared_by_kind(eai: Command, scored: Path) -> None:
     outcome = eai("compare", scored / "sure", scored / "unsure", "--json")
     (found,) = json.loads(outcome.out)

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR
 from eai.cli.console import counted, note, output, say
 from eai.cli.options import AsJson, Wide
 from eai.report.document import unnamed_remark
@@ -35,12 +36,15 @@ def leaderboard(
 ) -> None:
     """Print the main results of runs, one table a domain and protocol, the best model first.
 
+    An ability that is none of the paper's has a table of its own.
+
     Example: eai leaderboard scores --paper
     """
     summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
-    tables = [table for table in rankings(ranked, with_paper=paper) if table.name == _OVERVIEW]
+    shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(FOUR)}
+    tables = [table for table in rankings(ranked, with_paper=paper) if table.name in shown]
     if as_json:
         print(rankings_json(tables), end="")
         return
