@@ -8,7 +8,7 @@ from functools import partial
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import SearchLimits
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.task import Task
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.subgoal_notation import BehaviorSubgoals
@@ -19,7 +19,7 @@ from protocols import of_reference
 
 
 def virtualhome_subgoals(
-    protocol: Protocol, limits: SearchLimits | None = None
+    protocol: Protocol, limits: ExplorationLimits | None = None
 ) -> Callable[[Task], SubgoalDecomposition]:
     """What makes the scorer of a VirtualHome task."""
     if protocol is Protocol("eai-1.0.5"):
@@ -30,7 +30,7 @@ def virtualhome_subgoals(
 
 
 def behavior_subgoals(
-    protocol: Protocol, limits: SearchLimits | None = None
+    protocol: Protocol, limits: ExplorationLimits | None = None
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """What makes the scorer of a BEHAVIOR task."""
     if protocol is Protocol("eai-1.0.5"):

@@ -21,7 +21,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Plan, Plans, Program
-from eai.abilities.subgoal_decomposition.search import SearchLimits
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior import predicates as p
 from eai.households.behavior.subgoal_notation import (
@@ -208,7 +208,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
     goals as they are in the initial state.
     """
 
-    def __init__(self, task: BehaviorTask, *, limits: SearchLimits | None = None) -> None:
+    def __init__(self, task: BehaviorTask, *, limits: ExplorationLimits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
         domain = behavior_quirks.as_in_reference_subgoals()
         goals = behavior_goal_test(task)

@@ -25,7 +25,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Program,
 )
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits, Outcome
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
@@ -131,7 +131,7 @@ _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
 
-    def __init__(self, task: Task, *, limits: SearchLimits | None = None) -> None:
+    def __init__(self, task: Task, *, limits: ExplorationLimits | None = None) -> None:
         domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
         super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
         self.excluded = None

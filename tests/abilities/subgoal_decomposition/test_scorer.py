@@ -13,7 +13,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict, cont
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import SearchLimits
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.task import make_task as task_of
 from eai.abilities.verdict import Tally
@@ -300,7 +300,7 @@ def test_a_task_without_goals_is_excluded_and_explained() -> None:
 
 
 def test_the_end_of_the_search_is_told() -> None:
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=SearchLimits(attempts=1))
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=ExplorationLimits(attempts=1))
     verdict = scorer.score(answer("at(red, shed)", "lit(lamp)"))
     assert verdict.search == "attempts"
 

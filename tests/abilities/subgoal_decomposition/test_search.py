@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
+from eai.abilities.subgoal_decomposition.search import ExplorationEnd, ExplorationLimits, Outcome, search
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic.formula import FALSE
 from eai.logic.ltl import parse
@@ -46,10 +46,10 @@ def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruc
 
 
 def run(
-    made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: SearchLimits | None = None
+    made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: ExplorationLimits | None = None
 ) -> Outcome:
     progress = GoalProgress(parse(goal).formula, SCENE)
-    return search(DOMAIN, START, made, progress, limits or SearchLimits(branches=10_000))
+    return search(DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000))
 
 
 def done(outcome: Outcome) -> list[str]:
@@ -142,12 +142,12 @@ def test_alternatives_are_all_followed() -> None:
 
 def test_the_limits_end_the_search_visibly() -> None:
     made = program([[GO], [OPEN], [CLOSE], [OPEN]])
-    outcome = run(made, limits=SearchLimits(attempts=2))
-    assert (outcome.end, outcome.attempts, outcome.success) == (SearchEnd.ATTEMPTS, 2, False)
-    assert run(made, limits=SearchLimits(attempts=4)).end is SearchEnd.COMPLETE
+    outcome = run(made, limits=ExplorationLimits(attempts=2))
+    assert (outcome.end, outcome.attempts, outcome.success) == (ExplorationEnd.ATTEMPTS, 2, False)
+    assert run(made, limits=ExplorationLimits(attempts=4)).end is ExplorationEnd.COMPLETE
     dear = program([[GO], [OPEN], [CLOSE], [OPEN]], effort=5)
-    assert run(dear, limits=SearchLimits(effort=15)).end is SearchEnd.EFFORT
-    assert run(dear, limits=SearchLimits(effort=21)).end is SearchEnd.COMPLETE
+    assert run(dear, limits=ExplorationLimits(effort=15)).end is ExplorationEnd.EFFORT
+    assert run(dear, limits=ExplorationLimits(effort=21)).end is ExplorationEnd.COMPLETE
 
 
 def test_choices_that_meet_in_one_state_do_not_multiply() -> None:

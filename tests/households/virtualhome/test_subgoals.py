@@ -11,7 +11,7 @@ from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import SearchLimits
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.verdict import Tally, Verdict
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
@@ -233,7 +233,7 @@ def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
 
 
 def test_the_end_of_the_search_is_told() -> None:
-    scorer = virtualhome_subgoals(Protocol.STRICT, SearchLimits(attempts=3))(TASK)
+    scorer = virtualhome_subgoals(Protocol.STRICT, ExplorationLimits(attempts=3))(TASK)
     verdict = scorer.score(answer(*REACHED))
     assert (verdict.search, verdict.attempts) == ("attempts", 4)
     assert any("the search was ended" in note for note in scorer.explain(answer(*REACHED)).notes)

@@ -18,7 +18,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
 from eai.abilities.subgoal_decomposition.refinement import Refinement
-from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
+from eai.abilities.subgoal_decomposition.search import ExplorationEnd, ExplorationLimits, Outcome, search
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
@@ -75,7 +75,7 @@ class SubgoalDecomposition(Scorer):
         refinement: Refinement | None = None,
         *,
         goals: GoalTest | None = None,
-        limits: SearchLimits | None = None,
+        limits: ExplorationLimits | None = None,
     ) -> None:
         self.task = task
         self.domain = domain
@@ -87,7 +87,7 @@ class SubgoalDecomposition(Scorer):
         self.temporal_goal = self._temporal_goal()
         self._goal = self._goal_to_reach()
         self._programs: Programs | None = None
-        self._limits = limits or SearchLimits()
+        self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and what becomes of it step by step in the reported branch."""
@@ -191,7 +191,7 @@ class SubgoalDecomposition(Scorer):
         notes = [category_of(outcome).value, *repair_notes(compiled.repairs)]
         notes += _left_out(compiled)
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
-        if outcome.end is not SearchEnd.COMPLETE:
+        if outcome.end is not ExplorationEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value}")
         error = error_of(branch, self.domain, self.task.scene)
         steps = step_reports(self.task, self.domain, branch.trajectory)

@@ -1,8 +1,8 @@
-"""Search over the ways of carrying out a sequence of subgoals.
+"""Exploration of all ways of carrying out a sequence of subgoals.
 
 A subgoal can be translated into several plans, and an ``or`` leaves a choice of subgoals; each choice makes a
 branch, and all branches are explored. Branches that meet in one state, with the same subgoals left and the
-same progress towards the goal, have the same future, so that only the best of them go on: 2^k choices do not
+same progress towards the goal, have the same future, so that only the best of them are followed: 2^k choices do not
 cost 2^k executions. What is reported is what a search without merging would report. (The states that a branch
 has been through can make its last error a wrong order instead of a missing step, but no branch is preferred
 for that.)
@@ -64,7 +64,7 @@ class _BranchGoal(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class SearchLimits(Frozen):
+class ExplorationLimits(Frozen):
     """How much a search may do.
 
     Attributes:
@@ -79,7 +79,7 @@ class SearchLimits(Frozen):
     effort: int = 100_000
 
 
-class SearchEnd(str, Enum):
+class ExplorationEnd(str, Enum):
     """Why a search ended."""
 
     COMPLETE = "complete"
@@ -106,13 +106,13 @@ class Outcome(Frozen):
     reported: Branch
     success: bool
     executable: bool
-    end: SearchEnd
+    end: ExplorationEnd
     attempts: int
     ended: tuple[Branch, ...] = ()
 
 
 def search(
-    domain: Domain, initial: State, program: Program, goal: _BranchGoal, limits: SearchLimits
+    domain: Domain, initial: State, program: Program, goal: _BranchGoal, limits: ExplorationLimits
 ) -> Outcome:
     """Carry out a program of subgoals in all ways."""
     return _Search(domain, program, goal, limits).run(Branch(Past(initial)))
@@ -121,7 +121,9 @@ def search(
 class _Search:
     """The state of one search."""
 
-    def __init__(self, domain: Domain, program: Program, goal: _BranchGoal, limits: SearchLimits) -> None:
+    def __init__(
+        self, domain: Domain, program: Program, goal: _BranchGoal, limits: ExplorationLimits
+    ) -> None:
         self._domain = domain
         self._program = program
         self._goal = goal
@@ -129,7 +131,7 @@ class _Search:
         self._waiting: list[list[Branch]] = [[] for _ in program]
         self._attempts = Effort(limits.attempts)
         self._effort = Effort(limits.effort)
-        self._end = SearchEnd.COMPLETE
+        self._end = ExplorationEnd.COMPLETE
         self._is_cut = False
         self._successful = BestBranch(longer=False)
         self._executable = BestBranch(longer=True)
@@ -144,7 +146,7 @@ class _Search:
             self._waiting[number] = []
             for branch in self._followed(waiting, instruction):
                 self._go_on(branch, instruction)
-                if self._end is not SearchEnd.COMPLETE:
+                if self._end is not ExplorationEnd.COMPLETE:
                     return self._outcome(branch)
         return self._outcome(start)
 
@@ -161,8 +163,8 @@ class _Search:
                 return without_twins(waiting, _NONE)
 
     def _outcome(self, fallback: Branch) -> Outcome:
-        if self._is_cut and self._end is SearchEnd.COMPLETE and self._successful.branch is None:
-            self._end = SearchEnd.BRANCHES
+        if self._is_cut and self._end is ExplorationEnd.COMPLETE and self._successful.branch is None:
+            self._end = ExplorationEnd.BRANCHES
         best = (self._successful.branch, self._executable.branch, self._failed.branch, fallback)
         return Outcome(
             reported=next(filter(None, best)),
@@ -265,7 +267,7 @@ class _Search:
 
     def _is_exhausted(self) -> bool:
         if self._attempts.is_used_up:
-            self._end = SearchEnd.ATTEMPTS
+            self._end = ExplorationEnd.ATTEMPTS
         elif self._effort.is_used_up:
-            self._end = SearchEnd.EFFORT
-        return self._end is not SearchEnd.COMPLETE
+            self._end = ExplorationEnd.EFFORT
+        return self._end is not ExplorationEnd.COMPLETE
