@@ -2,10 +2,10 @@
 
 A subgoal can be translated into several plans, and an ``or`` leaves a choice of subgoals; each choice makes a
 branch, and all branches are explored. Branches that meet in one state, with the same subgoals left and the
-same progress towards the goal, have the same future, so that only the best of them are followed: 2^k choices do not
-cost 2^k executions. What is reported is what a search without merging would report. (The states that a branch
-has been through can make its last error a wrong order instead of a missing step, but no branch is preferred
-for that.)
+same progress towards the goal, have the same future, so that only the best of them are followed: 2^k choices
+do not cost 2^k executions. What is reported is what a search without merging would report. (The states that a
+branch has been through can make its last error a wrong order instead of a missing step, but no branch is
+preferred for that.)
 """
 
 from __future__ import annotations
