@@ -12,7 +12,7 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
-from eai.questions.declaration import QuestionVerdict
+from eai.questions.declaration import QuestionVerdict, open_questions
 from eai.questions.question import Accept, Form, Kind, Question, questions_content
 from eai.questions.shortcuts import balance_of
 from eai.results.certainty import certainty_of_rate
@@ -182,3 +182,9 @@ def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_d
     for kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
         assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0
     assert entropy(Kind.STATE, "at ball", "at box") == 1
+
+
+def test_a_task_file_is_none_of_questions(tmp_path: Path) -> None:
+    file = tmp_path / "tasks.jsonl"
+    file.write_text('{"id":"one","version":1,"base":"lamps:lamps"}\n', encoding="utf-8")
+    assert open_questions(file) is None

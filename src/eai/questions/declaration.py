@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -141,6 +142,10 @@ def alike(one: QuestionVerdict, other: QuestionVerdict) -> bool:
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 
+_QUESTION = re.compile(rb'\{"id":(?!.*?"base":)')
+"""How a file of questions begins. That of a task file, which begins alike, goes on with whose world it is."""
+
+
 def open_questions(path: Path) -> OwnTasks | None:
     """The questions of a file; None if it is one of something else.
 
@@ -148,7 +153,7 @@ def open_questions(path: Path) -> OwnTasks | None:
         InputError: it begins with a question, and cannot be read.
     """
     with path.open("rb") as file:
-        if not file.readline().startswith(b'{"id":'):
+        if not _QUESTION.match(file.readline()):
             return None
     found = read_questions(path)
     guesses = guesses_of(found.questions)
