@@ -46,16 +46,16 @@ START = [BARE, "-m", "eai"] if BARE else [sys.executable, "-c", WITHOUT_THEM]
 
 NEEDED = {
     "run --model eai/noisy --limit 2": "run",
-    "questions run questions.jsonl --model eai/oracle --out answers": "run",
+    "run --ability world_model --domain questions.jsonl --model eai/oracle --out answers": "run",
     "score log.eval --domain behavior --ability action_sequencing": "run",
     "score m_outputs.parquet --domain behavior --ability action_sequencing": "analysis",
     "analyze table runs --out out --with formats=parquet": "analysis",
     "analyze cofactors runs --out out": "analysis",
     "analyze items runs --out out": "analysis",
     "analyze all runs --out out": "analysis",
-    "pictures --domain virtualhome --tasks 27_2 --out out": "plots",
+    "export pictures --domain virtualhome --tasks 27_2 --out out": "plots",
     "data stats --distributions": "plots",
-    "data croissant --out out": "croissant",
+    "tasks write --croissant --out out": "croissant",
     "score m_outputs.json --domain behavior --ability transition_modeling --planner fast_downward": "planner",
 }
 """Commands that cannot do without an extra."""
@@ -75,7 +75,7 @@ SPARED = {
     "analyze table runs --out out": "",
     "explain runs --failed": "",
     "leaderboard runs": "",
-    "pictures --domain virtualhome --tasks 27_2 --out out --format svg": "",
+    "export pictures --domain virtualhome --tasks 27_2 --out out --format svg": "",
     "data stats": "",
 }
 """Commands that can, and what they say of it."""

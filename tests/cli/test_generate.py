@@ -53,9 +53,9 @@ def test_splits_have_nothing_in_common_in_whatever_order_they_are_made(eai: Comm
     nothing = {"tasks": 3, "same": 0, "same_goals": 0, "solved_by_lookup": 0}
     assert overlap == {"test": {"train": nothing}}
     files = [str(tmp_path / f"{split}.jsonl") for split in ("train", "test")]
-    told = eai("tasks", "overlap", *files, "--json")
+    told = eai("tasks", "check", files[1], "--against", files[0], "--json")
     assert json.loads(told.out) == nothing
-    same = eai("tasks", "overlap", files[0], files[0])
+    same = eai("tasks", "check", files[0], "--against", files[0])
     assert same.out == "of 3 tasks 3 are the same, 3 have the same goals, 0 are solved by lookup\n"
     away = tmp_path / "elsewhere"
     made(eai, away, "--split", "test", "--tier", "S", "--seed", 3, "--against", files[1])
@@ -73,7 +73,7 @@ def test_only_three_splits_have_a_name(eai: Command, tmp_path: Path) -> None:
 
 def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Path) -> None:
     made(eai, tmp_path, "--split", "test", "--secret", "only we know", "--tier", "S")
-    asked = ("tasks", "reveal", tmp_path, "--split", "test", "--secret")
+    asked = ("tasks", "check", tmp_path, "--split", "test", "--secret")
     assert eai(*asked, "only we know").status == 0
     guessed = eai(*asked, "a guess")
     assert guessed.status == 2
@@ -82,7 +82,7 @@ def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Pat
     file = tmp_path / "test.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:2]))
     assert "is not what was published" in eai(*asked, "only we know").out
-    assert "made with a secret" in eai("tasks", "reveal", tmp_path, "--split", "x", "--secret", "s").err
+    assert "made with a secret" in eai("tasks", "check", tmp_path, "--split", "x", "--secret", "s").err
 
 
 def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:

@@ -16,16 +16,16 @@ from eai.cli import app
 from eai.data.store import Store
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
-WITHOUT = {"annotate choose", "tasks schema"}
+WITHOUT = {"annotate choose"}
 """A conversation, and what is JSON anyhow."""
 
 PLAN = ("--domain", "lamps:lamps", "--ability", "action_sequencing")
 MADE: dict[tuple[str, ...], dict[str, Any]] = {
     ("prompts", *PLAN, "--out", "p.json"): {"files": ["p.json"]},
-    ("human", "form", *PLAN, "--out", "f.html"): {"file": "f.html", "questions": 2},
-    ("pictures", *PLAN[:2], "--format", "svg"): {"folder": "pictures", "pictures": 2},
+    ("prompts", *PLAN, "--out", "f.html"): {"file": "f.html", "questions": 2},
+    ("export", "pictures", *PLAN[:2], "--format", "svg"): {"folder": "pictures", "pictures": 2},
     ("tasks", "write", *PLAN[:2], "--out", "t.jsonl"): {"file": "t.jsonl", "tasks": 2},
-    ("questions", "write", *PLAN[:2], "--n", "4", "--out", "q.jsonl"): {"file": "q.jsonl", "questions": 4},
+    ("export", "questions", *PLAN[:2], "--n", "4", "--out", "q.jsonl"): {"file": "q.jsonl", "questions": 4},
     ("export", "prompts", *PLAN, "--out", "r.jsonl"): {"path": "r.jsonl", "rows": 2, "left_out": {}},
     ("generate", "--like", "lamps:lamps", "--n", "1", "--out", "new"): {
         "file": "new/tasks.jsonl",

@@ -141,6 +141,24 @@ def test_every_command_is_where_its_place_says(eai: Command) -> None:
     assert [name for name in cli._Commands.places if f" {name} " not in told] == []
 
 
+def test_there_are_few_commands() -> None:
+    """14 at the top, 30 in all; one more has to take the place of one."""
+    top = list(get_command(app).commands)  # type: ignore[attr-defined]
+    below = [name for name in commands(get_command(app)) if " " in name]
+    assert len(top) <= 14
+    assert len(top) + len(below) <= 30
+
+
+@pytest.mark.parametrize(("former", "now"), list(cli._RENAMED.items()))
+def test_a_command_that_has_another_name_says_which(eai: Command, former: str, now: str) -> None:
+    done = eai(*former.split(), "x")
+    assert (done.status, done.err) == (2, f"eai: eai {former}: write eai {now}\n")
+    assert (
+        "No such command"
+        not in eai(*[w for w in now.split() if w.islower() and w.isalpha()][:2], "--help").err
+    )
+
+
 def test_a_command_that_there_is_not_is_told_with_its_neighbours(eai: Command) -> None:
     status, _, told = eai("scores", "answers.json")
     assert (status, "'score'" in told) == (2, True)
@@ -220,7 +238,7 @@ def test_a_run_without_inspect_is_refused_at_once_in_one_line() -> None:
 def test_output_that_cannot_be_written_is_told_in_a_line(unbuffered: str) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "eai", "tasks", "schema"],
+            [sys.executable, "-m", "eai", "tasks", "check", "--schema"],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,

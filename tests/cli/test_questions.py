@@ -17,7 +17,7 @@ def written(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
     """Two questions of each kind and form about the example world."""
     monkeypatch.chdir(LAMPS)
     file = tmp_path / "questions.jsonl"
-    outcome = eai("questions", "--domain", "lamps:lamps", "--n", 72, "--out", file)
+    outcome = eai("export", "questions", "--domain", "lamps:lamps", "--n", 72, "--out", file)
     assert outcome.status == 0, outcome.err
     assert "72 questions written to" in outcome.out
     return file
@@ -26,7 +26,7 @@ def written(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pa
 def test_options_alone_write(eai: Command, written: Path, tmp_path: Path) -> None:
     again = tmp_path / "again" / "questions.jsonl"
     arguments = ("--domain", "lamps:lamps", "--n", 72, "--seed", 0, "--out", again)
-    assert eai("questions", "write", *arguments).status == 0
+    assert eai("export", "questions", *arguments).status == 0
     assert again.read_bytes() == written.read_bytes()
 
 
@@ -36,7 +36,7 @@ def test_no_order_of_a_set_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     for seed in "123":
         file = tmp_path / f"{seed}.jsonl"
         arguments = ("--domain", "lamps:lamps", "--n", 72, "--out", file)
-        outcome = in_own_process("questions", *arguments, PYTHONHASHSEED=seed)
+        outcome = in_own_process("export", "questions", *arguments, PYTHONHASHSEED=seed)
         assert outcome.status == 0, outcome.err
         written.add(file.read_bytes())
     assert len(written) == 1
@@ -45,14 +45,14 @@ def test_no_order_of_a_set_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 def test_kinds_and_forms_can_be_chosen(eai: Command, written: Path, tmp_path: Path) -> None:
     file = tmp_path / "some.jsonl"
     chosen = ("--kind", "forward", "--kind", "state", "--form", "open")
-    assert eai("questions", "--domain", "lamps:lamps", "--n", 4, *chosen, "--out", file).status == 0
+    assert eai("export", "questions", "--domain", "lamps:lamps", "--n", 4, *chosen, "--out", file).status == 0
     questions = [json.loads(line) for line in file.read_text().splitlines()]
     assert [question["kind"] for question in questions] == ["forward", "state"] * 2
     assert {question["form"] for question in questions} == {"open"}
 
 
 def test_what_shortcuts_give_is_printed(eai: Command, written: Path, tmp_path: Path) -> None:
-    arguments = ("questions", "--domain", "lamps:lamps", "--n", 72, "--out", tmp_path / "q.jsonl")
+    arguments = ("export", "questions", "--domain", "lamps:lamps", "--n", 72, "--out", tmp_path / "q.jsonl")
     assert "Right without knowing the world, at best, in percent" in eai(*arguments).out
     chance = json.loads(eai(*arguments, "--json").out)["chance"]
     assert len(chance) == 36
@@ -69,7 +69,7 @@ ASKED = ("--ability", "world_model", "--domain")
 def test_with_and_without_the_rules_are_compared(eai: Command, written: Path, tmp_path: Path) -> None:
     closed = tmp_path / "closed.jsonl"
     arguments = ("--domain", "lamps:lamps", "--n", 62, "--no-rules", "--out", closed)
-    assert eai("questions", *arguments).status == 0
+    assert eai("export", "questions", *arguments).status == 0
     for name, file in (("told", written), ("closed", closed)):
         questions = [json.loads(line) for line in file.read_text().splitlines()]
         answers = tmp_path / f"{name}_outputs.json"
@@ -80,7 +80,7 @@ def test_with_and_without_the_rules_are_compared(eai: Command, written: Path, tm
     assert (found["ability"], found["tasks"], found["names"]) == ("world_model", 62, 2)
     other = tmp_path / "other.jsonl"
     arguments = ("--domain", "lamps:lamps", "--n", 62, "--seed", 1, "--kind", "forward", "--out", other)
-    assert eai("questions", *arguments).status == 0
+    assert eai("export", "questions", *arguments).status == 0
     for line in (questions := [json.loads(line) for line in other.read_text().splitlines()]):
         line["depth"] = 7
     other.write_text("".join(json.dumps(line) + "\n" for line in questions))
@@ -95,7 +95,7 @@ def test_with_and_without_the_rules_are_compared(eai: Command, written: Path, tm
 
 def test_help_tells_how_to_write(eai: Command) -> None:
     for arguments in (("--help",), ()):
-        told = eai("questions", *arguments)
+        told = eai("export", "questions", *arguments)
         assert "write" in told.out + told.err
 
 
@@ -168,7 +168,7 @@ def test_what_cannot_be_used_is_told_in_a_line(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], message: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    outcome = eai("questions", *arguments)
+    outcome = eai("export", "questions", *arguments)
     assert outcome.status == 2
     assert message in outcome.err
 

@@ -143,7 +143,9 @@ def test_eyes_only_look(eai: Command, tmp_path: Path) -> None:
 
 
 def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, tmp_path: Path) -> None:
-    done = eai("pictures", "--domain", "behavior", "--tasks", JARS, "--format", "svg", "--out", tmp_path)
+    done = eai(
+        "export", "pictures", "--domain", "behavior", "--tasks", JARS, "--format", "svg", "--out", tmp_path
+    )
     assert done.status == 0, done.err
     assert done.out == f"1 picture, each with its scene graph; in {tmp_path}\n"
     assert sorted(file.name for file in tmp_path.iterdir()) == [f"{JARS}.json", f"{JARS}.svg"]

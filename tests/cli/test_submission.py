@@ -16,7 +16,7 @@ def test_an_incomplete_run_is_built_and_its_gaps_are_named(
     answers = [{"identifier": task_id, "llm_output": "[]"}]
     (place / "gpt_outputs.json").write_text(json.dumps(answers))
     archive = tmp_path / "submission.zip"
-    built = eai("submission", "build", tmp_path / "run", "--out", archive)
+    built = eai("export", "submission", tmp_path / "run", "--out", archive)
     assert built.status == 2
     assert f"written to {archive}" in built.out
     lines = built.out.splitlines()
@@ -25,14 +25,14 @@ def test_an_incomplete_run_is_built_and_its_gaps_are_named(
     assert "virtualhome_goal_interpretation_outputs.json: is missing" in lines
     assert sum(line.startswith("behavior_action_sequencing_outputs.json: ") for line in lines) == 6
     assert not any(task_id in line for line in lines)
-    checked = eai("submission", "check", archive)
+    checked = eai("export", "submission", archive)
     assert (checked.status, checked.out.splitlines()) == (2, lines[1:])
 
 
 def test_what_is_no_submission_is_said_in_one_line(eai: Command, data_store: Store, tmp_path: Path) -> None:
     for arguments in (
-        ("submission", "check", tmp_path / "none.zip"),
-        ("submission", "build", tmp_path / "none", "--out", tmp_path / "s.zip"),
+        ("export", "submission", tmp_path / "none.zip"),
+        ("export", "submission", tmp_path / "none", "--out", tmp_path / "s.zip"),
     ):
         done = eai(*arguments)
         assert done.status == 2

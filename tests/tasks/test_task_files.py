@@ -137,7 +137,7 @@ def test_tasks_of_several_worlds_are_refused() -> None:
 
 
 def test_the_page_shows_the_schema_and_a_sound_line(eai: Command) -> None:
-    assert json.loads(eai("tasks", "schema").out) == json_schema()
+    assert json.loads(eai("tasks", "check", "--schema").out) == json_schema()
     line = json.loads(PAGE.read_text().split("```json\n")[1].partition("```")[0])
     assert set(line) <= set(json_schema()["properties"])  # type: ignore[arg-type]
     assert eai("tasks", "check", put("page.jsonl", line)).status == 0

@@ -14,13 +14,34 @@ import typer
 from eai import __version__
 from eai.cli.helped import HELP_OPTIONS
 from eai.cli.lazily import LazyGroup, Place
-from eai.errors import EaiError, InterruptError
+from eai.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 """What a device says that takes no more."""
+
+
+_RENAMED = {
+    "submission build": "export submission RUN --out FILE",
+    "submission check": "export submission FILE",
+    "pictures": "export pictures",
+    "questions run": "run --ability world_model --domain FILE --model NAME",
+    "questions score": "score ANSWERS --ability world_model --domain FILE",
+    "questions": "export questions",
+    "human form": "prompts --out FILE.html",
+    "data croissant": "tasks write --croissant --out DIR",
+    "tasks import": "tasks write FILE... --domain NAME --out FILE",
+    "tasks schema": "tasks check --schema",
+    "tasks reveal": "tasks check FOLDER --split NAME --secret SECRET",
+    "tasks overlap": "tasks check B --against A",
+    "annotate frequencies": "annotate differences --count",
+    "annotate assign": "annotate goals --assigned",
+    "annotate concrete": "annotate goals",
+    "annotate check": "annotate goals --check",
+}
+"""What commands are called now that README and documentation once showed, by their former names."""
 
 
 class _Commands(LazyGroup):
@@ -30,22 +51,29 @@ class _Commands(LazyGroup):
         "run": Place("run", "run", MEASURE, kind="RunCommand"),
         "score": Place("score", "score", MEASURE),
         "merge": Place("merge", "merge_shards", MEASURE),
-        "submission": Place("submission", panel=MEASURE),
         "explain": Place("explain", "explain", UNDERSTAND),
         "compare": Place("compare", "compare", UNDERSTAND),
         "leaderboard": Place("leaderboard", "leaderboard", UNDERSTAND),
         "report": Place("report", "report", UNDERSTAND),
         "analyze": Place("analyze", "analyze", UNDERSTAND, kind="AnalyzeCommand", bare=True),
         "prompts": Place("prompts", "prompts", MATERIAL),
-        "pictures": Place("pictures", "pictures", MATERIAL),
         "generate": Place("generate", "generate_tasks", MATERIAL),
         "data": Place("data", panel=MATERIAL),
         "tasks": Place("tasks", panel=MATERIAL),
         "annotate": Place("annotate", panel=MATERIAL),
-        "questions": Place("questions", panel=MATERIAL),
-        "human": Place("human", panel=MATERIAL),
         "export": Place("export", panel=MATERIAL),
     }
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is named.
+
+        Raises:
+            InputError: it is called otherwise now.
+        """
+        for words in (args[:2], args[:1]):
+            if " ".join(words) in _RENAMED:
+                raise InputError(f"eai {' '.join(words)}: write eai {_RENAMED[' '.join(words)]}")
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was chosen; an interrupt that it says nothing about is told in a line."""

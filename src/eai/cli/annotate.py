@@ -97,15 +97,24 @@ def show_differences(
     domain: OfDomain,
     title: OfTitle = None,
     without: Without = None,
+    count: Annotated[
+        bool, typer.Option("--count", help="Count what the demonstrations of a title share instead.")
+    ] = False,
+    everything: Annotated[bool, typer.Option("--all", help="With --count, show also what is rare.")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Say what each demonstration changes: all of what changed objects are, and relations that are new.
 
+    With --count, by class, and with one end by its properties, how many of a title share it.
+
     Example: eai annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
     given, left_out = _given(domain, title, demonstrations, data, without or ()), set(without or ())
+    if count:
+        _count(given, without or (), everything=everything, as_json=as_json)
+        return
     found = [each for tasks in given.titles.values() for each in differences(tasks, given.benchmark.domain)]
     texts = {
         each.task.id: [_text(fact, each.scene) for fact in each.facts if fact.predicate not in left_out]
@@ -122,23 +131,9 @@ def _text(fact: Fact, scene: Scene) -> str:
     return f"{fact.predicate}({', '.join(scene.objects[i].name for i in fact.arguments)})"
 
 
-@app.command(name="frequencies")
-def show_frequencies(
-    domain: OfDomain,
-    title: OfTitle = None,
-    without: Without = None,
-    everything: Annotated[bool, typer.Option("--all", help="Show also what is rare.")] = False,
-    demonstrations: Demonstrations = None,
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Count what the demonstrations of a title share: by class, and with one end by its properties.
-
-    Example: eai annotate frequencies --domain virtualhome --title "Drink" --without NEXT_TO
-    """
-    given = _given(domain, title, demonstrations, data, without or ())
+def _count(given: _Given, without: Sequence[str], *, everything: bool, as_json: bool) -> None:
     tables = {
-        name: frequencies(differences(tasks, given.benchmark.domain), without or ())
+        name: frequencies(differences(tasks, given.benchmark.domain), without)
         for name, tasks in given.titles.items()
     }
     if as_json:
@@ -241,19 +236,41 @@ def _show(listing: Listing, chosen: Chosen) -> None:
 
 
 @app.command()
-def assign(
+def goals(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the tasks with these goals: FILE.jsonl.")
+    ] = None,
+    assigned: Annotated[
+        bool, typer.Option("--assigned", help="Say instead which candidate each demonstration meets.")
+    ] = False,
+    checked: Annotated[
+        bool, typer.Option("--check", help="Name instead every task whose goals do not follow.")
+    ] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Say which candidate each demonstration meets; one that meets none is left out of the data set.
+    """Say which goals follow from the decisions for each task, and write the tasks with them as a task file.
 
-    Example: eai annotate assign --domain virtualhome --decisions decisions.toml
+    A demonstration that meets no candidate is left out of the data set. With --check, exit status 2 if the
+    goals of a task do not follow.
+
+    Example: eai annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
     """
-    found = _annotations(_given(domain, title, demonstrations, data), decisions)
+    given = _given(domain, title, demonstrations, data)
+    found = _annotations(given, decisions)
+    if checked:
+        tell_findings(list(check(found)), "all goals follow from the decisions", as_json=as_json)
+    elif assigned:
+        _show_assigned(found, as_json=as_json)
+    else:
+        _show_goals(given, [each for each in found if each.goals], domain, out, as_json=as_json)
+
+
+def _show_assigned(found: Sequence[Annotation], *, as_json: bool) -> None:
     if as_json:
         print_json({each.found.task.id: each.candidate for each in found})
         return
@@ -263,24 +280,9 @@ def assign(
         say(f"{name}: {which}: {counted(times, 'demonstration')}")
 
 
-@app.command()
-def concrete(
-    domain: OfDomain,
-    decisions: DecisionFile = Path("decisions.toml"),
-    title: OfTitle = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the tasks with these goals: FILE.jsonl.")
-    ] = None,
-    demonstrations: Demonstrations = None,
-    as_json: AsJson = False,
-    data: DataFolder = None,
+def _show_goals(
+    given: _Given, found: Sequence[Annotation], domain: str, out: Path | None, *, as_json: bool
 ) -> None:
-    """Say which goals follow for each task, and write the tasks with them as a task file.
-
-    Example: eai annotate concrete --domain virtualhome --decisions decisions.toml --title "Turn on light"
-    """
-    given = _given(domain, title, demonstrations, data)
-    found = [each for each in _annotations(given, decisions) if each.goals]
     if out is not None:
         tasks = [replace(each.found.task, goals=each.goals) for each in found]
         write_task_file(out, [written(task, domain, given.benchmark.domain) for task in tasks])
@@ -294,23 +296,6 @@ def concrete(
             say(f"{task_id}: {texts}")
     else:
         say(f"{counted(len(found), 'task')} written to {out}")
-
-
-@app.command("check")
-def check_goals(
-    domain: OfDomain,
-    decisions: DecisionFile = Path("decisions.toml"),
-    title: OfTitle = None,
-    demonstrations: Demonstrations = None,
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Name every task whose goals do not follow from the decisions; exit status 2 if there is one.
-
-    Example: eai annotate check --domain virtualhome --decisions decisions.toml
-    """
-    found = _annotations(_given(domain, title, demonstrations, data), decisions)
-    tell_findings(list(check(found)), "all goals follow from the decisions", as_json=as_json)
 
 
 app.command("problems")(annotate_problems.problems)

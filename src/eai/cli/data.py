@@ -11,13 +11,12 @@ import typer
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, registered
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, say, tell, tell_findings
+from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, Errata
 from eai.cli.store import DataFolder, store
 from eai.data import dataset
 from eai.data.dataset import PackStatus
 from eai.data.files import write_whole
-from eai.households.croissant import write_croissant
 from eai.households.packs import fetch_published, published_packs
 from eai.households.packs import validate as check
 from eai.pddl.planning import PlannerChoice
@@ -209,24 +208,3 @@ def validate(
             for each in check_annotations(find_benchmark(name), source)
         ]
     tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)
-
-
-@app.command()
-def croissant(
-    domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
-    ] = None,
-    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("croissant"),
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Write tasks and gold operators as JSON lines with Croissant metadata (needs the extra 'croissant').
-
-    Example: eai data croissant --out croissant
-    """
-    with data_progress() as report:
-        files = write_croissant(
-            [find_benchmark(n) for n in domain or registered()], Source(store(data), report), out
-        )
-    made = {"folder": str(out), "files": [*map(str, files)]}
-    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

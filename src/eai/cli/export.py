@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import Annotated, TextIO
+from typing import Annotated, ClassVar, TextIO
 
 import typer
 
@@ -20,6 +20,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
+from eai.cli.lazily import LazyGroup, Place
 from eai.cli.options import ABILITIES, AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
@@ -41,9 +42,30 @@ from eai.scoring.training_data import (
 from eai.tasks.source import Source
 from eai.tasks.task_files import task_files_in
 
+
+class _Exports(LazyGroup):
+    """What is written for others to use."""
+
+    places: ClassVar = {
+        "prompts": Place("export", "prompts"),
+        "sft": Place("export", "sft"),
+        "preference": Place("export", "preference"),
+        "questions": Place("questions", "questions"),
+        "pictures": Place("pictures", "pictures"),
+        "submission": Place("submission", "submission"),
+    }
+
+
 app = typer.Typer(
-    help="Data sets for training: prompts, verified answers, preferences.", no_args_is_help=True
+    cls=_Exports,
+    help="Data sets for training, world-model questions, pictures of tasks, challenge files.",
+    no_args_is_help=True,
 )
+
+
+@app.callback()
+def export() -> None:
+    """Data sets for training, world-model questions, pictures of tasks, challenge files."""
 
 
 class Format(str, Enum):
@@ -82,7 +104,6 @@ Made by `eai export`. The prompts hold text of the benchmarks they are of, which
 """
 
 
-@app.command(no_args_is_help=True)
 def prompts(
     domain: Annotated[list[str], typer.Option(help=DOMAIN_HELP)],
     out: _Out,
@@ -113,7 +134,6 @@ def prompts(
     _tell(out, _write(rows(), out, form), Counter(), as_json=as_json)
 
 
-@app.command(no_args_is_help=True)
 def sft(
     records: _Records,
     out: _Out,
@@ -136,7 +156,6 @@ def sft(
     _tell(out, _write(verified_rows(answers, least), out, form), left_out, as_json=as_json)
 
 
-@app.command(no_args_is_help=True)
 def preference(
     records: _Records,
     out: _Out,

@@ -1,4 +1,4 @@
-"""``eai pictures``: schematic pictures of tasks, each with all that can be seen in it."""
+"""``eai export pictures``: schematic pictures of tasks, each with all that can be seen in it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def pictures(
 
     Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
 
-    Example: eai pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
+    Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
     """
     with data_progress() as report:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=Source(store(data), report))

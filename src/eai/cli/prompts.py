@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from random import Random
 from typing import Annotated
 
 import typer
 
+from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, data_progress, tell
-from eai.cli.options import AsJson, Errata, OfAbility
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
+from eai.cli.options import AsJson, Errata, OfAbility, listed
 from eai.cli.store import DataFolder, store
 from eai.data.files import write_whole
-from eai.prompts.prompt import PromptSet, prompt_file, system_file
+from eai.errors import InputError
+from eai.prompts.prompt import Prompt, PromptSet, prompt_file, system_file
+from eai.report.answer_form import form_html
 from eai.studies.pipeline.stage_one import read_believed
 from eai.tasks.source import ErrataChoice, Source
+
+PAGE = ".html"
+"""The ending of a file that is a page for people."""
 
 
 def prompts(
@@ -28,6 +36,11 @@ def prompts(
     folder: Annotated[
         Path | None, typer.Option("--prompts", help="A folder with prompts of your own.")
     ] = None,
+    tasks: Annotated[
+        str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")
+    ] = "",
+    sample: Annotated[int | None, typer.Option(min=1, help="So many of them, drawn at random.")] = None,
+    seed: Annotated[int, typer.Option(help="Which ones --sample draws.")] = 0,
     goals: Annotated[
         Path | None,
         typer.Option(help="Answers to goal interpretation, whose goals to state instead of the tasks' own."),
@@ -44,11 +57,16 @@ def prompts(
 
     With --goals there are prompts for the tasks that the answers, one model's, are about.
 
+    FILE.html is a page on which a person answers the questions exactly as models get them; it sends nothing.
+    The person saves a response file, which eai score takes like a model's (with --allow-missing, because the
+    other tasks were not asked), and eai compare sets beside a model's records on the same tasks.
+
     Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
     """
     with data_progress() as report:
         benchmark, source = find_benchmark(domain), Source(store(data), report, errata=errata)
-        whole = prompt_set is PromptSet.OFFICIAL and folder is None and goals is None
+        some = bool(tasks) or sample is not None or out.suffix == PAGE
+        whole = prompt_set is PromptSet.OFFICIAL and folder is None and goals is None and not some
         files = benchmark.official_files(ability, source) if whole else None
         if goals is not None:
             believed = read_believed(goals, benchmark, ability, source)
@@ -59,8 +77,31 @@ def prompts(
             content, system = files.prompts, files.system
         else:
             opened = Library(prompt_set, folder, source).open(benchmark, ability)
-            content, system = prompt_file(opened), system_file(opened)
+            chosen = _chosen(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
+            content, system = prompt_file(chosen), system_file(chosen)
+            if out.suffix == PAGE:
+                write_whole({out: form_html(benchmark, ability, chosen, source)})
+                made: Json = {"file": str(out), "questions": len(chosen)}
+                tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)
+                return
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: content} if system is None else {out: content, beside: system}
     write_whole(written)
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
+
+
+def _chosen(
+    asked: Mapping[str, Prompt], tasks: str, sample: int | None, seed: int, of: str
+) -> dict[str, Prompt]:
+    """The prompts of the tasks that are named, or of so many of them.
+
+    Raises:
+        InputError: there is no such task.
+    """
+    named = listed(tasks) or list(asked)
+    for task_id in named:
+        if task_id not in asked:
+            raise InputError(f"--tasks: {task_id!r} is not a task of {of}")
+    draw = Random(seed)  # noqa: S311 - a sample, not a secret
+    drawn = set(named if sample is None else draw.sample(named, min(sample, len(named))))
+    return {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in drawn}

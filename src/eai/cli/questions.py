@@ -1,14 +1,13 @@
-"""``eai questions``: world-model questions, written to a file that `eai run` and `eai score` take."""
+"""``eai export questions``: world-model questions, written to a file that `eai run` and `eai score` take."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.core import TyperGroup
 
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import find_benchmark
@@ -34,45 +33,8 @@ from eai.results.table import Table as Shown
 from eai.results.terminal import print_table
 from eai.tasks.source import Source
 
-WRITE = "write"
 
-
-_REPLACED = {
-    "run": "eai run --ability world_model --domain FILE --model NAME",
-    "score": "eai score ANSWERS --ability world_model --domain FILE",
-}
-"""The commands to write instead of the sub-commands that there were."""
-
-
-class _WritesByDefault(TyperGroup):
-    """A group whose options without a command are those of ``write``."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """The arguments, after the command that they are for.
-
-        Raises:
-            InputError: a command is named that another one replaces.
-        """
-        if args and args[0] in _REPLACED:
-            raise InputError(f"eai questions {args[0]}: write {_REPLACED[args[0]]}")
-        named = args and (args[0] in self.commands or args[0] in ctx.help_option_names)
-        return super().parse_args(ctx, args if named or not args else [WRITE, *args])
-
-
-app = typer.Typer(
-    cls=_WritesByDefault,
-    no_args_is_help=True,
-    help="World-model questions with computed answers. Options without a command are those of write.",
-)
-
-
-@app.callback()
-def questions() -> None:
-    """World-model questions with computed answers. Options without a command are those of write."""
-
-
-@app.command(WRITE)
-def write(
+def questions(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
     out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write, JSON lines.")],
     kind: Annotated[
@@ -94,25 +56,25 @@ def write(
 ) -> None:
     """Write questions about the world of a benchmark. Equal arguments give equal bytes.
 
-    Example: eai questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
+    Example: eai export questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
     """
     with data_progress() as report:
         writer = Writer(find_benchmark(domain), Source(store(data), report), Templates(prompts))
         wanted = Wanted(tuple(kind or Kind), tuple(form or Form), n, seed, rules)
-        questions = list(writer.write(wanted))
-    if not questions:
+        found = list(writer.write(wanted))
+    if not found:
         raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
-    write_whole({out: questions_content(questions)})
+    write_whole({out: questions_content(found)})
     if not as_json:
-        _print_balance(questions)
-        _print_chances(questions)
-    fewer = "" if len(questions) == n else f"; the tasks give no more than these of {n:,}"
-    told = f"{counted(len(questions), 'question')} written to {out}{fewer}"
+        _print_balance(found)
+        _print_chances(found)
+    fewer = "" if len(found) == n else f"; the tasks give no more than these of {n:,}"
+    told = f"{counted(len(found), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
         f"{kind.value}.{form.value}": {name: rate.percent for name, rate in chances.items()}
-        for (kind, form), chances in _chances(questions).items()
+        for (kind, form), chances in _chances(found).items()
     }
-    value: dict[str, Json] = {"file": str(out), "questions": len(questions), "chance": chance}
+    value: dict[str, Json] = {"file": str(out), "questions": len(found), "chance": chance}
     tell(told, value=value, as_json=as_json)
 
 

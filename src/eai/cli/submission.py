@@ -1,4 +1,4 @@
-"""``eai submission``: the challenge's files, the answers to eight suites in a zip."""
+"""``eai export submission``: the challenge's files, the answers to eight suites in a zip."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ Phase = Annotated[
 COMPLETE = "the submission is complete"
 """What there is to say of one in which nothing is wrong."""
 
-app = typer.Typer(help="The challenge's files: build them from a run, check them.", no_args_is_help=True)
 
-
-@app.command()
-def build(
-    run: Annotated[Path, typer.Argument(help="The folder of a run, as eai run writes it.")],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The zip to write.")],
+def submission(
+    run: Annotated[
+        Path,
+        typer.Argument(help="The folder of a run, as eai run writes it; or a zip, which is only checked."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The zip to write.")] = Path("submission.zip"),
     model: Annotated[
         str | None, typer.Option(help="The model's folder in the run, where there are several.")
     ] = None,
@@ -40,25 +40,16 @@ def build(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Put a model's answers to all suites into a zip, and check it.
+    """Put a model's answers to all suites into the zip of the challenge, and check it.
 
-    Example: eai submission build runs --out submission.zip
+    Every missing, repeated, unknown or empty row is named; exit status 2 if there is one.
+
+    Example: eai export submission runs --out submission.zip
     """
-    build_submission(run, out, store(data), model=model, folder=folder, prompts=prompts)
-    if not as_json:
-        say(f"written to {out}")
-    tell_findings(check_submission(out, store(data), prompts), COMPLETE, as_json=as_json)
-
-
-@app.command()
-def check(
-    path: Annotated[Path, typer.Argument(help="The zip.", metavar="ZIP")],
-    prompts: Phase = None,
-    as_json: AsJson = False,
-    data: DataFolder = None,
-) -> None:
-    """Name every missing, repeated, unknown or empty row of a submission; exit status 2 if there is one.
-
-    Example: eai submission check submission.zip
-    """
+    path = run
+    if run.is_dir():
+        build_submission(run, out, store(data), model=model, folder=folder, prompts=prompts)
+        path = out
+        if not as_json:
+            say(f"written to {out}")
     tell_findings(check_submission(path, store(data), prompts), COMPLETE, as_json=as_json)

@@ -181,7 +181,7 @@ WORLD_MODEL = AbilityDeclaration(
         _pose,
         open_file=open_questions,
         features=_features,
-        written_by="eai questions",
+        written_by="eai export questions",
     ),
     title="World-model questions",
     short="questions",

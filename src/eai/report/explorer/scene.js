@@ -1,4 +1,4 @@
-// What a scene looks like: each object a tile in the tile of what it is in or on, as in the pictures of `eai pictures`.
+// What a scene looks like: each object a tile in the tile of what it is in or on, as in the pictures of `eai export pictures`.
 
 // What is said of each object, as one text.
 function saidIn(tiles, place = '', found = new Map()) {
