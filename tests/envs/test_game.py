@@ -165,6 +165,11 @@ def test_what_fails_costs_a_step_and_changes_nothing(text: str, fault: str, word
     assert environment.step(text)[3], "it was a step"
 
 
+def test_a_text_of_ten_thousand_characters_is_read_and_no_longer_one() -> None:
+    assert told("PRESS(lamp)".ljust(10_000)).startswith("PRESS(lamp): done.")
+    assert "it is longer than 10,000 characters" in told("PRESS(lamp)".ljust(10_001))
+
+
 def test_a_parsing_error_says_how_an_action_is_written() -> None:
     assert told("let me think").endswith("Write one action, such as GO(x).")
 
