@@ -141,6 +141,18 @@ def test_every_command_is_where_its_place_says(eai: Command) -> None:
     assert [name for name in cli._Commands.places if f" {name} " not in told] == []
 
 
+def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> None:
+    known: Any = get_command(app)
+    for name, place in cli._Commands.places.items():
+        assert place.summary == known.commands[name].help.split("\n\n")[0]
+    script = (
+        "import sys; from eai import cli; cli.app(['--help'], standalone_mode=False); print(*sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    loaded = done.stdout.splitlines()[-1].split()
+    assert not {f"eai.cli.{place.module}" for place in cli._Commands.places.values()}.intersection(loaded)
+
+
 def test_there_are_few_commands() -> None:
     """14 at the top, 30 in all; one more has to take the place of one."""
     top = list(get_command(app).commands)  # type: ignore[attr-defined]

@@ -48,20 +48,87 @@ class _Commands(LazyGroup):
     """The commands, of which any may be interrupted."""
 
     places: ClassVar = {
-        "run": Place("run", "run", MEASURE, kind="RunCommand"),
-        "score": Place("score", "score", MEASURE),
-        "merge": Place("merge", "merge_shards", MEASURE),
-        "explain": Place("explain", "explain", UNDERSTAND),
-        "compare": Place("compare", "compare", UNDERSTAND),
-        "leaderboard": Place("leaderboard", "leaderboard", UNDERSTAND),
-        "report": Place("report", "report", UNDERSTAND),
-        "analyze": Place("analyze", "analyze", UNDERSTAND, kind="AnalyzeCommand", bare=True),
-        "prompts": Place("prompts", "prompts", MATERIAL),
-        "generate": Place("generate", "generate_tasks", MATERIAL),
-        "data": Place("data", panel=MATERIAL),
-        "tasks": Place("tasks", panel=MATERIAL),
-        "annotate": Place("annotate", panel=MATERIAL),
-        "export": Place("export", panel=MATERIAL),
+        "run": Place(
+            "run",
+            "run",
+            MEASURE,
+            kind="RunCommand",
+            summary="Obtain answers through Inspect and score them. The same command "
+            "resumes where it was interrupted.",
+        ),
+        "score": Place(
+            "score",
+            "score",
+            MEASURE,
+            summary="Score answers: verdicts to OUT/records.jsonl, rates to "
+            "OUT/summary.json, the main table to the screen.",
+        ),
+        "merge": Place(
+            "merge",
+            "merge_shards",
+            MEASURE,
+            summary="Put the shards of eai score --shard together: records and summaries "
+            "as one process writes them.",
+        ),
+        "explain": Place(
+            "explain",
+            "explain",
+            UNDERSTAND,
+            summary="Show what became of an answer: each step, what it changed, the "
+            "failing check and why; or list answers.",
+        ),
+        "compare": Place(
+            "compare",
+            "compare",
+            UNDERSTAND,
+            summary="Compare two runs task by task: exact McNemar for success, random exchanges for F1.",
+        ),
+        "leaderboard": Place(
+            "leaderboard",
+            "leaderboard",
+            UNDERSTAND,
+            summary="Print the main results of runs, one table a domain and protocol, the best model first.",
+        ),
+        "report": Place(
+            "report",
+            "report",
+            UNDERSTAND,
+            summary="Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer.",
+        ),
+        "analyze": Place(
+            "analyze",
+            "analyze",
+            UNDERSTAND,
+            kind="AnalyzeCommand",
+            bare=True,
+            summary="Make the tables and plots of a study of records; without a name, list "
+            "the studies and their options.",
+        ),
+        "prompts": Place(
+            "prompts",
+            "prompts",
+            MATERIAL,
+            summary='Write prompts as a list of {"identifier", "llm_prompt"}; a system '
+            "message goes to a file beside it.",
+        ),
+        "generate": Place(
+            "generate",
+            "generate_tasks",
+            MATERIAL,
+            summary="Generate tasks that nobody has seen. Equal arguments give equal bytes.",
+        ),
+        "data": Place(
+            "data", panel=MATERIAL, summary="The data set: fetch it, say where it is, count it, check it."
+        ),
+        "tasks": Place("tasks", panel=MATERIAL, summary="Task files: check and write them."),
+        "annotate": Place(
+            "annotate", panel=MATERIAL, summary="From demonstrations to goals and planning problems."
+        ),
+        "export": Place(
+            "export",
+            panel=MATERIAL,
+            summary="Data sets for training, world-model questions, pictures of tasks, challenge files.",
+        ),
     }
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:

@@ -9,7 +9,7 @@ from shutil import get_terminal_size
 from typing import Any, ClassVar, NamedTuple
 
 from typer import Typer
-from typer.core import MarkupMode, TyperGroup
+from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai.cli.helped import label
@@ -25,6 +25,7 @@ class Place(NamedTuple):
         panel: the panel in the help.
         kind: the class of the command, in the same module; Typer's own if None.
         bare: whether it does something without any argument, instead of printing its help.
+        summary: the first paragraph of its help, so that the help of the group imports no command.
     """
 
     module: str
@@ -32,6 +33,7 @@ class Place(NamedTuple):
     panel: str | None = None
     kind: str | None = None
     bare: bool = False
+    summary: str = ""
 
 
 PANELS = 80
@@ -70,9 +72,22 @@ class LazyGroup(TyperGroup):
         return list(self.commands)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help of the group."""
+        """Write the help of the group, for which no command with a summary is imported."""
         label(self)
-        super().format_help(ctx, formatter)
+        commands = self.commands
+        self.commands = {
+            name: _summarised(name, place) if place.summary else commands[name]
+            for name, place in self.places.items()
+        } | {name: commands[name] for name in commands if name not in self.places}
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self.commands = commands
+
+
+def _summarised(name: str, place: Place) -> TyperCommand:
+    """A command of which no more is known than its summary."""
+    return TyperCommand(name, help=place.summary, rich_help_panel=place.panel)
 
 
 def _imported(name: str, place: Place) -> Any:
