@@ -112,8 +112,8 @@ def test_what_is_asked_of_a_step(light: Task, opened: Callable[[Task], Setting])
     assert setting.alike(lit, lit)
     assert not setting.alike(there, lit)
     assert not setting.alike(lit, there)
-    assert list(map(setting.said, setting.facts(lit))) == ["lit(lamp_1)", "at(robot, lamp_1)"]
-    assert setting.said(press) == "PRESS(lamp_1)"
+    assert list(map(setting.text_of, setting.facts(lit))) == ["lit(lamp_1)", "at(robot, lamp_1)"]
+    assert setting.text_of(press) == "PRESS(lamp_1)"
     assert setting.reached(lit) == (False,)
 
 
