@@ -37,7 +37,7 @@ BUILT_IN_ALONE = (
 _STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 
-class SafeConsole(Console):
+class _SafeConsole(Console):
     """A console on which no text that is printed controls the terminal; styles do."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
@@ -48,12 +48,12 @@ class SafeConsole(Console):
 
 def output() -> Console:
     """Where results go."""
-    return SafeConsole(markup=False)
+    return _SafeConsole(markup=False)
 
 
 def errors() -> Console:
     """Where everything else goes."""
-    return SafeConsole(stderr=True, markup=False)
+    return _SafeConsole(stderr=True, markup=False)
 
 
 def say(line: str) -> None:

@@ -26,7 +26,7 @@ from eai.studies.pipeline.stage_one import (
 from eai.studies.pipeline.study import OWN
 
 
-class SecondStage(NamedTuple):
+class _SecondStage(NamedTuple):
     """What a model is asked with interpreted goals: the prompts of the tasks that have any."""
 
     prompts: Mapping[str, Prompt]
@@ -52,7 +52,7 @@ class FirstStage:
     outcomes: list[SuiteResult] = field(default_factory=list)
     _believed: dict[tuple[str, str], BelievedGoals] = field(default_factory=dict)
 
-    def second(self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite) -> SecondStage:
+    def second(self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite) -> _SecondStage:
         """What a model is asked in the second stage; tasks without an answer in the first are left out.
 
         Raises:
@@ -68,7 +68,7 @@ class FirstStage:
             raise InputError(f"goals {self.goals}: none of the tasks has an answer to goal interpretation")
         beliefs = {task_id: believed.beliefs[task_id] for task_id in asked}
         prompts = self.library.open(suite.benchmark, suite.ability, beliefs)
-        return SecondStage({task_id: prompts[task_id] for task_id in asked}, believed)
+        return _SecondStage({task_id: prompts[task_id] for task_id in asked}, believed)
 
     def _interpretations(self, endpoint: Endpoint, suite: Suite) -> Interpretations:
         if self.goals != OWN:

@@ -29,7 +29,7 @@ from eai.studies.perception.showing import (
 from eai.studies.perception.study import Perception
 
 
-class SceneStage(NamedTuple):
+class _SceneStage(NamedTuple):
     """What a model is asked that is shown the scene in this way: the prompts of the tasks that can be."""
 
     prompts: Mapping[str, Prompt]
@@ -65,7 +65,7 @@ class Scenes:
     told: list[str] = field(default_factory=list)
     _shown: dict[str, PerceivedScenes] = field(default_factory=dict)
 
-    def second(self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite) -> SceneStage:
+    def second(self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite) -> _SceneStage:
         """What a model is asked; tasks that cannot be shown so are left out.
 
         Raises:
@@ -75,7 +75,7 @@ class Scenes:
         if suite.domain not in self._shown:
             self._shown[suite.domain] = self._show(suite)
         shown = self._shown[suite.domain]
-        return SceneStage(
+        return _SceneStage(
             showing_prompts(self.library, suite.benchmark, suite.ability, shown, task_ids), shown
         )
 

@@ -73,7 +73,7 @@ def krippendorff_alpha(units: Units) -> float | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Rating:
+class _Rating:
     """What one rater gave one task's annotation in one attribute."""
 
     task: str
@@ -108,7 +108,7 @@ class Quality:
     histogram: Mapping[int, int]
 
 
-def read_ratings(path: Path) -> tuple[Rating, ...]:
+def read_ratings(path: Path) -> tuple[_Rating, ...]:
     """The ratings in a file, in order.
 
     Raises:
@@ -123,9 +123,9 @@ def read_ratings(path: Path) -> tuple[Rating, ...]:
         raise InputError(f"{path}: expected a CSV file in UTF-8") from error
 
 
-def quality(ratings: Iterable[Rating]) -> tuple[Quality, ...]:
+def quality(ratings: Iterable[_Rating]) -> tuple[Quality, ...]:
     """How the annotations were rated, by attribute in order of first mention."""
-    by_attribute: dict[str, list[Rating]] = {}
+    by_attribute: dict[str, list[_Rating]] = {}
     for rating in ratings:
         by_attribute.setdefault(rating.attribute, []).append(rating)
     return tuple(_quality(name, given) for name, given in by_attribute.items())
@@ -169,7 +169,7 @@ def histogram_table(found: Iterable[Quality]) -> Table:
     )
 
 
-def _quality(attribute: str, given: list[Rating]) -> Quality:
+def _quality(attribute: str, given: list[_Rating]) -> Quality:
     by_task: dict[str, list[float]] = {}
     for rating in given:
         by_task.setdefault(rating.task, []).append(rating.score)
@@ -188,7 +188,7 @@ def _quality(attribute: str, given: list[Rating]) -> Quality:
     )
 
 
-def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[Rating]:
+def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
     lines = enumerate(rows, 1)
     _, header = next(lines, (1, []))
     names = [name.strip().lower() for name in header]
@@ -215,6 +215,6 @@ def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[Rating]:
                 f"before, in line {seen[place]}"
             )
         seen[place] = line
-        yield Rating(*place, score=int(fields["score"]))
+        yield _Rating(*place, score=int(fields["score"]))
     if not seen:
         raise InputError(f"{path}: line 2: expected ratings, found none")

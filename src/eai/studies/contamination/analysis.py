@@ -43,7 +43,7 @@ class Placed(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class MatchedDifference:
+class _MatchedDifference:
     """The difference of two rates where the tasks are alike.
 
     Attributes:
@@ -65,7 +65,7 @@ class MatchedDifference:
         return self.second - self.first
 
 
-def matched_difference(first: Sequence[Placed], second: Sequence[Placed]) -> MatchedDifference | None:
+def matched_difference(first: Sequence[Placed], second: Sequence[Placed]) -> _MatchedDifference | None:
     """The difference of two rates where the tasks are alike; None if they never are."""
     sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
     ones = [_apart(case, "first") for case, stratum in first if stratum in others]
@@ -75,7 +75,7 @@ def matched_difference(first: Sequence[Placed], second: Sequence[Placed]) -> Mat
     certainty = certainty_of_difference(ones, weighted) if ones else None
     if certainty is None:
         return None
-    return MatchedDifference(_percent(ones), _percent(weighted), certainty, (len(ones), len(weighted)))
+    return _MatchedDifference(_percent(ones), _percent(weighted), certainty, (len(ones), len(weighted)))
 
 
 def _apart(case: Case, which: str, weight: float = 1) -> Case:

@@ -27,7 +27,7 @@ Shape = Rectangle | Text
 
 
 @dataclass(frozen=True, slots=True)
-class Box:
+class _Box:
     """Shapes with the size of the rectangle around them, from its top left corner."""
 
     width: int
@@ -44,7 +44,7 @@ def draw(tiles: Sequence[Tile]) -> Drawing:
     return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
 
 
-def _box(tile: Tile, most: int) -> Box:
+def _box(tile: Tile, most: int) -> _Box:
     """The tile at its place at the top left corner, no wider than there is room."""
     inner = most - 2 * _PAD
     zones = _flow([_zone(label, within, inner) for label, within in tile.zones.items()], inner)
@@ -66,10 +66,10 @@ def _box(tile: Tile, most: int) -> Box:
         y += zones.height
     height, width = y + _PAD, width + 2 * _PAD
     frame = Rectangle(0, 0, width, height, _FILLS[tile.kind], _STROKES[tile.kind], 6, _LINES[tile.kind])
-    return Box(width, height, [frame, *shapes])
+    return _Box(width, height, [frame, *shapes])
 
 
-def _zone(label: str, within: Sequence[Tile], most: int) -> Box:
+def _zone(label: str, within: Sequence[Tile], most: int) -> _Box:
     """What stands in one relation to the thing whose tile it lies in."""
     top = _PAD + TEXT_SIZE + 5
     content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
@@ -79,21 +79,21 @@ def _zone(label: str, within: Sequence[Tile], most: int) -> Box:
     width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
     height = top + content.height + (_PAD if within else 0)
     frame = Rectangle(0, 0, width, height, _ZONE_FILL, _ZONE_STROKE)
-    return Box(width, height, [frame, *shapes, *_moved(content.shapes, _PAD, top)])
+    return _Box(width, height, [frame, *shapes, *_moved(content.shapes, _PAD, top)])
 
 
-def _mark(text: str) -> Box:
+def _mark(text: str) -> _Box:
     width, height = text_width(text, TEXT_SIZE) + 10, TEXT_SIZE + 6
     frame = Rectangle(0, 0, width, height, _MARK_FILL, _MARK_STROKE, 8)
-    return Box(width, height, [frame, Text(5, 3, text, TEXT_SIZE, _INK)])
+    return _Box(width, height, [frame, Text(5, 3, text, TEXT_SIZE, _INK)])
 
 
-def _packed(boxes: Sequence[Box], most: int) -> Box:
+def _packed(boxes: Sequence[_Box], most: int) -> _Box:
     """Boxes row by row, the highest first, so that little is left empty."""
     return _flow(sorted(boxes, key=lambda box: -box.height), most)
 
 
-def _flow(boxes: Sequence[Box], most: int, gap: int = _GAP) -> Box:
+def _flow(boxes: Sequence[_Box], most: int, gap: int = _GAP) -> _Box:
     """Boxes side by side, row by row; one that is too wide for its row begins the next."""
     shapes: list[Shape] = []
     x = y = width = row = 0
@@ -103,10 +103,10 @@ def _flow(boxes: Sequence[Box], most: int, gap: int = _GAP) -> Box:
         shapes += _moved(box.shapes, x, y)
         x += box.width + gap
         width, row = max(width, x - gap), max(row, box.height)
-    return Box(width, y + row, shapes)
+    return _Box(width, y + row, shapes)
 
 
-def _legend(most: int) -> Box:
+def _legend(most: int) -> _Box:
     """What the parts of a picture mean."""
     samples = [
         (_swatch(Kind.OBJECT), "object"),
@@ -121,16 +121,16 @@ def _legend(most: int) -> Box:
     return _flow([_flow([sample, _words(text)], most, 7) for sample, text in samples], most, 18)
 
 
-def _swatch(kind: Kind) -> Box:
+def _swatch(kind: Kind) -> _Box:
     return _frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
 
 
-def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Box:
-    return Box(22, 18, [Rectangle(0, 0, 22, 18, fill, stroke, radius, line)])
+def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> _Box:
+    return _Box(22, 18, [Rectangle(0, 0, 22, 18, fill, stroke, radius, line)])
 
 
-def _words(text: str) -> Box:
-    return Box(text_width(text, TEXT_SIZE), 18, [Text(0, 3, text, TEXT_SIZE, _INK)] if text else [])
+def _words(text: str) -> _Box:
+    return _Box(text_width(text, TEXT_SIZE), 18, [Text(0, 3, text, TEXT_SIZE, _INK)] if text else [])
 
 
 def _moved(shapes: Sequence[Shape], x: int, y: int) -> Iterator[Shape]:
