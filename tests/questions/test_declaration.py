@@ -153,7 +153,7 @@ def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
     assert find_benchmark(str(file)).name == "d-q"
     with pytest.raises(InputError, match=r"q\.jsonl: expected a benchmark, for --ability action_sequencing"):
         open_suite(str(file), Ability.ACTION_SEQUENCING)
-    with pytest.raises(InputError, match="virtualhome: expected a file that eai questions writes"):
+    with pytest.raises(InputError, match="virtualhome: expected a file that eai export questions writes"):
         open_suite("virtualhome", WORLD_MODEL)
 
 

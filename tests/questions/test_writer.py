@@ -9,7 +9,7 @@ import pytest
 
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.cli.questions import write
+from eai.cli.questions import questions as command
 from eai.data.store import Store
 from eai.prompts.template import Templates, template_names
 from eai.questions.question import Form, Kind, questions_content
@@ -61,7 +61,7 @@ def test_where_the_tasks_give_no_more_there_are_fewer(lamps: Benchmark) -> None:
 
 
 def test_the_command_asks_for_as_many_as_the_library_where_nobody_says_how_many() -> None:
-    assert Wanted().number == signature(write).parameters["n"].default == 500
+    assert Wanted().number == signature(command).parameters["n"].default == 500
 
 
 def test_what_gives_no_question_five_times_in_a_row_is_given_up(
