@@ -62,6 +62,16 @@ def test_what_was_right_before_is_learned() -> None:
     assert (hits[_Shortcut.OPERATOR], hits[_Shortcut.TEXT]) == (0, 0)
 
 
+def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
+    shown = ["A(1)", "B(1)", "C(1)", "nothing"]
+    glance = Glance("", (), {"nothing": ()})
+    ledger = Ledger()
+    for right in (0, 1, 2):
+        ledger.add(Posed(shown, right, glance))
+    learned = ledger.add(Posed(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
+    assert learned[_Shortcut.OPERATOR] == 1, "one in three was right, and by chance one in four"
+
+
 def test_a_question_that_evens_out_is_always_welcome() -> None:
     ledger = Ledger()
     assert ledger.excess(posed(["on(cup)"], 0)) == 0
