@@ -152,6 +152,7 @@ def test_distances_with_and_without_an_action(lamps: Benchmark) -> None:
     assert ways.distance(lambda n: n == 0, without=0) == 0
     left = ways.from_here(both_lit)
     assert left[0] == 4
+    assert {left[n] for n in left if both_lit(n)} == {0}
     assert {left[edge.target] for edge in ways.edges[0]} == {3}
     assert ways.from_here(lambda n: False) == {}
 
