@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.gold_answers import AnswerBook, Noise, WrittenAnswer, noisy_answer
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
@@ -63,6 +63,14 @@ def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -
     book = planned_book("behavior", ability, data_store)
     assert book.task_ids == suite.task_ids
     assert all(suite.score(task_id, book.gold(task_id).text).success for task_id in book.task_ids[3:20:4])
+
+
+@pytest.mark.parametrize("ability", FOUR)
+def test_every_task_has_a_gold_answer(data_store: Store, ability: Ability) -> None:
+    """In the order of the suite, and those of operators are asked of as many as there are published."""
+    suite = open_suite("behavior", ability, source=Source(data_store))
+    book = answer_book("behavior", ability, data_store)
+    assert book.task_ids == suite.task_ids == tuple(suite.benchmark.tasks_for(ability, suite.source))
 
 
 def test_a_plan_is_no_answer_about_operators() -> None:

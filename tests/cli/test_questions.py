@@ -173,6 +173,35 @@ def test_what_cannot_be_used_is_told_in_a_line(
     assert message in outcome.err
 
 
+def test_without_an_ability_it_is_said_which_to_give(eai: Command, written: Path, tmp_path: Path) -> None:
+    refused = in_own_process("run", "--domain", written, "--model", "eai/oracle", "--out", tmp_path / "o")
+    assert (refused.status, refused.err) == (
+        2,
+        f"eai: --domain {written}: give --ability world_model, as goal_interpretation is not asked of this "
+        "file\n",
+    )
+
+
+def test_what_is_answered_is_not_asked_again(written: Path, tmp_path: Path) -> None:
+    for limit in (("--limit", 5), (), ()):
+        outcome = in_own_process("run", *ASKED, written, *NOISY, "--out", tmp_path / "o", *limit)
+        assert outcome.status == 0, outcome.err
+        journal = tmp_path / "o" / "lamps-questions" / "world_model" / "eai_noisy" / "answers.jsonl"
+        assert journal.read_bytes().count(b"\n") == (5 if limit else 72)
+    assert len(list((tmp_path / "o" / "logs").glob("*.eval"))) == 2  # the last run needed no other
+
+
+def test_an_answer_to_no_question_is_told_what_ids_are_like(
+    eai: Command, written: Path, tmp_path: Path
+) -> None:
+    first = json.loads(written.read_text().splitlines()[0])
+    answers = tmp_path / "me_outputs.json"
+    answers.write_text(json.dumps([{"identifier": "27_2", "llm_output": "yes"}]))
+    outcome = eai("score", answers, *ASKED, written)
+    assert outcome.status == 2
+    assert f"'27_2' is not one of the tasks, which have ids such as '{first['id']}'\n" in outcome.err
+
+
 @sweep
 def test_a_model_without_answers_says_so(written: Path, tmp_path: Path) -> None:
     arguments = ("--model", "eai/planner", "--out", tmp_path, "--limit", 1)

@@ -151,7 +151,7 @@ def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
     file = tmp_path / "q.jsonl"
     file.write_bytes(questions_content(QUESTIONS))
     assert find_benchmark(str(file)).name == "d-q"
-    with pytest.raises(InputError, match=r"q\.jsonl: expected a benchmark, for --ability action_sequencing"):
+    with pytest.raises(InputError, match=r"q\.jsonl: give --ability world_model, as action_sequ"):
         open_suite(str(file), Ability.ACTION_SEQUENCING)
     with pytest.raises(InputError, match="virtualhome: expected a file that eai export questions writes"):
         open_suite("virtualhome", WORLD_MODEL)

@@ -51,6 +51,17 @@ def test_a_report_has_a_table_with_intervals_and_chance(eai: Command, scored: Pa
     assert '"world_model"' in Path("report/explorer.html").read_text()
 
 
+def test_of_two_models_one_may_be_shown_in_latex(eai: Command, scored: Path) -> None:
+    arguments = ("report", scored, "--out", "report", "--no-plots", "--models")
+    assert eai(*arguments, "unsure").status == 0
+    latex = Path("report/tables.tex").read_text()
+    assert "unsure" in latex
+    assert "sure" not in latex.replace("unsure", "").replace("measure", "")
+    refused = eai(*arguments, "unsur")
+    assert refused.status == 2
+    assert "--models: no table has 'unsur'" in refused.err
+
+
 def test_the_leaderboard_ranks_them(eai: Command, scored: Path) -> None:
     (table,) = json.loads(eai("leaderboard", scored, "--json").out)["tables"]
     assert (table["name"], [row["model"] for row in table["rows"]]) == ("world_model", ["sure", "unsure"])

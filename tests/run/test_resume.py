@@ -16,8 +16,11 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import EaiError
+from eai.questions.question import questions_content
+from eai.questions.writer import Wanted, Writer
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
+from eai.tasks.source import Source
 from processes import eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
@@ -130,16 +133,27 @@ main()
 """
 
 
-def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("model", "ability"), [("eai/planner", "action_sequencing"), ("eai/oracle", "world_model")]
+)
+def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(
+    data_store: Store, tmp_path: Path, model: str, ability: str
+) -> None:
     """A plan may take seconds, and tens of them were found between an interrupt and the end."""
-    arguments = f"run --model eai/planner --domain virtualhome --limit {TASKS} --out {tmp_path}".split()
-    arguments += f"--ability action_sequencing --max-connections {TASKS} {KILLED_AFTER}".split()
+    domain = "virtualhome"
+    if ability == "world_model":
+        questions = Writer(find_benchmark(domain), Source(data_store)).write(Wanted(number=TASKS))
+        file = tmp_path / "questions.jsonl"
+        file.write_bytes(questions_content(list(questions)))
+        domain = str(file)
+    arguments = f"run --model {model} --domain {domain} --limit {TASKS} --out {tmp_path / 'out'}".split()
+    arguments += f"--ability {ability} --max-connections {TASKS} {KILLED_AFTER}".split()
     command = [sys.executable, "-c", INTERRUPTED_AT, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (130, ""), done.stderr
-    results = tmp_path / RESULTS.with_name("eai_planner")
-    answered = (results / "answers.jsonl").read_text().splitlines()
-    assert KILLED_AFTER <= len(answered) <= KILLED_AFTER + 1
+    assert done.stderr.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+    (journal,) = (tmp_path / "out").glob(f"*/{ability}/{model.replace('/', '_')}/answers.jsonl")
+    assert KILLED_AFTER <= len(journal.read_text().splitlines()) <= KILLED_AFTER + 1
 
 
 def test_a_run_that_is_interrupted_before_it_began_says_the_same(

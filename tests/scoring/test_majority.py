@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.scoring.majority import majority, meaning
 
 PLANS = Ability.ACTION_SEQUENCING
@@ -53,3 +53,15 @@ def test_what_is_said_matters(ability: Ability, one: str, other: str) -> None:
 )
 def test_the_first_answer_of_the_most_frequent_meaning_is_chosen(answers: list[str], chosen: int) -> None:
     assert majority(answers, PLANS) == chosen
+
+
+@pytest.mark.parametrize(
+    ("answers", "chosen"),
+    [(["yes", "no", " no\n"], 1), (['["a"]', 'So:\n["b"]', '["b"]'], 1), (["yes", "no"], 0)],
+)
+def test_answers_to_questions_are_no_json(answers: list[str], chosen: int) -> None:
+    assert majority(answers, Ability("world_model")) == chosen
+
+
+def test_plans_that_are_no_json_mean_nothing() -> None:
+    assert [meaning("no", each) for each in FOUR] == [None] * 4

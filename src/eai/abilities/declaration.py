@@ -112,6 +112,22 @@ class Posed(NamedTuple):
     gold: str
 
 
+class Sameness(NamedTuple):
+    """When two answers mean the same: of several answers to a task one counts that means what most do.
+
+    Prose around JSON, white space and the order of keys make no difference, unless it says otherwise.
+
+    Attributes:
+        keys_in_order: whether the keys of objects mean something by their order, as the steps of plans do.
+        lists_are_sets: whether the order of lists means nothing; that of texts in a list does all the same.
+        bare: how an answer begins that is no JSON; empty where it may be any text, None where it is none.
+    """
+
+    keys_in_order: bool = False
+    lists_are_sets: bool = False
+    bare: str | None = ""
+
+
 class OwnTasks(NamedTuple):
     """The tasks of a file that an ability is asked of, instead of a benchmark's.
 
@@ -143,6 +159,7 @@ class SingleTurn:
         features: what a task of its own is like.
         written_by: the command that writes tasks of its own; empty where it is asked of a benchmark's tasks.
         of_operators: whether it is asked of the tasks of published operators, instead of the benchmark's own.
+        sameness: when two answers mean the same.
     """
 
     scorers: Callable[[AskedWorld], Callable[[Any], Scorer]]
@@ -152,6 +169,7 @@ class SingleTurn:
     features: Callable[[Any], TaskFeatures] | None = None
     written_by: str = ""
     of_operators: bool = False
+    sameness: Sameness = field(default_factory=Sameness)
 
 
 @dataclass(frozen=True, slots=True)

@@ -77,7 +77,6 @@ def read_responses(
     path: Path,
     task_ids: Collection[str],
     task_id_of: Callable[[str], str | None] = str,
-    asked: str = "tasks",
 ) -> ResponseFile:
     """Read a response file for tasks with these ids.
 
@@ -86,7 +85,6 @@ def read_responses(
         task_ids: the ids.
         task_id_of: from an identifier, as files have it, to the id of its task; by default the same. None is
             for a task that is known not to be in the data set: such rows are left out and counted.
-        asked: what the ids are of, for messages.
 
     Raises:
         InputError: the file is not a JSON list of answers, a row lacks a key or has it of another type, an
@@ -104,8 +102,8 @@ def read_responses(
             continue
         shown = task_id[:_SHOWN]
         if task_id not in known:
-            hint = did_you_mean(shown, task_ids)
-            raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the {asked}{hint}")
+            hint = did_you_mean(shown, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
+            raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks{hint}")
         if task_id in responses:
             raise InputError(f"{path}, row {number}: identifier {shown!r} stands there twice")
         responses[task_id] = Response(task_id, text)

@@ -167,22 +167,27 @@ class Benchmark:
         return self.errata_for(source).tasks(self.open_tasks(source))
 
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
-        """The tasks in which an ability is asked for, other than transition modeling, in the same order.
+        """What an ability is asked of, in the same order: tasks, published operators, or tasks of its own.
 
         Raises:
-            InputError: the ability is asked of tasks of its own, and there are none.
+            InputError: the ability is asked of tasks of its own, and there are none, or of no such tasks.
         """
         if ability in self.own_tasks:
             return self.own_tasks[ability](source)
-        writer = declaration_of(ability).asked.written_by
-        if writer or self.own_tasks:
-            wanted = f"a file that {writer} writes" if writer else "a benchmark"
+        if self.own_tasks:
+            known = f"give --ability {' or '.join(self.own_tasks)}"
+            raise InputError(f"--domain {self.reference}: {known}, as {ability} is not asked of this file")
+        asked = declaration_of(ability).asked
+        if asked.written_by:
+            wanted = f"a file that {asked.written_by} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
+        if asked.of_operators:
+            return self.operators(source)
         tasks, asks = self.tasks(source), self.asks.get(ability)
         if asks is None:
             return tasks
-        asked = [task_id for task_id, task in tasks.items() if asks(task)]
-        return TaskSet(asked, tasks.__getitem__, tasks.sha256)
+        chosen = [task_id for task_id, task in tasks.items() if asks(task)]
+        return TaskSet(chosen, tasks.__getitem__, tasks.sha256)
 
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
         """The tasks of transition modeling in the order of the data set."""

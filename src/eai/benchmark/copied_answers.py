@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
@@ -123,13 +123,10 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None
         DataError: the data cannot be had.
     """
     source = source or Source()
-    if ability is Ability.TRANSITION_MODELING:
-        operators = benchmark.operators(source)
-        return AnswerBook(tuple(operators), lambda task_id: _operators(operators[task_id]))
     if ability not in _COPIED:
         raise no_answer("copy", benchmark, ability)
     tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability]
-    return AnswerBook(tuple(tasks), lambda task_id: copied(benchmark, tasks[task_id].at_the_end))
+    return AnswerBook(tuple(tasks), lambda task_id: copied(benchmark, tasks[task_id]))
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -164,6 +161,7 @@ def _stem(word: str) -> str:
 
 def _goals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     """Each named state of each named object, each relation named between two objects, each named action."""
+    task = task.at_the_end
     notation, words = benchmark.goals, instruction_words(task)
     lexicon = GoalLexicon(task, benchmark.domain, notation)
     objects = {name: found for name in lexicon.objects if (found := mentions(words, name))}
@@ -186,6 +184,7 @@ def _goals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
 
 def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     """One subgoal: the goal."""
+    task = task.at_the_end
     notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
     copied = [print_ltl(copied_goal(task, notation))] if task.goals else []
     return WrittenAnswer(tuple(copied), notation.join)
@@ -193,6 +192,7 @@ def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
 
 def _plan(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     """An action for each goal about states, then the action goals, about the first objects that will do."""
+    task = task.at_the_end
     achievers = Achievers(benchmark.domain)
     plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
     actions = [achievers.taking(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
@@ -234,7 +234,7 @@ def _first(matches: Iterable[_Match], task: Task) -> Action | None:
     return None
 
 
-def _operators(task: TransitionTask) -> WrittenAnswer:
+def _operators(benchmark: Benchmark, task: TransitionTask) -> WrittenAnswer:
     """Operators of no condition, that assert of everything what the goal asserts, and deny what it denies."""
     parts = list(walk(task.problem.goal))
     denied = {p.operand.predicate for p in parts if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)}
@@ -255,8 +255,9 @@ def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> P
     return effect
 
 
-_COPIED: dict[Ability, Callable[[Benchmark, Task], WrittenAnswer]] = {
+_COPIED: dict[Ability, Callable[[Benchmark, Any], WrittenAnswer]] = {
     Ability.GOAL_INTERPRETATION: _goals,
     Ability.SUBGOAL_DECOMPOSITION: _subgoals,
     Ability.ACTION_SEQUENCING: _plan,
+    Ability.TRANSITION_MODELING: _operators,
 }

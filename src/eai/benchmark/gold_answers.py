@@ -292,7 +292,7 @@ def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook
 
 
 def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
-    tasks = benchmark.operators(source)
+    tasks = benchmark.tasks_for(Ability.TRANSITION_MODELING, source)
 
     def gold(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]

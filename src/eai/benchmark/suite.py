@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, Protocol, registered_protocols
@@ -19,7 +18,7 @@ from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import ErrataChoice, Source, TaskReference, TaskSet
+from eai.tasks.source import ErrataChoice, Source, TaskReference
 
 DEFAULT_PROTOCOL = Protocol.STRICT
 """The rules for scoring where nothing else is asked for."""
@@ -27,11 +26,8 @@ DEFAULT_PROTOCOL = Protocol.STRICT
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
     """The suite of an ability as it declares itself; of one of the four as the paper has it (``strict``)."""
-    asked = declaration_of(ability).asked
-    tasks: TaskSet[Any] = (
-        benchmark.operators(source) if asked.of_operators else benchmark.tasks_for(ability, source)
-    )
-    make = asked.scorers(benchmark.world(source))
+    tasks = benchmark.tasks_for(ability, source)
+    make = declaration_of(ability).asked.scorers(benchmark.world(source))
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
 
 

@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 
+from eai.abilities.declaration import Sameness, declaration_of
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
 
@@ -24,28 +25,28 @@ def majority(answers: Sequence[str], ability: Ability) -> int:
 def meaning(text: str, ability: Ability) -> str | None:
     """An answer without what does not matter, so that equal answers are equal texts; None if unreadable.
 
-    Prose around it, white space and the order of keys do not matter, except that the keys of a plan are its
-    steps; the order of goals does not matter either.
+    What does not matter is declared by the ability (`Sameness`).
     """
-    found = find_json(text, lambda value: _plain(value, ability))
+    same = declaration_of(ability).asked.sameness
+    found = find_json(text, lambda value: _plain(value, same))
     if found is not None:
         return found[0]
-    bare_operators = ability is Ability.TRANSITION_MODELING and "(:action" in text
-    return _spaced(text[text.index("(:action") :]) if bare_operators else None
+    start = -1 if same.bare is None else text.find(same.bare)
+    return _spaced(text[start:]) if start >= 0 else None
 
 
-def _plain(value: object, ability: Ability) -> str | None:
+def _plain(value: object, same: Sameness) -> str | None:
     """A JSON value as a text without accidents; None for what cannot be an answer."""
-    return _text(value, ability) if isinstance(value, Pairs | list) else None
+    return _text(value, same) if isinstance(value, Pairs | list) else None
 
 
-def _text(value: object, ability: Ability) -> str:
+def _text(value: object, same: Sameness) -> str:
     if isinstance(value, Pairs):
-        members = [f"{json.dumps(key)}:{_text(each, ability)}" for key, each in value.members]
-        return "{" + ",".join(members if ability is Ability.ACTION_SEQUENCING else sorted(members)) + "}"
+        members = [f"{json.dumps(key)}:{_text(each, same)}" for key, each in value.members]
+        return "{" + ",".join(members if same.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
-        elements = [_text(each, ability) for each in value]
-        is_set = ability is Ability.GOAL_INTERPRETATION and not _is_tuple(value)
+        elements = [_text(each, same) for each in value]
+        is_set = same.lists_are_sets and not _is_tuple(value)
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_spaced(value) if isinstance(value, str) else value)
 

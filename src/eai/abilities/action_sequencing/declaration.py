@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     AskedWorld,
     Form,
+    Sameness,
     SingleTurn,
     goal_shares,
     on_trajectories,
@@ -64,7 +65,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 ACTION_SEQUENCING = on_trajectories(
     Ability.ACTION_SEQUENCING,
-    SingleTurn(_scorers, form=_form),
+    SingleTurn(_scorers, form=_form, sameness=Sameness(keys_in_order=True, bare=None)),
     "Action sequencing",
     "actions",
     PlanVerdict,

@@ -15,6 +15,7 @@ from eai.abilities.declaration import (
     AskedWorld,
     Form,
     MetricColumn,
+    Sameness,
     SingleTurn,
     goal_shares,
     on_trajectories,
@@ -121,7 +122,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 SUBGOAL_DECOMPOSITION = replace(
     on_trajectories(
         Ability.SUBGOAL_DECOMPOSITION,
-        SingleTurn(_scorers, form=_form),
+        SingleTurn(_scorers, form=_form, sameness=Sameness(bare=None)),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,
