@@ -31,7 +31,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.undisturbed import undisturbed
+from eai.scoring.collector import collecting_seldom
 from eai.tasks.source import Source
 from oracle_answers import ORACLE, oracle_answers, require_oracle
 
@@ -95,7 +95,7 @@ def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     """The speed of this process, which has scored nothing yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]
-    with undisturbed():
+    with collecting_seldom():
         return Speed(_speed(suite, [first]), _speed(suite, others), _speed(suite, others))
 
 

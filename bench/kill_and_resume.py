@@ -52,7 +52,7 @@ class Work(NamedTuple):
 
 
 def make_work(kind: str, tasks: int) -> Work:
-    """The first tasks of BEHAVIOR, whose answers are spoilt, and in an experiment mended."""
+    """The first tasks of BEHAVIOR, whose answers are corrupted, and in an experiment mended."""
     suite, library = open_suite("behavior", Ability.ACTION_SEQUENCING), Library(PromptSet.OFFICIAL)
     task_ids = suite.task_ids[:tasks]
     believed, trials = None, None

@@ -9,7 +9,7 @@ from functools import partial
 from eai.households.behavior.goal_notation import RELATIONS, STATES
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask
-from mutations import Dice, rearranged, slightly_spoilt
+from mutations import Dice, rearranged, slightly_corrupted
 
 SECTIONS = ("node goals", "edge goals", "action goals")
 NODE_STATES = (
@@ -95,7 +95,7 @@ def virtualhome_goals(dice: Dice, task: VirtualHomeTask, gold: Sequence[str]) ->
         mine = [entry for key, entry in entries if key == section]
         changed = rearranged(dice, mine, partial(more, section), dice.one((0, 1, 3)))
         sections[section] = [_odd_entry(dice, entry) if dice.chance(0.08) else entry for entry in changed]
-    return slightly_spoilt(dice, _written(dice, sections), 0.25)
+    return slightly_corrupted(dice, _written(dice, sections), 0.25)
 
 
 def _odd_entry(dice: Dice, entry: object) -> object:
@@ -154,7 +154,7 @@ def behavior_goals(dice: Dice, task: BehaviorTask) -> str:
     if dice.chance(0.1):
         sections = {"goals": changed, **({"more": changed[:2]} if dice.chance(0.5) else {})}
     text = json.dumps(sections, indent=dice.one((None, 1)), ensure_ascii=dice.chance(0.5))
-    return slightly_spoilt(dice, text, 0.25)
+    return slightly_corrupted(dice, text, 0.25)
 
 
 def _listed(value: object) -> object:

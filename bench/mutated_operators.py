@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from mutations import Dice, rearranged, slightly_spoilt
+from mutations import Dice, rearranged, slightly_corrupted
 
 Tree: TypeAlias = "str | list[Tree]"
 """A word, or what stands in brackets."""
@@ -43,7 +43,7 @@ def operators(dice: Dice, gold: Sequence[str], others: Sequence[str]) -> str:
     texts = [_operator(dice, part) for part in parts]
     if dice.chance(0.05):
         texts.insert(dice.below(len(texts) + 1), dice.one(ODD_TEXTS))
-    return slightly_spoilt(dice, _written(dice, dice.one(("\n", " ", "", "\n\n")).join(texts)), 0.15)
+    return slightly_corrupted(dice, _written(dice, dice.one(("\n", " ", "", "\n\n")).join(texts)), 0.15)
 
 
 def _written(dice: Dice, text: str) -> str:
@@ -78,7 +78,7 @@ def _operator(dice: Dice, text: str) -> str:
         tree[place] = _changed(dice, tree[place])
     if dice.chance(0.06):
         tree = _odd_operator(dice, tree)
-    return slightly_spoilt(dice, _print(tree), 0.02)
+    return slightly_corrupted(dice, _print(tree), 0.02)
 
 
 def _odd_operator(dice: Dice, tree: list[Tree]) -> list[Tree]:

@@ -11,7 +11,7 @@ from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTask
-from mutations import Dice, rearranged, slightly_spoilt
+from mutations import Dice, rearranged, slightly_corrupted
 
 Step: TypeAlias = "tuple[str, list[object]]"
 """An action and what stands in its list."""
@@ -64,7 +64,7 @@ def virtualhome_plan(dice: Dice, task: VirtualHomeTask) -> str:
         for _ in range(1 + dice.few(0.5)):
             place = dice.below(len(steps))
             steps[place] = _misnamed(dice, steps[place])
-    return slightly_spoilt(dice, _written(dice, steps), 0.2)
+    return slightly_corrupted(dice, _written(dice, steps), 0.2)
 
 
 @cache
@@ -155,7 +155,7 @@ def behavior_plan(dice: Dice, task: BehaviorTask) -> str:
         for _ in range(1 + dice.few(0.5)):
             place = dice.below(len(steps))
             steps[place] = _odd_entry(dice, steps[place])
-    return slightly_spoilt(dice, _as_python(dice, steps), 0.2)
+    return slightly_corrupted(dice, _as_python(dice, steps), 0.2)
 
 
 def _odd_entry(dice: Dice, step: dict[str, object]) -> dict[str, object]:

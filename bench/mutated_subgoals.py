@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.logic.signature import Signature
-from mutations import Dice, rearranged, slightly_spoilt
+from mutations import Dice, rearranged, slightly_corrupted
 
 ODD_SUBGOALS: tuple[object, ...] = (
     "",
@@ -88,7 +88,7 @@ def subgoals(dice: Dice, gold: Sequence[str], words: Words, extras: Mapping[str,
     if dice.chance(0.03):
         answer = {dice.one(("Output", "outputs", "plan")): parts}
     text = json.dumps(answer, indent=dice.one((None, 1)), ensure_ascii=dice.chance(0.5))
-    return slightly_spoilt(dice, text, 0.12)
+    return slightly_corrupted(dice, text, 0.12)
 
 
 class _Maker:

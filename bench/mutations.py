@@ -89,16 +89,16 @@ PROSE = (
 )
 
 
-def spoilt(dice: Dice, text: str) -> str:
+def corrupted(dice: Dice, text: str) -> str:
     """A text with one to a few changes."""
     for _ in range(1 + dice.few(0.4)):
         text = dice.one(_CHANGES)(dice, text)
     return text
 
 
-def slightly_spoilt(dice: Dice, text: str, probability: float) -> str:
-    """A text that is spoilt with some probability."""
-    return spoilt(dice, text) if dice.chance(probability) else text
+def slightly_corrupted(dice: Dice, text: str, probability: float) -> str:
+    """A text that is corrupted with some probability."""
+    return corrupted(dice, text) if dice.chance(probability) else text
 
 
 def rearranged(dice: Dice, parts: Sequence[_T], more: Callable[[], _T], mean: float = 1.5) -> list[_T]:

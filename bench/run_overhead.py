@@ -39,7 +39,7 @@ from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
 from eai.run.tasks import build_task
 from eai.scoring.batch import score_batch
-from eai.scoring.undisturbed import undisturbed
+from eai.scoring.collector import collecting_seldom
 from eai.tasks.source import Source
 
 MODEL = "eai/oracle"
@@ -66,7 +66,7 @@ def processor_ms(work: Callable[[], object]) -> float:
 def on_its_own_ms(work: Callable[[], object]) -> float:
     """The same without what earlier work left to the garbage collector."""
     gc.collect()
-    with undisturbed():
+    with collecting_seldom():
         return processor_ms(work)
 
 
@@ -83,7 +83,7 @@ def by_sample(asked: Questions) -> list[dict[str, float]]:
     suite = open_suite(asked.benchmark, asked.ability, source=Source(planner=PlannerChoice.NONE))
     gold = open_answer_book(asked.benchmark, asked.ability).gold
     answers = {task_id: gold(task_id).text for task_id in asked.prompts}
-    with undisturbed():
+    with collecting_seldom():
         times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
     return times[WARM_UP:]
 

@@ -31,8 +31,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import Response
 from eai.benchmark.suite import open_suite
 from eai.scoring.batch import Scoring
+from eai.scoring.collector import collecting_seldom
 from eai.scoring.records import write_records
-from eai.scoring.undisturbed import undisturbed
 from mutated_answers import maker
 from mutations import Dice
 
@@ -108,7 +108,7 @@ def _seconds() -> float:
 def score(answers: Path, workers: int, *, ray: bool) -> None:
     """Write the records of a file of answers beside it; prints the most memory, and their digest."""
     suite, out = open_suite(*SUITE), answers.with_name("records.jsonl")
-    with undisturbed(), _opened(workers, ray=ray) as scoring:
+    with collecting_seldom(), _opened(workers, ray=ray) as scoring:
         write_records(out, scoring.records(suite, "stream", read(answers)))
         alive = time.process_time() + _seconds_below(os.getpid())
     digest = hashlib.sha256()

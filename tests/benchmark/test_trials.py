@@ -15,7 +15,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt
-from eai.benchmark.gold_answers import Noise, heeding_answer, noisy_answer, spoil
+from eai.benchmark.gold_answers import Noise, corrupted_answer, heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
@@ -100,7 +100,7 @@ def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -
 
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 5), ("behavior", 1)])
 def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -> None:
-    """It mends one spoilt part an attempt; with the first question asked again it stays where it was."""
+    """It mends one corrupted part an attempt; with the first question asked again it stays where it was."""
     book, noise = answer_book(name, ACTIONS, data_store), Noise(0.1, "0 1")
     trials = trials_of(name, data_store, EXPLAINED)
     first_again = replace(trials, asker=Unchanging(trials.asker.prompt_of, trials.asker.wording))
@@ -113,7 +113,9 @@ def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -
             return heeding_answer(book, task_id, question.user, attempt, noise, 1.0).text
 
         attempts = played(trials, task_id, heeding)
-        versions = list(dict.fromkeys(answer.text for answer in spoil(book, task_id, noise).versions()))
+        versions = list(
+            dict.fromkeys(answer.text for answer in corrupted_answer(book, task_id, noise).versions())
+        )
         versions += versions[-1:] * ATTEMPTS
         wins = [bool(getattr(trials.suite.score(task_id, text), "success", False)) for text in versions]
         expected = next((k + 1 for k in range(ATTEMPTS) if wins[k]), ATTEMPTS)
@@ -139,7 +141,7 @@ class Resampling:
     Args:
         suite: the tasks.
         store: where the gold answers are.
-        rate: how often a part is spoilt.
+        rate: how often a part is corrupted.
     """
 
     def __init__(self, suite: Suite, store: Store, rate: float) -> None:

@@ -46,8 +46,8 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
     def obtained(order: Order, endpoint: Endpoint, prompts: Mapping[str, Any], of: Suite) -> Result:
         rounds.append(list(prompts))
         records = [record(task, SUCCEEDED, domain=of.domain) for task in prompts]
-        spoilt = {"verdict": PlanVerdict(excluded="no solution")} if excluded else {"unanswered": "timeout"}
-        records = [replace(each, **spoilt) if each.task_id == odd else each for each in records]
+        changes = {"verdict": PlanVerdict(excluded="no solution")} if excluded else {"unanswered": "timeout"}
+        records = [replace(each, **changes) if each.task_id == odd else each for each in records]
         return Result(tmp_path, of, records, {} if excluded else {"timeout": [odd]})
 
     monkeypatch.setattr(adaptive, "obtain_and_score", obtained)

@@ -1,1 +1,1 @@
-"""What a benchmark is, where it is found, and who answers without a model: gold, copies, chance."""
+"""Benchmarks, the registry in which they are found, and answers without a model: gold, copies, chance."""

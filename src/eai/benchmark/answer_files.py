@@ -26,7 +26,7 @@ ZIP = ".zip"
 """How the names of zips end."""
 
 UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, ValueError)
-"""What is raised where a zip or a member is damaged, encrypted, or packed in an unknown way."""
+"""The errors raised where a zip or a member is damaged, encrypted, or packed in an unknown way."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ class SuiteFile:
 
     @property
     def order(self) -> tuple[int, int, str]:
-        """What files are sorted by."""
+        """The key by which files are sorted."""
         return registered().index(self.domain), place_of(self.ability), self.model
 
 

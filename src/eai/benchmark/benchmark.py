@@ -63,7 +63,7 @@ def each_by_itself(answers: Sequence[str]) -> Opener | None:
 
 
 class Opened(NamedTuple):
-    """What is particular to a suite: its tasks in order, the digest of its data, and its scorers.
+    """The particulars of a suite: its tasks in order, the digest of its data, and its scorers.
 
     Attributes:
         task_ids: the ids of its tasks.

@@ -1,4 +1,4 @@
-"""What copying the question earns: the answers of the built-in models `eai/copy` and `eai/empty`.
+"""Copies of the question as a baseline: the answers of the built-in models `eai/copy` and `eai/empty`.
 
 A measure that pays them pays for nothing. Copies are made of what the question says (its goals, its
 instruction, the names of its operators), never of a right answer.
@@ -209,7 +209,7 @@ def _literals(task: Task) -> Iterator[Literal]:
 
 
 def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Match]:
-    """What makes a condition so that speaks of its objects, the straight ways first."""
+    """The actions that make a condition true that speaks of its objects, the straight ways first."""
     atom = literal.operand if isinstance(literal, f.Not) else literal
     agent = task.scene.agent
     if not isinstance(atom, f.Atom):

@@ -52,7 +52,7 @@ else:
 
 @dataclass(frozen=True, slots=True)
 class _Replacement:
-    """What stands in the data, and what is read instead."""
+    """A passage of the data, and the one that is read in its place."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
@@ -109,7 +109,7 @@ class Erratum:
 
     @property
     def corrections(self) -> tuple[str, ...]:
-        """What is done about it: the names of the fields that say so."""
+        """The names of the fields that say how it is mended."""
         names = ("exclude", "renamed", "problem", "plan", "question", "asks_scored")
         return tuple(name for name in names if getattr(self, name))
 
@@ -133,7 +133,7 @@ class Errata:
     entries: tuple[Erratum, ...] = ()
 
     def use(self, ability: Ability, task_id: str) -> ErrataUse | None:
-        """What the record of a verdict says: the version, and the errata that decide verdicts on its task."""
+        """The version, and the errata that decide verdicts on a task, for its record."""
         return (
             None
             if not self.version

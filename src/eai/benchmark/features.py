@@ -1,4 +1,4 @@
-"""What tasks are like, whatever is answered: all that a score may be set against."""
+"""Features of tasks, whatever is answered: all that a score may be set against."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.world.relation import bits, mask_of
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Features:
-    """What one task is like.
+    """The features of one task.
 
     A *goal* is a part of the task's goal as plans are tested for it, which may speak of objects in general
     ("every jar is open"). A *ground goal* is a condition on certain objects, as goal interpretation asks for

@@ -32,7 +32,7 @@ from eai.world.execution import Action, execute
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """How often parts of an answer are spoilt, and the seed of it."""
+    """How often parts of an answer are corrupted, and the seed of it."""
 
     rate: float
     seed: str
@@ -47,13 +47,13 @@ class _Segment(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class _CorruptedAnswer:
-    """A gold answer of which parts are spoilt; what is spoilt can be mended from the front."""
+    """A gold answer of which parts are corrupted; what is corrupted can be mended from the front."""
 
     segments: tuple[_Segment, ...]
     join: Callable[[Iterable[str]], str]
 
     def versions(self) -> Iterator[WrittenAnswer]:
-        """The answer as it is, then with one more spoilt segment mended each time, up to the gold answer."""
+        """The answer as it is, then with one more segment mended each time, up to the gold answer."""
         segments = list(self.segments)
         yield self._answer(segments)
         for number, (gold, written) in enumerate(segments):
@@ -66,11 +66,11 @@ class _CorruptedAnswer:
 
 
 def noisy_answer(book: AnswerBook, task_id: str, noise: Noise) -> WrittenAnswer:
-    """A gold answer in which parts are spoilt, each by itself: a pure function of the arguments.
+    """A gold answer in which parts are corrupted, each by itself: a pure function of the arguments.
 
-    A spoilt part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
+    A part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
     """
-    return next(spoil(book, task_id, noise).versions())
+    return next(corrupted_answer(book, task_id, noise).versions())
 
 
 def heeding_answer(
@@ -78,10 +78,10 @@ def heeding_answer(
 ) -> WrittenAnswer:
     """The answer of a noisy model that mends what it is told of, and nothing else.
 
-    If the question contains its last answer and a reason after it, it mends the first spoilt part of that
+    If the question contains its last answer and a reason after it, it mends the first corrupted part of that
     answer with probability ``heed``; otherwise it says the same again.
     """
-    versions = list(spoil(book, task_id, noise).versions())
+    versions = list(corrupted_answer(book, task_id, noise).versions())
     said = [(question.rfind(version.text), number) for number, version in enumerate(versions)]
     place, last = max(said)
     if attempt == 1 or place < 0:
@@ -91,8 +91,8 @@ def heeding_answer(
     return versions[min(last + heeds, len(versions) - 1)]
 
 
-def spoil(book: AnswerBook, task_id: str, noise: Noise) -> _CorruptedAnswer:
-    """A gold answer in which parts are spoilt, with what they were."""
+def corrupted_answer(book: AnswerBook, task_id: str, noise: Noise) -> _CorruptedAnswer:
+    """A gold answer in which parts are corrupted, with what they were."""
     rng = _generator(noise.seed, task_id)
     answer = book.gold(task_id)
     segments: list[_Segment] = []

@@ -41,7 +41,7 @@ class _Entry:
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
-    """What the lookup table answers.
+    """Return the answer of the lookup table.
 
     Plans and subgoals are those of the task with the most similar goals, goals those of the task whose
     instruction shares most words, operators those of any other task that asks for them.

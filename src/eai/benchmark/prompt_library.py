@@ -108,7 +108,7 @@ class Library:
         return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
 
     def asker(self, benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt]) -> Asker:
-        """What asks in several attempts, beginning with these prompts.
+        """The asker in several attempts, beginning with these prompts.
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
         """
@@ -132,7 +132,7 @@ class Library:
         return render(self._questions(benchmark, ability, beliefs), templates)
 
     def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
-        """What our prompts are rendered from."""
+        """The wording from which our prompts are rendered."""
         templates = Templates(self.folder)
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         book = open_answer_book(benchmark, ability, self.source)

@@ -44,7 +44,7 @@ from eai.world.past import Past
 from eai.world.state import Fact, State
 
 _TRIES = 5_000
-"""How many actions are drawn in vain before all are looked at."""
+"""How many actions are drawn without success before all are looked at."""
 
 _EVEN = 0.5
 

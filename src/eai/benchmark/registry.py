@@ -29,7 +29,7 @@ GROUP = "eai.benchmarks"
 """The group of entry points."""
 
 PDDL = "pddl"
-"""What stands before the colon in a reference to PDDL files."""
+"""The word before the colon in a reference to PDDL files."""
 
 REFERENCES = (
     "virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, or task files, FILE.jsonl "
@@ -38,10 +38,10 @@ REFERENCES = (
 """How a benchmark is named, in words."""
 
 OBFUSCATED = "obfuscated"
-"""What stands before the colon in a reference to the twin of a benchmark whose words mean other things."""
+"""The word before the colon in a reference to the twin of a benchmark whose words mean other things."""
 
 RULES = "rules"
-"""What stands before the colon in a reference to a benchmark in its own words, with the rules of its twin."""
+"""The word before the colon in a reference to a benchmark in its own words, with the rules of its twin."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 """How identifiers with capitals spell the benchmarks that come with the package."""
@@ -80,7 +80,7 @@ def find_benchmark(reference: str) -> Benchmark:
 
 
 def title_of(name: str) -> str:
-    """What a benchmark of this name is called in tables and pages; an unknown one by its name."""
+    """Return the title of a benchmark in tables and pages; of an unknown one its name."""
     return find_benchmark(name).title or name if name in registered() else name
 
 

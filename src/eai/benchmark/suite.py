@@ -107,7 +107,7 @@ class Suite:
         return scorer
 
     def features(self, task_id: str) -> TaskFeatures | None:
-        """What a task is like; None if the benchmark has only operators of it."""
+        """Return the features of a task; None if the benchmark has only operators of it."""
         known = self._features.get(task_id)
         own = declaration_of(self.ability).asked.features
         if known is None and own is not None:
@@ -160,7 +160,7 @@ def open_suite(
 
 
 def _opener(protocol: Protocol) -> Opener:
-    """What opens suites under a protocol.
+    """Return the opener of suites under a protocol.
 
     Raises:
         InputError: the protocol is not implemented.

@@ -23,7 +23,7 @@ from eai.results.lines import TABLES
 from eai.results.plot_files import styled, write
 from eai.results.table import Cell, Estimate, Table
 from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
-from eai.scoring.undisturbed import undisturbed
+from eai.scoring.collector import collecting_seldom
 from eai.studies.records import Records
 from eai.studies.registry import find_study, study_names
 from eai.studies.study import Analysis, Figures, Study, several
@@ -101,7 +101,7 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with data_progress() as report, undisturbed(), _extra_needed():
+    with data_progress() as report, collecting_seldom(), _extra_needed():
         read = Records(tuple(records), folder, Source(store(data), report), note, _progress)
         if name == TABLE:
             _write_lines(read, _chosen(TABLE, _Formats, settings or ()), as_json=as_json)

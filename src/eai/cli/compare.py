@@ -80,7 +80,7 @@ def compare(
 
 
 def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
-    """What ``--json`` prints of two runs: percentages unrounded, all differing tasks."""
+    """The ``--json`` of two runs: percentages unrounded, all differing tasks."""
     key = one.key
     return {
         "domain": key.domain,
@@ -196,7 +196,7 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
 
 
 def _caption(found: Comparison) -> str:
-    """What the p values are of."""
+    """The tests that the p values are of."""
     kinds = {difference.yes_no for difference in found.differences}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"

@@ -13,7 +13,7 @@ from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai.cli.helped import label
-from eai.scoring.undisturbed import undisturbed
+from eai.scoring.collector import collecting_seldom
 
 
 class Place(NamedTuple):
@@ -91,7 +91,7 @@ def _summarised(name: str, place: Place) -> TyperCommand:
 
 
 def _imported(name: str, place: Place) -> Any:
-    with undisturbed():
+    with collecting_seldom():
         module = import_module(f"{__package__}.{place.module}")
     found, kind = getattr(module, place.name), getattr(module, place.kind) if place.kind else None
     app = Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())

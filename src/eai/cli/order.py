@@ -20,9 +20,9 @@ from eai.prompts.prompt import Prompt
 from eai.run.job import Endpoint, Job
 from eai.run.journal import JOURNAL, sole_run
 from eai.run.spec import RunSpec
+from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.trials import Trials
-from eai.scoring.undisturbed import undisturbed
 
 LOGS = "logs"
 SHOWN_TASKS = 5
@@ -97,7 +97,7 @@ def obtain_and_score(
             believed,
             spec.prompts.name,
         )
-        with undisturbed():
+        with collecting_seldom():
             with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
                 outcome = settle(obtained, folder, suite, spec.scoring.settings, told)
             write_scores(answers.log, outcome.by_place(), suite.source)

@@ -125,7 +125,7 @@ def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking
 
 
 def background(source: Store, domains: Iterable[str]) -> Background:
-    """What the user's data set says of the tasks of some domains; nothing is fetched for it."""
+    """The words of the user's data set on the tasks of some domains; nothing is fetched for it."""
     if not _at_hand(source):
         return Background()
     known = [find_benchmark(name) for name in dict.fromkeys(domains) if name in registered()]

@@ -58,10 +58,10 @@ from eai.results.coverage import ErrataEffect, coverage_of, errata_effect
 from eai.results.summary import summarise
 from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
+from eai.scoring.collector import collecting_seldom
 from eai.scoring.records import read_records
 from eai.scoring.results import RECORDS, write_results
 from eai.scoring.shards import Shard, write_shard
-from eai.scoring.undisturbed import undisturbed
 from eai.studies.pipeline.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
 from eai.tasks.source import ErrataChoice, Source
 
@@ -173,7 +173,7 @@ def score(
     for share in shares:
         _note_elsewhere(share)
     printed: list[Json] = []
-    with undisturbed(), _opened(workers, ray) as scoring, ExitStack() as stack:
+    with collecting_seldom(), _opened(workers, ray) as scoring, ExitStack() as stack:
         for folder in {share.out: None for share in shares if shard is None}:
             if folder is not None:
                 stack.enter_context(sole_run(folder))
@@ -190,7 +190,7 @@ def score(
 
 
 def _opened(workers: int, ray: str | None) -> Scoring:
-    """What scores: processes of this machine, or a cluster of Ray's."""
+    """The workers that score: processes of this machine, or a cluster of Ray's."""
     if ray is None:
         return Scoring(workers)
     try:
@@ -234,7 +234,7 @@ def _score_all(
 
 
 def _interrupted(shares: Sequence[_Share], done: int) -> str:
-    """What there is to say to whom interrupts scoring."""
+    """The message to whom interrupts scoring."""
     if not done or shares[0].out is None:
         return "interrupted; nothing is written"
     left = shares[done]
@@ -294,7 +294,7 @@ def _note_replaced(file: Path, first: Record) -> None:
 
 
 def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:
-    """What there is of one suite; with several files each model has a folder of its own."""
+    """The records of one suite; with several files each model has a folder of its own."""
     files = [file for place in places for file in files_of_suite(place, suite.domain, suite.ability)]
     given = [_in_order(_read(file, suite), suite.task_ids) for file in files]
     _refuse_twins([answers.model for answers in given])

@@ -22,7 +22,7 @@ PERCENT = Column("percent", digits=1, number=True)
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What a table shows of one model: its rates, and how much of the suite they are of."""
+    """One model in a table: its rates, and how much of the suite they are of."""
 
     rates: Mapping[str, Rate]
     coverage: Coverage
@@ -75,7 +75,7 @@ def print_rates(
 def result_json(
     records: Sequence[Record], result: Result, errata: ErrataEffect | None, folder: Path | None
 ) -> dict[str, Json]:
-    """What ``--json`` prints of one model in one suite.
+    """The ``--json`` of one model in one suite.
 
     Args:
         records: all of its records.

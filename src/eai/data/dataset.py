@@ -20,7 +20,7 @@ from eai.errors import DataError
 
 @dataclass(frozen=True, slots=True)
 class PackStatus:
-    """What `eai data info` says of one pack.
+    """The status of one pack, as `eai data info` prints it.
 
     Attributes:
         size: bytes on disk; 0 when absent.

@@ -16,7 +16,7 @@ from eai.errors import EaiError, InputError, how_to_install
 
 
 def parquet() -> Any:
-    """What reads and writes Parquet files: ``pyarrow.parquet``.
+    """Return the library for Parquet files: ``pyarrow.parquet``.
 
     Raises:
         EaiError: pyarrow is not installed.
@@ -48,7 +48,7 @@ def read_columns(path: Path, names: Sequence[str]) -> list[dict[str, object]]:
 
 
 Content: TypeAlias = str | bytes | Iterable[str]
-"""What a file is to hold: all of it, or the pieces of a text."""
+"""The content of a file: all of it, or the pieces of a text."""
 
 _UNSHOWN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Categories of characters that move a cursor, turn text around, or are none, such as lone surrogates."""

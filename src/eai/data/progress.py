@@ -1,4 +1,4 @@
-"""What a long operation tells its caller, so that a command line can draw a bar."""
+"""Progress of a long operation, told to its caller so that a command line can draw a bar."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from enum import Enum
 
 
 class Stage(str, Enum):
-    """What is being done."""
+    """A stage of the operation."""
 
     WAIT = "wait"
     DOWNLOAD = "download"

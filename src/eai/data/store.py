@@ -40,7 +40,7 @@ def default_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class _Manifest:
-    """What a pack says of itself.
+    """The manifest of a pack.
 
     Attributes:
         archives: requirement (`name==version`) -> SHA-256 of the archive it was converted from.

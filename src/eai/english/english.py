@@ -63,7 +63,7 @@ PLAIN = English()
 
 
 def english_of(package: str) -> English:
-    """What the file ``english.toml`` of a package says."""
+    """Read the file ``english.toml`` of a package."""
     text = (files(package) / FILE).read_text(encoding="utf-8")
     return TypeAdapter(English).validate_python(tomllib.loads(text))
 
@@ -80,7 +80,7 @@ REQUESTS = ("Please", "Your task is to", "I would like you to")
 """How one begins that says what to do."""
 
 SEE_TO_IT = "see to it that"
-"""What makes a request of what is to be so."""
+"""The words that make a request of a sentence."""
 
 EVERY, EXACTLY, OWN = (
     ("every", "each"),
@@ -92,7 +92,7 @@ EVERY, EXACTLY, OWN = (
 NO, SOME, AT_LEAST_ONE = "no", "some", "at least one"
 
 NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
-"""What joins two sentences of a goal over time."""
+"""The words that join two sentences of a goal over time."""
 
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 """Numbers that are written as words."""
@@ -123,7 +123,7 @@ class Voice(NamedTuple):
 
 
 USUAL = Voice()
-"""What is to be, in the usual words."""
+"""Sentences in the usual words."""
 
 
 def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""What actions need and do, in words: every check and every effect of a declaration, and nothing else."""
+"""The exact text of actions: every check and every effect of a declaration, and nothing else."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ExactText:
     word: Callable[[str], str] = str
 
     def needs(self, operator: Operator) -> str:
-        """What must be so for an action to be possible; of several tries what one of them needs."""
+        """Return the conditions of an action; of several tries what one of them needs."""
         tried = [f.And(_asked(each)) for each in operator.tries]
         none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
         asked = [check.condition for check in operator.checks]
@@ -43,7 +43,7 @@ class ExactText:
         return "; ".join(dict.fromkeys(map(self.condition, asked))) or "always"
 
     def does(self, operator: Operator) -> str:
-        """What is so after an action; ``nothing changes`` if it has no effect."""
+        """Return the effects of an action; ``nothing changes`` if it has no effect."""
         tried = [When(f.And(_asked(each)), each.effects) for each in operator.tries]
         return "; ".join(self._all((*tried, *operator.effects))) or "nothing changes"
 
@@ -77,7 +77,7 @@ class ExactText:
         return f"[{'; '.join(self._all(effects))}]"
 
     def condition(self, formula: f.Formula) -> str:
-        """What a condition of the declaration means."""
+        """Return the meaning of a condition of the declaration."""
         match formula:
             case f.Atom():
                 return self._atom(formula)
@@ -98,7 +98,7 @@ class ExactText:
         return self._of_objects(formula)
 
     def _of_objects(self, formula: f.Formula) -> str:
-        """What a condition means that ranges over objects, or compares them."""
+        """Return the meaning of a condition that ranges over objects, or compares them."""
         match formula:
             case f.Exists(f.Variable(_, str() as category), f.Equals(_, other)):
                 return f"{_name(other)} is of the kind {self.word(category)}"
@@ -115,7 +115,7 @@ class ExactText:
         return f"{variable.name}{of_kind}"
 
     def definitions(self, predicates: Iterable[str]) -> Iterator[str]:
-        """What those of some predicates mean that are derived by a formula."""
+        """Return the meanings of those of some predicates that are derived by a formula."""
         for name in predicates:
             derived = self.vocabulary.derived_by_name.get(name)
             if isinstance(derived, Defined):

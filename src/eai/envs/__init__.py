@@ -32,7 +32,7 @@ except ImportError as _error:
     _MISSING = _error
 
     def __getattr__(name: str) -> NoReturn:
-        """What needs gymnasium is not there without it; the rewards of this package do not."""
+        """Names that need gymnasium are not there without it; the rewards of this package do not."""
         if name not in __all__:
             raise AttributeError(f"module 'eai.envs' has no attribute {name!r}")
         raise ImportError(f"environments need gymnasium: {how_to_install('envs')}") from _MISSING

@@ -15,7 +15,7 @@ from eai.world.execution import Action
 from eai.world.fault import FaultKind
 
 DONE = "DONE"
-"""What an agent writes where the episode ends when it says so."""
+"""The command that ends the episode, where the agent decides when."""
 
 MAX_LENGTH = 10_000
 """The longest command that is looked at, in characters."""
@@ -24,7 +24,7 @@ _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
 
 
 class _Command(NamedTuple):
-    """What a text asks for: an action, the end of the episode (None), or nothing that can be tried.
+    """The meaning of a text: an action, the end of the episode (None), or nothing that can be tried.
 
     ``repairs`` names what it took to read it.
     """
@@ -62,7 +62,7 @@ class Commands:
         return f"{action.operator}({', '.join([self._names[i] for i in action.arguments])})"
 
     def read(self, text: str, nameable: Collection[int], *, ends: bool) -> _Command:
-        """What a text asks for.
+        """Read the meaning of a text.
 
         Args:
             text: the text.

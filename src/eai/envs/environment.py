@@ -136,7 +136,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
 
     @cached_property
     def manual(self) -> str:
-        """What an agent may be told before it begins: what can be said of the world, and its actions."""
+        """The manual for an agent: the predicates of the world, and its actions."""
         return manual(self.benchmark, self.rules.feedback)
 
     def reset(

@@ -31,7 +31,7 @@ from eai.world.state import State
 
 
 class _Info(TypedDict, total=False):
-    """What there is to know of a turn besides what the agent is told.
+    """Everything known about one turn besides the observation.
 
     ``goals`` says of each goal whether it is reached now, and ``won`` whether the episode ended with all of
     them. ``fault`` is the kind of error of the action, or None; ``repairs`` are those that reading it took.
@@ -48,7 +48,7 @@ class _Info(TypedDict, total=False):
 
 
 class Turn(NamedTuple):
-    """What an action leads to, as `gymnasium.Env.step` returns it."""
+    """The outcome of an action, as `gymnasium.Env.step` returns it."""
 
     observation: str
     reward: float
@@ -81,7 +81,7 @@ class Stage:
 
 
 def _opening(task: Task, wording: Wording, rules: Rules) -> str:
-    """What an agent is told of a task."""
+    """Return the first observation of a task."""
     parts = [f"{task.title}\n{task.instruction}", f"Goals:\n{wording.goals(task)}"]
     if any(goal.is_over_time for goal in task.goals):
         parts.append(Templates().text("over_time.txt"))
@@ -93,7 +93,7 @@ def _opening(task: Task, wording: Wording, rules: Rules) -> str:
 
 
 class _Tried(NamedTuple):
-    """What came of a command: in words, and the fault and slip of its action."""
+    """The outcome of a command: in words, and the fault and slip of its action."""
 
     told: str
     fault: FaultKind | None = None
@@ -130,12 +130,12 @@ class Game:
 
     @property
     def task(self) -> Task:
-        """What is played."""
+        """The task that is played."""
         return self._stage.task
 
     @property
     def look(self) -> Look:
-        """What is seen now."""
+        """The present view."""
         return self._look
 
     @property
@@ -218,7 +218,7 @@ class Game:
                 assert_never(outcome)
 
     def _news(self, state: State) -> str:
-        """What an action has changed of what is seen, and what is seen for the first time."""
+        """Return the visible changes of an action, and things that are seen for the first time."""
         view, before = self._stage.view, self._look
         self._look = view.next(before, state)
         told = view.changes(before, self._look) or "No fact that you see has changed."
@@ -267,7 +267,7 @@ _TOLD: Mapping[Feedback, str] = {
 
 
 def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
-    """What there is to know of a world before one acts in it: what can be said of it, and its actions."""
+    """Return the manual of a world: its predicates, and its actions."""
     wording = benchmark.observed_wording()
     values = {
         "told": _TOLD[feedback],

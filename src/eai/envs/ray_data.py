@@ -16,7 +16,7 @@ RECORD = "record"
 
 
 class Scores:
-    """What `ray.data.Dataset.map_batches` is given to score the rows of a data set.
+    """The function for `ray.data.Dataset.map_batches` that scores the rows of a data set.
 
     Ray makes it once in each actor, which keeps the tasks that it has made; a batch whose actor dies is done
     again by another one. It needs nothing of Ray's itself.

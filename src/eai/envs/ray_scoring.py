@@ -67,7 +67,7 @@ class RayScoring(Scoring):
         *,
         at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
     ) -> Iterator[R]:
-        """What a function makes of the items, in their order.
+        """Yield the results of a function on the items, in their order.
 
         Raises:
             WorkerError: actors die whenever they come to certain items.
@@ -102,8 +102,8 @@ def _results(promised: Any) -> Sequence[Any]:
 
 
 class _Actor:
-    """What works on a node."""
+    """An actor on a node."""
 
     def done(self, work: bytes, items: bytes) -> bytes:
-        """What some work makes of a batch."""
+        """Do some work on a batch."""
         return pickle.dumps(loaded(work)(pickle.loads(items)))  # noqa: S301 - of the program that started it

@@ -20,10 +20,10 @@ from eai.scoring.shaping import Shaping
 from eai.tasks.source import TaskReference
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
-"""What a policy wrote: a text, or messages of which the last is its answer."""
+"""The output of a policy: a text, or messages of which the last is its answer."""
 
 THOUGHT = ("<think>", "</think>")
-"""What begins and ends the part of an answer that is not meant to be read."""
+"""The marks around the part of an answer that is not meant to be read."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
 """The metric beside those of `METRICS` that is 1 where an answer cannot be told from its prompt."""
@@ -46,7 +46,7 @@ def answer_of(completion: Completion) -> str:
 
 
 def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
-    """What an answer to a task is worth, and why.
+    """Return the worth of an answer to a task, and the reasons.
 
     Args:
         task: the task, as `Suite.reference` writes it.
@@ -72,7 +72,7 @@ class TrlReward:
 
     @property
     def __name__(self) -> str:
-        """What TRL logs the reward as."""
+        """The name under which TRL logs the reward."""
         return f"eai_{member(Shaping, self.shaping, 'shaping').value}"
 
     def __call__(
@@ -122,7 +122,7 @@ class TrlHousehold:
         return self._game.act(command).observation
 
     def get_reward(self) -> float:
-        """What the episode is worth, by the definition that `eai.Reward` pays by."""
+        """The worth of the episode by the definition that `eai.Reward` pays by."""
         return 0.0 if self._game is None else self._game.worth
 
 
@@ -219,7 +219,7 @@ class SkyRlTask:
         self._metrics: Mapping[str, float] = {}
 
     def step(self, action: str) -> dict[str, Any]:
-        """What the answer is worth; there is no second turn."""
+        """Return the worth of the answer; there is no second turn."""
         grade = grade_of(self._task, answer_of(action), self._shaping)
         self._metrics = grade.metrics
         return {

@@ -21,7 +21,7 @@ class Observe(str, Enum):
 
 
 class Feedback(str, Enum):
-    """What is told of a turn: all that is seen to be so, what the action changed, or what became of it alone.
+    """The observation after a turn: all visible facts, the changes, or the outcome of the action alone.
 
     The opening lists all facts in any case, so that with ``changes`` they are known to who keeps count.
     """

@@ -1,4 +1,4 @@
-"""What an agent is told of a task's world: the facts that it sees, and what its actions change of them."""
+"""The view of a task's world: the facts that an agent sees, and how its actions change them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class _Shown(NamedTuple):
 
 
 class Look(NamedTuple):
-    """What is seen of a state: objects, and the facts about them by predicate."""
+    """The visible part of a state: objects, and the facts about them by predicate."""
 
     state: State
     sight: Sight
@@ -82,7 +82,7 @@ class View:
         return Look(state, sight, told)
 
     def changes(self, before: Look, after: Look) -> str:
-        """What became true of what is seen after, as ``+`` lines; what became false of what was, as ``-``."""
+        """Return visible facts that became true, as ``+`` lines, and those that became false, as ``-``."""
         added: list[Fact] = []
         removed: list[Fact] = []
         changed = _changed(before.state, after.state)

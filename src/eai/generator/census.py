@@ -112,7 +112,7 @@ def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
 
 
 class _Census:
-    """What is counted, task by task."""
+    """The counts, task by task."""
 
     def __init__(self, benchmark: Benchmark) -> None:
         self._domain, self._english = benchmark.domain, benchmark.english

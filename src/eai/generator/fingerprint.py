@@ -16,7 +16,7 @@ from eai.world.state import Scene, State
 
 
 class Prints(NamedTuple):
-    """What tells a task from others: its goals, and what its scene is like."""
+    """The digests that distinguish tasks: of its goals, and of its scene."""
 
     goals: str
     scene: str

@@ -212,7 +212,7 @@ class Generator:
         return Generated(task, {**self._about(task, seed, measured), **about})
 
     def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
-        """What is known of a task."""
+        """Return everything known about a task."""
         of_goals, of_scene = fingerprint.of_task(task)
         return {
             "tier": tier_of(len(task.script)).value,

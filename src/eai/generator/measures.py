@@ -34,7 +34,7 @@ from eai.world.vocabulary import Vocabulary
 FILE = "difficulty.json"
 
 FEATURES = ("log steps", "operators", "log goals")
-"""What is known of any task with a plan: its steps, how many operators they are of, and its goals."""
+"""The features of any task with a plan: its steps, how many operators they are of, and its goals."""
 
 
 def features_of(task: Task) -> Sequence[float]:
@@ -53,7 +53,7 @@ class _ExpectedDifficulty:
 
 @dataclass(frozen=True, slots=True)
 class _DifficultyModel:
-    """What difficulty is made of in one household.
+    """The coefficients of difficulty in one household.
 
     Attributes:
         intercept: the difficulty of a task whose features are all zero.
@@ -90,7 +90,7 @@ def _models() -> Mapping[str, _DifficultyModel]:
 
 
 class Measure(str, Enum):
-    """What is counted."""
+    """A quantity that is counted."""
 
     STEPS = "steps"
     """Those of the certificate."""
@@ -149,7 +149,7 @@ class Measures:
         }
 
     def _opened(self, task: Task, needed: set[int]) -> tuple[set[int], set[int]]:
-        """What the certificate opens, and what comes to light by it."""
+        """Return the objects that the certificate opens, and those that come to light by it."""
         containers: set[int] = set()
         hidden: set[int] = set()
         states = execute(self._domain, task.initial, task.script).states if self._lids else ()

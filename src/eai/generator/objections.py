@@ -100,7 +100,7 @@ class _Reader:
         return _one(self._either(text.removeprefix("either ")) if is_choice else self._said(text), text)
 
     def _over_time(self, word: str, one: str, other: str) -> f.Formula:
-        """What two sentences joined by a word mean."""
+        """Return the meaning of two sentences joined by a word."""
         if word == WHILE:
             return f.Always(f.Not(f.And((_one(self._said(one, never=True), one), self._statement(other)))))
         if word == AFTER:
@@ -137,7 +137,7 @@ class _Reader:
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """What a sentence means that says a predicate of these, or asks for it."""
+        """Return the meaning of a sentence that says a predicate of these, or asks for it."""
         named = [self._objects.get(word) for word in said]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
         is_ground = len(rest) == len(said) - 1

@@ -56,7 +56,7 @@ class _Said(NamedTuple):
 
 
 def _said(goal: f.Formula, scene: Scene) -> Iterator[_Said]:
-    """What a goal says of objects."""
+    """Yield the literals of a goal about objects."""
     ranges: dict[str, int] = {}
     for part in walk(goal):
         match part:
@@ -157,7 +157,7 @@ class Combination(NamedTuple):
 
 @dataclass(frozen=True)
 class Theme:
-    """What belongs together, as the tasks of one title are about it.
+    """A theme: goals that belong together, as the tasks of one title are about them.
 
     Attributes:
         categories: of what the goals or the plan of one of them need, and of what most of them show.
@@ -173,7 +173,7 @@ class Theme:
 
 @dataclass(frozen=True)
 class Prior:
-    """What is usual.
+    """The usual goals, places and actions of a world.
 
     Attributes:
         patterns: how usual it is that a literal is wanted or comes about, by predicate and truth, then by

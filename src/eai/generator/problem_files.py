@@ -30,7 +30,7 @@ BDDL, PDDL = ".bddl", ".pddl"
 """How the names of files of problems end."""
 
 _DOMAIN_FILE = "domain.pddl"
-"""What the file of the domain is called that lies beside problems in a folder."""
+"""The name of the file of the domain beside problems in a folder."""
 
 
 def problem_files_in(paths: Iterable[Path]) -> list[Path]:
@@ -113,7 +113,7 @@ class ProblemReader:
         return make_task(name, self._instruction(goals, posed.initial), posed.initial, *goals)
 
     def _instruction(self, goals: Sequence[f.Formula], initial: State) -> str:
-        """What is asked for, in English where there are words for it."""
+        """Return the instruction, in English where there are words for it."""
         try:
             words = Words.of(self.benchmark, initial)
             return words.instruction(goals, random.Random(0))  # noqa: S311 - how it begins

@@ -26,7 +26,7 @@ from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
-"""What may be spent on putting a thing somewhere."""
+"""The limits of the search for putting a thing somewhere."""
 
 
 class Place(NamedTuple):

@@ -23,7 +23,7 @@ from eai.tasks.task_lines import read_line
 from eai.world.domain import Domain
 
 MANIFEST = "generated.json"
-"""What a folder of generated tasks says of its files."""
+"""The name of the manifest of a folder of generated tasks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Seeds:
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """What tasks are like, as the least, the quartiles and the greatest of each number.
+    """The features of tasks, as the least, the quartiles and the greatest of each number.
 
     Attributes:
         steps: of the plans of those that have one.

@@ -116,7 +116,7 @@ class HeldOut(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """What is to be generated.
+    """The specification of tasks to be generated.
 
     Attributes:
         like: the benchmark, as `find_benchmark` takes it.

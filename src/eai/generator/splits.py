@@ -93,7 +93,7 @@ class Rivals:
 
 @dataclass(frozen=True, slots=True)
 class Overlap:
-    """What tasks have in common with others that are known, say those of a training set.
+    """The overlap of tasks with others that are known, say those of a training set.
 
     Attributes:
         tasks: how many there are.
@@ -109,7 +109,7 @@ class Overlap:
 
     @staticmethod
     def of(tasks: Iterable[Task], known: Sequence[Task], domain: Domain) -> Overlap:
-        """What tasks have in common with known ones."""
+        """Return the overlap of tasks with known ones."""
         asked = list(tasks)
         prints = {fingerprint.of_task(task) for task in known}
         goals = {each.goals for each in prints}

@@ -18,10 +18,10 @@ from eai.world.state import State
 from eai.world.timeline import timeline
 
 _FOR_A_GOAL = Limits(20, thorough=False)
-"""What may be spent on reaching one goal more."""
+"""The limits of the search for reaching one goal more."""
 
 _FOR_ALL = Limits(300)
-"""What may be spent on finding a shorter plan for all goals than the walk was."""
+"""The limits of the search for finding a shorter plan for all goals than the walk was."""
 
 _LONG = 25
 """From how many steps on that is tried."""
@@ -55,7 +55,7 @@ class Walk:
 
     @property
     def objects(self) -> tuple[int, ...]:
-        """What actions may be about: all there is."""
+        """The objects of actions: all there are."""
         return tuple(range(len(self.state.scene.objects)))
 
     def mark(self) -> tuple[State, int, int, int, int]:

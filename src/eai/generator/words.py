@@ -68,7 +68,7 @@ class Words:
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
-        """What each category of the scene is called; by its name where two would be called the same."""
+        """Return the noun of each category of the scene; by its name where two would be called the same."""
         found: dict[str, str] = {}
         for thing in self.scene.objects:
             made = re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ")
@@ -78,7 +78,7 @@ class Words:
         return found
 
     def name(self, name: str) -> str:
-        """What an object is called: ``the lamp`` if there is no other, else by its place or its name."""
+        """Return the name of an object: ``the lamp`` if there is no other, else by its place or its name."""
         index = self.scene.index[name]
         return f"the {self._noun_of(index)}" if self._is_alone(index) else self._by_place.get(index, name)
 

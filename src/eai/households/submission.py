@@ -133,7 +133,7 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
 def _problems_of_member(
     archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
 ) -> Iterator[str]:
-    """What is wrong with one file; no more of it is read than it says that it holds."""
+    """Yield the findings in one file; no more of it is read than it says that it holds."""
     try:
         content = archive.read(member)
     except UNREADABLE as error:
@@ -143,7 +143,7 @@ def _problems_of_member(
 
 
 def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
-    """What is wrong with one file."""
+    """Yield the findings in one file."""
     try:
         rows = json.loads(content)
     except (ValueError, RecursionError) as error:
@@ -180,7 +180,7 @@ def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str
 
 
 def _file(domain: str, ability: Ability) -> str:
-    """What the file with the answers to a suite is called."""
+    """Return the name of the file with the answers to a suite."""
     return f"{domain}_{ability.value}{SUFFIX}"
 
 

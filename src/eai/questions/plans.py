@@ -126,7 +126,7 @@ def validation(setting: Setting, rng: random.Random, number: int) -> Item | None
     if _wanted(number) is not Result.WORKS:
         for _ in range(_TRIES):
             place = rng.randrange(len(course.plan))
-            plan = _spoilt(setting, course.plan, place, rng)
+            plan = _corrupted(setting, course.plan, place, rng)
             came_to = outcome(setting, course.states[place], plan, place)
             if plan and came_to.result is _wanted(number):
                 break
@@ -247,7 +247,7 @@ def _of_plan(
     )
 
 
-def _spoilt(setting: Setting, plan: Sequence[Action], place: int, rng: random.Random) -> list[Action]:
+def _corrupted(setting: Setting, plan: Sequence[Action], place: int, rng: random.Random) -> list[Action]:
     """The plan without a step, with two exchanged, or with another object or operator at a place."""
     action, corrupted = plan[place], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):

@@ -24,12 +24,12 @@ from eai.world.fault import FaultKind
 _OBJECT = re.compile(r"{[^{}]*}")
 
 Value: TypeAlias = object
-"""What stands in an answer's list: a JSON value, lists as tuples."""
+"""An element of an answer's list: a JSON value, lists as tuples."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Condition:
-    """What a condition says: the parts after ``not``, the first of which is its predicate."""
+    """A condition: the parts after ``not``, the first of which is its predicate."""
 
     parts: tuple[Value, ...]
 
@@ -130,7 +130,7 @@ class ByFirstOption(Scorer):
         )
 
     def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
-        """What is right, what is wrong and what is missed."""
+        """Return the conditions that are right, that are wrong and that are missed."""
         said = frozenset(predicted)
         wanted = [condition for option in self._chosen(said) for condition in option]
         needed = frozenset[Value](wanted)

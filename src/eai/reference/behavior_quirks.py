@@ -50,7 +50,7 @@ def as_in_reference_subgoals() -> Domain:
 
 
 def half_done(state: State, action: Action) -> State:
-    """What the reference makes of a state when it aborts in an action (quirk `transfer_aborts`)."""
+    """Return the state that the reference leaves when it aborts in an action (quirk `transfer_aborts`)."""
     operator = _half_done().compiled.get(action.operator)
     return state if operator is None else operator.apply(state, operator.bind(state, action.arguments))
 

@@ -79,12 +79,12 @@ class _Hands:
     right: int | None
 
     def in_hand(self, hand: str) -> int | None:
-        """What is in a hand, ``LEFT`` or ``RIGHT``."""
+        """Return the object in a hand, ``LEFT`` or ``RIGHT``."""
         return self.left if hand == "LEFT" else self.right
 
 
 def held(state: State) -> _Hands:
-    """What the hands hold in a state."""
+    """Return the objects in both hands in a state."""
     left, right = state.those(p.in_left_hand.name), state.those(p.in_right_hand.name)
     return _Hands(*(mask.bit_length() - 1 if mask else None for mask in (left, right)))
 

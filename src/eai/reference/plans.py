@@ -1,4 +1,4 @@
-"""What eai-eval 1.0.5 does with plans in every domain: it takes what looks like a step, the rest in silence.
+"""How eai-eval 1.0.5 reads plans in every domain: it takes what looks like a step, the rest in silence.
 
 So ``"STANDUP": []`` vanishes, and steps that a model only thought about count. Explanations tell where what
 is seen is not what stands there, beside the verdict of ``strict`` (`lossy_reading` in the documentation of

@@ -175,7 +175,7 @@ def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 
 
 def _goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
-    """What an entry states; None if it lacks a field."""
+    """Return the statement of an entry; None if it lacks a field."""
     for name in names:
         if name not in entry:
             return None

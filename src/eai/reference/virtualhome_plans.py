@@ -86,7 +86,7 @@ GOLD_TEST = "the data set's own final state fails the reference's goal test"
 EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
 
 LIST_IS_NOT_JSON = Unreadable("the list of a step is not JSON")
-"""What counts twice among the parsing errors."""
+"""The reading that counts twice among the parsing errors."""
 
 _STEP = re.compile(r'"(\w+)"\s*:\s*(\[[^\]]+\])')
 _FENCE = "```json"
@@ -236,7 +236,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
-    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for in vain
+    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for without need
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     written = _STEP.findall(re.sub(r"\s+", " ", text))
     if not written:

@@ -24,7 +24,7 @@ SCRIPTS = ("dom.js", "tables.js", "form.js")
 """The parts of the program, in the order in which they need each other."""
 
 PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
-"""What stands in a pattern of an answer for the words that a person chooses."""
+"""The placeholder in a pattern of an answer for the words that a person chooses."""
 
 
 def form_html(

@@ -1,4 +1,4 @@
-"""What answers cost, as a section of a report and as a table, beside what the paper's cost."""
+"""The cost of answers, as a section of a report and as a table, beside what the paper's cost."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ each model took, so that only what a query costs can be set beside other runs, a
 
 @dataclass(frozen=True, slots=True)
 class _Line:
-    """What one run, or several, took."""
+    """The cost of one run, or of several."""
 
     model: str
     domain: str

@@ -22,7 +22,7 @@ DIGIT = 0.056
 
 
 @dataclass(frozen=True, slots=True)
-class CellPair:
+class _CellPair:
     """A figure of the paper and ours, in percent."""
 
     model: str
@@ -43,14 +43,14 @@ class Agreement:
     table: str
     ability: str
     domain: str
-    pairs: tuple[CellPair, ...]
+    pairs: tuple[_CellPair, ...]
 
     def within(self, points: float) -> int:
         """How many cells differ by no more than so many percentage points."""
         return sum(pair.difference <= points + 1e-9 for pair in self.pairs)
 
     @property
-    def worst(self) -> CellPair:
+    def worst(self) -> _CellPair:
         """The cell that differs most."""
         return max(self.pairs, key=lambda pair: pair.difference)
 
@@ -69,7 +69,7 @@ def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
         and item.key.model in paper_models()
         and item.coverage.ranked
     ]
-    found: dict[tuple[str, str, str], list[CellPair]] = {}
+    found: dict[tuple[str, str, str], list[_CellPair]] = {}
     for table in map(paper_table, setting.full_tables):
         for item in ours:
             key = (table.title, item.key.ability.value, item.key.domain)
@@ -79,14 +79,14 @@ def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
     return [Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
 
 
-def _pairs(table: PaperTable, item: RunSummary) -> Iterator[CellPair]:
+def _pairs(table: PaperTable, item: RunSummary) -> Iterator[_CellPair]:
     model = paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
             printed = table.figure(model, column)
             rate = item.rates.get(column.metric)
             if printed is not None and rate is not None and rate.percent is not None:
-                yield CellPair(item.key.model, column.metric, printed, rate.percent)
+                yield _CellPair(item.key.model, column.metric, printed, rate.percent)
 
 
 _INTRODUCTION = """\
@@ -309,7 +309,7 @@ def certainty_section(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def unnamed_remark(runs: Sequence[RunSummary]) -> str:
-    """What a reader must know of runs whose records do not describe their tasks; empty if there are none."""
+    """The remark on runs whose records do not describe their tasks; empty if there are none."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 

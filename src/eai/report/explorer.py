@@ -35,7 +35,7 @@ Suite: TypeAlias = "tuple[str, str]"
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """What answers are answers to, where it is at hand.
+    """The questions behind answers, where they are at hand.
 
     Attributes:
         prompts: domain and ability -> task -> prompt.
@@ -131,7 +131,7 @@ class ExplorerData:
         return [self._answer(attempt) for attempt in each] if number > 1 else []
 
     def _own(self, verdict: Verdict) -> dict[str, Json]:
-        """What the verdicts of an ability say besides."""
+        """The further fields of the verdicts of an ability."""
         match verdict:
             case PlanVerdict():
                 return {

@@ -74,7 +74,7 @@ def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
 
 
 def _draw_model(panel: PolarAxes, model: str, values: Mapping[str, float | None]) -> None:
-    """What is not known has no mark; the line is broken there, and without a whole line there is no area."""
+    """An unknown rate has no mark; the line is broken there, and without a whole line there is no area."""
     angles = [2 * math.pi * i / len(values) for i in range(len(values))]
     panel.set_theta_offset(math.pi / 2)
     panel.set_theta_direction(-1)

@@ -24,10 +24,10 @@ _LINE = 0.19
 """The height of a line of a panel, in inches."""
 
 _HEAD = 0.5
-"""What a panel takes besides its lines, in inches."""
+"""The height of a panel besides its lines, in inches."""
 
 _FOOT = 0.75
-"""What the title and the legend take, in inches."""
+"""The height of the title and the legend, in inches."""
 
 _APART = 0.3
 """How far the domains' marks stand from each other, in lines."""
@@ -137,7 +137,7 @@ def _row_of(table: Ranking, model: str) -> Row | None:
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
-    """What the ticks are; None if there are none."""
+    """The meaning of the ticks; None if there are none."""
     rows = [row for table in tables for row in table.rows]
     printed = {row.model for row in rows if row.source is RowSource.PAPER}
     scored = {row.model for row in rows if row.source is RowSource.PUBLISHED}

@@ -46,7 +46,7 @@ class Cell:
 
     @property
     def shown(self) -> Estimate:
-        """What readers see of it."""
+        """The number as readers see it."""
         low, high = (None, None) if self.interval is None else self.interval
         return Estimate(self.percent, low, high, best=self.best, notes=self.notes)
 
@@ -65,7 +65,7 @@ class RowSource(str, Enum):
     PUBLISHED = "published"
     """The published answers of one of the paper's models, scored by us."""
     FLOOR = "floor"
-    """What a null model earns, which decides nothing."""
+    """The score of a null model, which decides nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class Row:
         return self.source is not RowSource.FLOOR and (self.coverage is None or self.coverage.ranked)
 
     def shown(self) -> tuple[TableCell, ...]:
-        """What readers see of it: rank, model, how many tasks of how many are answered, and its numbers."""
+        """The cells that readers see: rank, model, how many of the tasks are answered, and its numbers."""
         origin = "" if self.source is RowSource.RUN else self.source.value
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
         numbers = [cell.shown for cell in self.cells]
@@ -100,7 +100,7 @@ class Row:
 
 
 Cells = Mapping[tuple["Ability | None", str], Cell]
-"""What is known of one model in one domain: (ability, metric) -> number."""
+"""The numbers of one model in one domain: (ability, metric) -> number."""
 
 
 def cell_of(cells: Cells, column: ColumnSpec) -> Cell:
@@ -152,7 +152,7 @@ class Ranking:
     notes: tuple[str, ...]
 
     def table(self) -> Table:
-        """What readers see of it; a number has its interval, where it is ours.
+        """The table that readers see; a number has its interval, where it is ours.
 
         The definition is a caption, whose last sentence may go on.
         """
@@ -183,7 +183,7 @@ _BESIDE = (
     Column("model", "Model", alone="model", number=False),
     Column("answered", "Answered", alone="answered", number=True),
 )
-"""What stands before the numbers of a row."""
+"""The columns before the numbers of a row."""
 
 
 def _alone(column: ColumnSpec, groups: Sequence[str]) -> str:

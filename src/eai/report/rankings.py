@@ -180,7 +180,7 @@ def floor_rows(
 def _suites(
     table: PublishedScores, columns: Sequence[ColumnSpec], domain: str
 ) -> Mapping[Ability, PublishedSuite]:
-    """What a table of scores has of the abilities of columns."""
+    """The suites of a table of scores that are of the abilities of columns."""
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
     return {a: suite for a in abilities if (suite := table.suite(domain, a.value)) is not None}
 

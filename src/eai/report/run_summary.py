@@ -1,4 +1,4 @@
-"""What a report keeps of a run: rates with intervals, and what its answers came to."""
+"""The summary that a report keeps of a run: rates with intervals, and what its answers came to."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
 
 
 def summary_of(run: Run) -> RunSummary:
-    """What is kept of a run."""
+    """The summary of a run."""
     key = run.key
     verdicts = [record.verdict for record in run.records]
     rates = total(contributions(verdicts, key.ability))

@@ -27,7 +27,7 @@ from eai.results.table_files import csv_text
 
 @dataclass(frozen=True, slots=True)
 class Narrow:
-    """What of a table is shown.
+    """The part of a table that is shown.
 
     Attributes:
         models: the models, by name, or all if empty.
@@ -40,7 +40,7 @@ class Narrow:
     intervals: bool = True
 
     def tables(self, tables: Sequence[Ranking]) -> list[Ranking]:
-        """What is shown of tables; one of which nothing is shown is left out.
+        """The shown parts of tables; one of which nothing is shown is left out.
 
         Args:
             tables: the tables.

@@ -1,4 +1,4 @@
-"""What a run came to, and where: outcomes, stages, and success by what a task or an answer is like."""
+"""Outcomes of a run and where they arose: stages, and success by features of a task or an answer."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Breakdown:
 
 
 def outcome(record: Record) -> AnswerOutcome:
-    """What an answer came to, or that there is none."""
+    """The outcome of an answer, or that there is none."""
     if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
     if record.unanswered is not None:

@@ -71,7 +71,7 @@ _BESIDES = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Deviations:
+class _Deviations:
     """A number, as a share of 1, with what each unit adds to its distance from the truth.
 
     Attributes:
@@ -111,7 +111,7 @@ class Deviations:
         return math.floor(alike) + _BESIDES - 1
 
 
-def deviations_of_rate(sums: Mapping[str, Share]) -> Deviations | None:
+def deviations_of_rate(sums: Mapping[str, Share]) -> _Deviations | None:
     """The deviations of a rate; None if it is of nothing.
 
     Args:
@@ -123,7 +123,7 @@ def deviations_of_rate(sums: Mapping[str, Share]) -> Deviations | None:
         return None
     value = sum(share.numerator for share in parts.values()) / whole
     centre = (value * units + _BESIDES / 2) / (units + _BESIDES)
-    return Deviations(
+    return _Deviations(
         value,
         centre,
         {unit: (share.numerator - value * share.denominator) / whole for unit, share in parts.items()},
@@ -132,13 +132,13 @@ def deviations_of_rate(sums: Mapping[str, Share]) -> Deviations | None:
     )
 
 
-def deviations_of_mean(parts: Sequence[tuple[float, Deviations]]) -> Deviations:
+def deviations_of_mean(parts: Sequence[tuple[float, _Deviations]]) -> _Deviations:
     """The deviations of a mean of rates of the same units; a unit besides is right in all of them or in none.
 
     Args:
         parts: weight and rate; the weights add up to 1.
     """
-    return Deviations(
+    return _Deviations(
         sum(weight * each.value for weight, each in parts),
         sum(weight * each.centre for weight, each in parts),
         _weighted([(weight, each.of_units) for weight, each in parts]),
@@ -147,9 +147,9 @@ def deviations_of_mean(parts: Sequence[tuple[float, Deviations]]) -> Deviations:
     )
 
 
-def deviations_of_difference(first: Deviations, second: Deviations) -> Deviations:
+def deviations_of_difference(first: _Deviations, second: _Deviations) -> _Deviations:
     """The deviations of second minus first; of a unit besides, each is right or wrong by itself."""
-    return Deviations(
+    return _Deviations(
         second.value - first.value,
         second.centre - first.centre,
         _weighted([(1, second.of_units), (-1, first.of_units)]),
@@ -179,7 +179,7 @@ class Interval(NamedTuple):
 
 
 class Case(NamedTuple):
-    """What one task contributes to a rate.
+    """The contribution of one task to a rate.
 
     Attributes:
         task: its id.
@@ -221,12 +221,12 @@ class Certainty:
 
 
 def of_tasks(cases: Cases) -> dict[str, Share]:
-    """What each task adds to a rate."""
+    """The share that each task adds to a rate."""
     return _sums([(case.task, case.share) for case in cases])
 
 
 def of_names(cases: Cases) -> dict[str, Share]:
-    """What the tasks of each name add to a rate."""
+    """The share that the tasks of each name add to a rate."""
     return _sums([(case.name, case.share) for case in cases])
 
 
@@ -298,7 +298,7 @@ _NORMAL = NormalDist().inv_cdf((1 + LEVEL) / 2)
 
 
 class _Noise(NamedTuple):
-    """What an interval is made from.
+    """The parts that an interval is made from.
 
     Attributes:
         value: the number, as a share of 1.
@@ -315,18 +315,18 @@ class _Noise(NamedTuple):
     units: int
 
 
-def _as_is(spread: Deviations) -> _Noise:
+def _as_is(spread: _Deviations) -> _Noise:
     quantile = two_sided_quantile(LEVEL, spread.freedom)
     return _Noise(spread.value, spread.variance, spread.observed_variance, quantile, len(spread.of_units))
 
 
-def _within_one(spread: Deviations) -> _Noise:
+def _within_one(spread: _Deviations) -> _Noise:
     """The variance in multiples of that of one yes or no."""
     noise = _as_is(spread)
     return noise._replace(variance=noise.variance / (spread.centre * (1 - spread.centre)))
 
 
-def _binomial(spread: Deviations) -> _Noise:
+def _binomial(spread: _Deviations) -> _Noise:
     """The same of independent yes and no, where nothing has to be estimated."""
     units = len(spread.of_units)
     return _Noise(spread.value, 1 / units, spread.observed_variance, _NORMAL, units)

@@ -1,4 +1,4 @@
-"""What answers cost: tokens and dollars of runs, and what the paper's cost."""
+"""The cost of answers: tokens and dollars of runs, and what the paper's cost."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MILLION = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Spent:
-    """What the answers of runs took.
+    """The cost of the answers of runs.
 
     Attributes:
         answers: those of which the tokens are known.
@@ -63,7 +63,7 @@ class Spent:
 
 
 class Price(BaseModel):
-    """What a model asks for, in dollars for a million tokens; cached ones cost what others do."""
+    """The prices of a model, in dollars for a million tokens; cached ones cost what others do."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -86,7 +86,7 @@ class PriceList(BaseModel):
 
 
 class PaperCost(BaseModel):
-    """What one run of all the paper's models took."""
+    """The cost of one run of all the paper's models."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
@@ -97,7 +97,7 @@ class PaperCost(BaseModel):
 
 
 def spent(records: Iterable[Record]) -> Spent:
-    """What answers took, as far as their records say; attempts, votes and repairs are part of an answer."""
+    """The cost of answers, as far as their records say; attempts, votes and repairs are part of an answer."""
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     unpriced = [usage for usage in usages if usage.cost is None]
     return Spent(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))

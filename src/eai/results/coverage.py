@@ -39,7 +39,7 @@ class Coverage:
 
     @property
     def remark(self) -> str | None:
-        """What a reader of the numbers must know, as one sentence; None if every task is answered."""
+        """A remark for readers of the numbers, as one sentence; None if every task is answered."""
         if self.tasks is None:
             return (
                 "The records do not say how many tasks the suite has: score the answers again to rank them."

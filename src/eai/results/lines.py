@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Line:
-    """What every line begins with.
+    """The columns that every line begins with.
 
     Attributes:
         protocol: the rules for scoring.

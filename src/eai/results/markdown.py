@@ -8,7 +8,7 @@ from eai.data.files import printable
 from eai.results.table import Cell, Column, Estimate, Label, Table, short_number
 
 NOTHING = "–"
-"""What stands where there is no number."""
+"""The mark where there is no number."""
 
 _SUPERSCRIPTS = str.maketrans("0123456789,", "⁰¹²³⁴⁵⁶⁷⁸⁹˒")
 

@@ -38,7 +38,7 @@ _FOLDER = "paper"
 
 
 class PaperColumn(NamedTuple):
-    """What a column shows; the average over all abilities has an empty ability."""
+    """The metric that a column shows; the average over all abilities has an empty ability."""
 
     ability: str
     metric: str
@@ -46,7 +46,7 @@ class PaperColumn(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class PaperNote:
+class _PaperNote:
     """A remark on some cells.
 
     Attributes:
@@ -79,7 +79,7 @@ class PaperTable:
     title: str
     columns: tuple[PaperColumn, ...]
     rows: Mapping[str, tuple[float | None, ...]]
-    notes: tuple[PaperNote, ...]
+    notes: tuple[_PaperNote, ...]
 
     def figure(self, model: str, column: PaperColumn) -> float | None:
         """A figure in percent, or None if the table does not have it."""
@@ -89,8 +89,8 @@ class PaperTable:
 
 
 @dataclass(frozen=True, slots=True)
-class PaperSetting:
-    """What the paper's numbers are numbers of (``setting.toml``).
+class _PaperSetting:
+    """The setting of the paper's numbers (``setting.toml``).
 
     Attributes:
         protocol: the protocol whose numbers are the same quantities.
@@ -109,11 +109,11 @@ class PaperSetting:
 
 
 @cache
-def paper_setting() -> PaperSetting:
+def paper_setting() -> _PaperSetting:
     """The paper's protocol, domains and tables."""
     found = tomllib.loads(_text("setting.toml"))
     tables = {name: tuple(papers) for name, papers in found["tables"].items()}
-    return PaperSetting(found["protocol"], found["domains"], tables)
+    return _PaperSetting(found["protocol"], found["domains"], tables)
 
 
 def paper_table(name: str) -> PaperTable:
@@ -150,7 +150,7 @@ def _text(name: str) -> str:
     return (resources.files("eai.results") / _FOLDER / name).read_text(encoding="utf-8")
 
 
-def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[PaperNote]:
+def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[_PaperNote]:
     """The notes of ``notes.toml`` on a table."""
     for note in tomllib.loads(_text("notes.toml"))["note"]:
         if name in _listed(note["table"]):
@@ -159,14 +159,14 @@ def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[PaperN
                 for column in columns
                 if all(getattr(column, key) == note[key] for key in PaperColumn._fields if key in note)
             )
-            yield PaperNote(note["text"], _listed(note.get("model", [])), met)
+            yield _PaperNote(note["text"], _listed(note.get("model", [])), met)
 
 
 def _listed(value: str | list[str]) -> tuple[str, ...]:
     return (value,) if isinstance(value, str) else tuple(value)
 
 
-def _contradictions(name: str) -> Iterator[PaperNote]:
+def _contradictions(name: str) -> Iterator[_PaperNote]:
     """Cells for which another of the full tables prints another figure."""
     full = paper_setting().full_tables
     if name not in (*full, *_SAME_QUANTITY):
@@ -179,4 +179,4 @@ def _contradictions(name: str) -> Iterator[PaperNote]:
             for column in shared:
                 printed = theirs.rows[model][theirs.columns.index(column)]
                 if printed != ours.rows[model][ours.columns.index(column)]:
-                    yield PaperNote(f"The table “{theirs.title}” prints {printed}.", (model,), (column,))
+                    yield _PaperNote(f"The table “{theirs.title}” prints {printed}.", (model,), (column,))

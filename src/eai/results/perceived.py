@@ -7,7 +7,7 @@ from eai.abilities.share import Share, add, confusion_shares
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:
-    """What one scene graph adds to each rate.
+    """The share that one scene graph adds to each rate.
 
     ``predicate_error`` is the paper's: facts missing or misplaced, of those described. ``object_error`` too:
     names that the scene has not, of all names given. Below them are the four kinds of error, each of what it

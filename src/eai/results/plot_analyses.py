@@ -1,4 +1,4 @@
-"""What the plots of analyses share: estimates as dots with intervals, and shares as a matrix."""
+"""The common parts of plots of analyses: estimates as dots with intervals, and shares as a matrix."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _FIELD = 0.42
 """The width of a field of a matrix, in inches, where the page is wide enough."""
 
 _WHOLE = "n"
-"""What the number of cases is called where all rates of a model are of the same ones."""
+"""The name of the number of cases where all rates of a model are of the same ones."""
 
 _MORE_LINE = 0.65
 """How much higher than a line of a name the next one makes it."""
@@ -169,13 +169,13 @@ def draw_matrix(
             value = value_of(cell)
             if isinstance(cell, int) or value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK else INK
-                panel.text(x, y, _told(cell), ha="center", va="center", color=color, fontsize=6)
+                panel.text(x, y, _number_text(cell), ha="center", va="center", color=color, fontsize=6)
     if any(text.get_text().startswith("(") for text in panel.texts):
         figure.supxlabel(f"in brackets: of fewer than {FEW}", x=0.01, ha="left", fontsize=6)
     return figure
 
 
-def _told(cell: Cell | None) -> str:
+def _number_text(cell: Cell | None) -> str:
     if isinstance(cell, int):
         return f"{cell:,}"
     value = value_of(cell)

@@ -19,7 +19,7 @@ _UNDATED: dict[str, dict[str, None]] = {
     "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
-"""What a format would say of the day and the program, by format."""
+"""The metadata of a format on the day and the program, by format."""
 
 _DOTS_PER_INCH = 150
 _STYLE = "plots.mplstyle"

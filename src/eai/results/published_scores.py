@@ -36,8 +36,8 @@ SCHEMA = 1
 
 
 @dataclass(frozen=True, slots=True)
-class PublishedAnswers:
-    """What a model's published answers to a suite come to.
+class _PublishedAnswers:
+    """The scores of a model's published answers to a suite.
 
     Attributes:
         answers_sha256: digest of the answers, by which they can be known again.
@@ -65,7 +65,7 @@ class PublishedSuite:
     data_sha256: str
     tasks: int
     metrics: tuple[str, ...]
-    models: Mapping[str, PublishedAnswers]
+    models: Mapping[str, _PublishedAnswers]
     notes: tuple[str, ...] = ()
 
     def rates(self, model: str) -> Mapping[str, Rate]:

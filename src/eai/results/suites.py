@@ -24,11 +24,11 @@ MODEL = "model"
 """The column of models."""
 
 TOGETHER = "all models"
-"""What stands in the place of a model where the answers of all are taken together."""
+"""The name in the place of a model where the answers of all are taken together."""
 
 
 class Measure(str, Enum):
-    """What a feature of tasks can be set against."""
+    """The measures that a feature of tasks can be set against."""
 
     SCORE = "score"
     EXECUTABLE = "executable"
@@ -68,7 +68,7 @@ def by_model(lines: Sequence[L]) -> dict[str, list[L]]:
 
 
 def score_of(answer: AnswerLine) -> Share:
-    """What an answer adds to the score that its ability is first judged by: success, else F1."""
+    """The share that an answer adds to the score that its ability is first judged by: success, else F1."""
     if answer.success is not None:
         return Share(int(answer.success), 1)
     if answer.hits is None or answer.extras is None or answer.misses is None:
@@ -77,12 +77,12 @@ def score_of(answer: AnswerLine) -> Share:
 
 
 def executed_of(answer: AnswerLine) -> Share:
-    """What an answer with a plan or subgoals adds to the share of those that are carried out."""
+    """The share that an answer with a plan or subgoals adds to the share of those that are carried out."""
     return NOTHING if answer.success is None or answer.executable is None else Share(answer.executable, 1)
 
 
 def goals_of(answer: AnswerLine) -> Share:
-    """What an answer with a plan or subgoals adds to the share of goals that are reached."""
+    """The share that an answer with a plan or subgoals adds to the share of goals that are reached."""
     if answer.success is None:
         return NOTHING
     met = (answer.state_met, answer.relation_met, answer.action_met)
@@ -91,7 +91,7 @@ def goals_of(answer: AnswerLine) -> Share:
 
 
 def case_of(line: Line, share: Share) -> Case:
-    """What a line adds to a rate, with near copies known."""
+    """The case that a line adds to a rate, with near copies known."""
     return Case(line.task, line.name, share)
 
 
@@ -100,7 +100,7 @@ MEASURES: Mapping[Measure, Callable[[AnswerLine], Share]] = {
     Measure.EXECUTABLE: executed_of,
     Measure.GOALS: goals_of,
 }
-"""What an answer adds to each measure."""
+"""The share that an answer adds to each measure."""
 
 
 K = TypeVar("K")

@@ -30,7 +30,7 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
 
 
 def contributions(verdicts: Sequence[Verdict], ability: Ability) -> list[Shares]:
-    """What each verdict of a run that is not excluded contributes to each metric, in order."""
+    """The shares that each verdict of a run that is not excluded contributes to each metric, in order."""
     return list(_contributions(verdicts, ability))
 
 
@@ -42,7 +42,7 @@ def _contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sh
 
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
-    """What the records of a run add to each metric, in order; excluded ones add nothing."""
+    """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
     scored = [record for record in records if record.verdict.excluded is None]
     cases: dict[str, list[Case]] = {}
     for record, shares in zip(scored, contributions([r.verdict for r in scored], ability), strict=True):

@@ -81,7 +81,7 @@ class TableMaker:
 
 
 class _Book:
-    """What is known of the tasks of a benchmark, found when it is asked for."""
+    """The knowledge of the tasks of a benchmark, found when it is asked for."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark = benchmark
@@ -91,7 +91,7 @@ class _Book:
         self._columns: dict[str, Mapping[str, int | None]] = {}
 
     def features_of(self, task: Task) -> Mapping[str, int | None]:
-        """What a task is like, by column."""
+        """The features of a task, by column."""
         if task.id not in self._columns:
             self._columns[task.id] = asdict(self._features.of(task))
         return self._columns[task.id]
@@ -120,7 +120,7 @@ Beginning: TypeAlias = dict[str, Any]
 
 
 def beginning_of(record: Record) -> Beginning:
-    """What every line of a record begins with."""
+    """The columns that every line of a record begins with."""
     return {
         "protocol": record.protocol.value,
         "domain": record.domain,
@@ -183,7 +183,7 @@ def _success(ability: Ability, shares: Shares) -> bool | None:
 
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
-    """What an answer adds to precision and recall in its ability's main table."""
+    """The counts that an answer adds to precision and recall in its ability's main table."""
     for metric in declaration_of(ability).main:
         part, dot, measure = metric.rpartition(".")
         if dot and measure == "f1" and shares:
@@ -194,7 +194,7 @@ def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
 
 
 def _features(record: Record, book: _Book | None, task: Task | None) -> Mapping[str, int | None]:
-    """What the task is like: as the record says, and as far as it does not, as the data set does."""
+    """The features of the task: as the record says, and as far as it does not, as the data set does."""
     found = {} if book is None or task is None else book.features_of(task)
     if record.task is None:
         return found

@@ -64,7 +64,7 @@ def set_price(model: Model, prices: Mapping[str, ModelCost]) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What came of a job.
+    """The outcome of a job.
 
     Attributes:
         given: the answers by task and epoch; in an experiment the last ones.
@@ -195,7 +195,7 @@ def find_model(endpoint: Endpoint) -> Model:
 def _log_of(job: Requests, log: EvalLog | None) -> Path:
     """Where the log of a run is that came to its end; raises if it did not."""
     if log is None or log.status == "cancelled":
-        raise InterruptError("interrupted; the same command goes on from here")
+        raise InterruptError("interrupted; the same command resumes from here")
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status

@@ -22,7 +22,7 @@ from eai.studies.perception.scenes import SCENE
 from eai.tasks.source import Source
 
 PROVIDER = "eai"
-"""What stands before the slash in the names of built-in models."""
+"""The provider of built-in models, before the slash of their names."""
 
 EYES = "eyes"
 MODELS = ("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", EYES)
@@ -126,7 +126,7 @@ class Requests:
 
     @property
     def title(self) -> str:
-        """What messages call it."""
+        """The name of it in messages."""
         return self.endpoint.model
 
     @property
@@ -154,7 +154,7 @@ class Requests:
     def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Digest of all that decides the answer to a prompt.
 
-        The same question asked again is another request, or a run that goes on would take the first answer
+        The same question asked again is another request, or a run that resumes would take the first answer
         for all.
         """
         endpoint, decoding, form = self.endpoint, self.decoding, self.form(task_id)
@@ -188,7 +188,7 @@ class Job(Requests):
 
     @property
     def title(self) -> str:
-        """What messages call it."""
+        """The name of it in messages."""
         return f"{self.endpoint.model} on {self.benchmark.name} {self.ability.value}"
 
     @property

@@ -29,7 +29,7 @@ _OPEN, _CLOSE = "<think>", "</think>"
 
 
 class Parts(NamedTuple):
-    """What a model wrote, and what was done to part it.
+    """The parts of a reply, and the repairs that parting it took.
 
     Attributes:
         answer: the text without reasoning.
@@ -64,7 +64,7 @@ def complete(parts: Parts, stop: Sequence[str]) -> Parts:
 
 
 UNREADABLE = (ValueError, TypeError, LookupError, AttributeError, AssertionError)
-"""What providers' libraries raise where a reply has not the form that they expect."""
+"""The errors that providers' libraries raise where a reply has not the form that they expect."""
 
 
 def without_odd_usage(model: Model) -> Model:

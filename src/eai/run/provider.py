@@ -111,11 +111,11 @@ class BuiltInModel(ModelAPI):
 
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
-            sequencing and subgoal decomposition; in a world that goes on, from its present state, and in a
+            sequencing and subgoal decomposition; in a world that continues, from its present state, and in a
             pipeline for the stated goals), ``lookup`` (the answer of the most similar public
             task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form asked
             for), ``random`` (random possible actions; argument ``seed``), ``noisy``
-            (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
+            (the data set's answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
             again), ``eyes`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
             ``replay`` (answers from response files, of further attempts from
@@ -235,7 +235,7 @@ class BuiltInModel(ModelAPI):
         return book.gold(asked.task_id).text
 
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
-        """A spoilt answer: a new one in each attempt, or the same, mended where feedback is heeded."""
+        """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
         seed = f"{self._seed} {asked.epoch}"
         if self._heed is not None:
             noise = Noise(self._rate, seed)
@@ -253,7 +253,7 @@ class BuiltInModel(ModelAPI):
 
 
 async def _off_the_loop(work: Callable[[], T]) -> T:
-    """What some work comes to, in a thread for which nobody waits when the run is interrupted."""
+    """Return the result of some work, in a thread for which nobody waits when the run is interrupted."""
     done: Future[T] = Future()
     done.set_running_or_notify_cancel()
 

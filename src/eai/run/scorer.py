@@ -52,7 +52,7 @@ from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 
 def explained(record: Record) -> str:
-    """What an answer came to and why; step by step where the record has an explanation."""
+    """Return the outcome of an answer and the reasons; step by step where the record has an explanation."""
     explanation = record.explanation or Explanation()
     sections = (
         ("", [f"- {note}" for note in explanation.notes]),

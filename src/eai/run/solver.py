@@ -1,4 +1,4 @@
-"""Asking a model: one request a task, or two where the first was spoilt by how it was made."""
+"""Asking a model: one request a task, or two where the first was corrupted by how it was made."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _IN_VAIN = (401, 404)
 """The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
 
 FORM_LEFT_OUT = "form_left_out"
-"""What an answer's repairs say where it was to be held to a form and could not be."""
+"""The repair that answers name where it was to be held to a form and could not be."""
 
 ANSWERS = "answers"
 """The field of a sample's metadata that has the answers to it, in order, without reasoning."""
@@ -47,7 +47,7 @@ ANSWERS = "answers"
 
 @dataclass(frozen=True, slots=True)
 class _Reply:
-    """What came back from a model."""
+    """The reply of a model."""
 
     output: ModelOutput
     parts: Parts
@@ -132,7 +132,7 @@ class _Transcript:
         """Write a question down: all of the first, then what is new.
 
         Returns:
-            the messages to send. The last says the attempt, and what has been done in a world that goes on.
+            the messages to send. The last says the attempt, and what has been done in a world that continues.
         """
         self.attempt += 1
         done = [[action.operator, *action.arguments] for action in inquiry.done]
@@ -176,7 +176,7 @@ def _remember(state: TaskState, answer: Answer) -> None:
 
 
 def reason(error: BaseException) -> str:
-    """Why a request failed, in one line; of a request that was repeated in vain, why its last attempt did."""
+    """Why a request failed, in one line; of one that was repeated, why its last attempt did."""
     error = _last(error)
     lines = str(error).strip().splitlines()
     told = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
@@ -186,7 +186,7 @@ def reason(error: BaseException) -> str:
 
 
 def _last(error: BaseException) -> BaseException:
-    """The provider's error: of a request that was repeated in vain, that of its last attempt."""
+    """The provider's error: of a request that was repeated without success, that of its last attempt."""
     if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
     return error
@@ -273,7 +273,7 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> Parts:
 
 
 def _usage(output: ModelOutput) -> Usage:
-    """What a reply took; nothing where that is not known, or told in negative numbers."""
+    """Return the usage of a reply; nothing where that is not known, or told in negative numbers."""
     usage = output.usage
     if usage is None:
         return Usage()

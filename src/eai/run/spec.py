@@ -124,7 +124,7 @@ class _Asked(Options):
 
 
 class _ChosenTasks(Options):
-    """What is asked."""
+    """The tasks."""
 
     domain: Texts = option(f"A benchmark: {REFERENCES}. All if not given.", ())
     ability: Abilities = option(f"{', '.join(FOUR)}, which are all if none is given, or another one.", ())

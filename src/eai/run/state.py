@@ -38,7 +38,7 @@ def unwatched(count: Count) -> None:
 
 
 class Desk:
-    """What is known of a job, and what is still to be asked.
+    """Everything known about a job, and the questions that are still open.
 
     Args:
         job: what is asked.
@@ -114,7 +114,7 @@ class Desk:
 
     def stop(self, why: str) -> None:
         """Note that no request can ever succeed, so that nothing more is to be asked."""
-        hint = "nothing more was asked, and what is answered is kept; the same command goes on from here"
+        hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {why}; {hint}")
 
     def tell(self) -> None:

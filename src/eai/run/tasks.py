@@ -269,7 +269,7 @@ def _of_studies(arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 class _Asked(NamedTuple):
-    """What is asked.
+    """The tasks.
 
     Attributes:
         prompts: the questions by task.
@@ -287,7 +287,7 @@ class _Asked(NamedTuple):
 
     @property
     def solver(self) -> Solver:
-        """What asks them."""
+        """The solver."""
         asking = ask_as_published(self.trials)
         return asking if self.first is None else chain(self.first, asking)
 

@@ -50,7 +50,7 @@ def untold(scored: int) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Missing:
+class _Missing:
     """A task that was asked and has no answer, and why."""
 
     task_id: str
@@ -77,7 +77,7 @@ class Scoring(Workers):
         self,
         suite: Suite,
         model: str,
-        responses: Iterable[Response | Missing],
+        responses: Iterable[Response | _Missing],
         *,
         explanations: bool = False,
         allow_missing: bool = False,
@@ -98,7 +98,7 @@ class Scoring(Workers):
         return map(partial(_record, suite, model), asked, judged)
 
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
-        """What answers are worth, in their order.
+        """The records of answers, in their order.
 
         Args:
             reward: of which suite, and what is paid for.
@@ -126,7 +126,7 @@ class Scoring(Workers):
 
 
 class _Judged(NamedTuple):
-    """What a record has that is not known before an answer is scored: all that a worker sends back."""
+    """The part of a record that is not known before an answer is scored: all that a worker sends back."""
 
     verdict: Verdict
     task: TaskFeatures | None
@@ -141,16 +141,16 @@ class _Judge:
     explanations: bool
     allow_missing: bool
 
-    def __call__(self, items: Sequence[Response | Missing]) -> list[_Judged]:
-        return [self._missing(item) if isinstance(item, Missing) else self._judged(item) for item in items]
+    def __call__(self, items: Sequence[Response | _Missing]) -> list[_Judged]:
+        return [self._missing(item) if isinstance(item, _Missing) else self._judged(item) for item in items]
 
     def _judged(self, response: Response) -> _Judged:
         assessment = self.suite.scorer(response.task_id).assess(response.text)
         explanation = assessment.explain() if self.explanations else None
         return _Judged(assessment.verdict, self.suite.features(response.task_id), explanation)
 
-    def _missing(self, missing: Missing) -> _Judged:
-        """What is made of a task without an answer."""
+    def _missing(self, missing: _Missing) -> _Judged:
+        """The record of a task without an answer."""
         verdict = self.suite.unanswered(missing.task_id)
         if self.allow_missing and verdict.excluded is None:
             verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
@@ -167,10 +167,12 @@ class _Rewards:
         return [self.reward(task_id, text) for task_id, text in items]
 
 
-def _asked(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> list[Response | Missing]:
+def _items_of(
+    suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
+) -> list[Response | _Missing]:
     """All tasks that a model was asked, in the order of the data set: its answers, or why there are none."""
-    by_id: dict[str, Response | Missing] = {response.task_id: response for response in answers.responses}
-    by_id |= {task_id: Missing(task_id, why) for task_id, why in unanswered.items()}
+    by_id: dict[str, Response | _Missing] = {response.task_id: response for response in answers.responses}
+    by_id |= {task_id: _Missing(task_id, why) for task_id, why in unanswered.items()}
     return [by_id[task_id] for task_id in suite.task_ids if task_id in by_id]
 
 
@@ -196,7 +198,7 @@ def score_run(
         with Scoring(settings.workers) as opened:
             return score_run(suite, answers, unanswered, settings, told, opened)
     together = suite.over([response.text for response in answers.responses])
-    items = _asked(suite, answers, unanswered)
+    items = _items_of(suite, answers, unanswered)
     records = scoring.records(
         together,
         answers.model,
@@ -238,8 +240,8 @@ def _counted(records: Iterable[Record], told: Told) -> list[Record]:
     return found
 
 
-def _record(suite: Suite, model: str, item: Response | Missing, judged: _Judged) -> Record:
-    text, why = ("", item.why) if isinstance(item, Missing) else (item.text, None)
+def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged) -> Record:
+    text, why = ("", item.why) if isinstance(item, _Missing) else (item.text, None)
     return Record(
         suite.protocol,
         suite.domain,

@@ -25,8 +25,8 @@ from eai.scoring.results import write_results
 from eai.scoring.trials import Trials, Tried, record_of_trial
 
 
-class Believed(Shape):
-    """What questions told of otherwise than it is."""
+class _Believed(Shape):
+    """The beliefs that questions stated in the place of the facts."""
 
     def marked(self, record: Record) -> Record:
         """The record of an answer to such a question."""
@@ -35,7 +35,7 @@ class Believed(Shape):
 
 @dataclass(frozen=True, slots=True)
 class Obtained:
-    """What a model answered to a suite.
+    """The answers of a model to a suite.
 
     Attributes:
         model: the model's name.
@@ -59,13 +59,13 @@ class Obtained:
     epochs: int
     trials: Trials | None = None
     tried: Mapping[Place, Tried] = field(default_factory=dict)
-    believed: Believed | None = None
+    believed: _Believed | None = None
     prompt_name: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class SuiteResult:
-    """What came of one model on one suite.
+    """The result of one model on one suite.
 
     Attributes:
         model: the model's name.
@@ -112,7 +112,7 @@ class SuiteResult:
         }
 
     def effort(self) -> dict[str, Json]:
-        """What the summary says of the run besides the metrics."""
+        """The fields of the summary besides the metrics."""
         return {
             "answered": self.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
@@ -174,7 +174,8 @@ def _write(
         write_responses(folder, file)
         scored = score_run(suite, file, why, settings, told)
         records = [
-            _with_origin(r, _asked(obtained.prompts.get(r.task_id)), answers.get(r.task_id)) for r in scored
+            _with_origin(r, _digest_of(obtained.prompts.get(r.task_id)), answers.get(r.task_id))
+            for r in scored
         ]
         if obtained.believed is not None:
             records = [obtained.believed.marked(record) for record in records]
@@ -200,7 +201,7 @@ def _write(
     return outcome
 
 
-def _asked(prompt: Prompt | None) -> str | None:
+def _digest_of(prompt: Prompt | None) -> str | None:
     """The digest of what was asked, if anything was."""
     return None if prompt is None else prompt.sha256
 
@@ -245,7 +246,7 @@ def _tried(
 
 
 def _usage(obtained: Obtained) -> Usage:
-    """What all answers took."""
+    """The cost of all answers."""
     taken = [tried.usage for tried in obtained.tried.values()]
     return sum(taken or [answer.usage for answer in obtained.given.values()], Usage())
 

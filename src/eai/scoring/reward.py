@@ -21,7 +21,7 @@ METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in 
 
 @dataclass(frozen=True, slots=True)
 class Grade:
-    """What one answer is worth, and why.
+    """The reward of one answer, and why.
 
     Attributes:
         value: the reward, between 0 and 1; None where nothing is to be earned, whatever the answer.
@@ -67,7 +67,7 @@ class Reward:
         return partial(Reward, limit=self.limit), (self.suite, self.shaping)
 
     def __call__(self, task_id: str, text: str) -> float | None:
-        """What an answer is worth, from 0 to 1; None where nothing is to be earned, whatever the answer.
+        """The reward of an answer, from 0 to 1; None where nothing is to be earned, whatever the answer.
 
         Raises:
             InputError: there is no such task.
@@ -76,7 +76,7 @@ class Reward:
         return None if earned is None else earned.worth(self.shaping)
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
-        """What each answer is worth, in order.
+        """The reward of each answer, in order.
 
         Raises:
             InputError: there is no such task.
@@ -85,7 +85,7 @@ class Reward:
         return [self(task_id, text) for task_id, text in zip(task_ids, texts, strict=True)]
 
     def grade(self, task_id: str, text: str) -> Grade:
-        """What an answer is worth, with metrics and verdict.
+        """The reward of an answer, with metrics and verdict.
 
         Raises:
             InputError: there is no such task.
@@ -119,7 +119,7 @@ def reward(
     *,
     protocol: Protocol | str = DEFAULT_PROTOCOL,
 ) -> float | None:
-    """What an answer is worth, from 0 to 1; None where nothing is to be earned, whatever the answer.
+    """The reward of an answer, from 0 to 1; None where nothing is to be earned, whatever the answer.
 
     Suites are opened at first use and kept, so that this may be called for every answer of a training run.
 

@@ -23,7 +23,7 @@ RECORDS = "records.jsonl"
 
 
 class RunKey(NamedTuple):
-    """What a run is a run of. Keys sort by protocol, domain and ability as declared, then by name."""
+    """The identity of a run. Keys sort by protocol, domain and ability as declared, then by name."""
 
     protocol: Protocol
     domain: str
@@ -33,12 +33,12 @@ class RunKey(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What it is called among runs of its suite: its model, and its experiment if it is one."""
+        """The name among runs of its suite: its model, and its experiment if it is one."""
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
     def order(self) -> tuple[int, int, str, int, str, str]:
-        """What runs are sorted by; unknown domains come last."""
+        """The key that runs are sorted by; unknown domains come last."""
         known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
         protocols = [*Protocol.known()]

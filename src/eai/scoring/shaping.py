@@ -1,4 +1,4 @@
-"""What answers are worth: the shapings of a reward, as functions of what a verdict says.
+"""The worth of answers: the shapings of a reward, as functions of what a verdict says.
 
 All that an answer is worth lies between 0 and 1, and these hold of every answer (``docs/training.md`` has the
 definitions, and what they keep a policy from learning):
@@ -27,21 +27,21 @@ from eai.world.fault import FaultKind
 
 
 class Shaping(str, Enum):
-    """What an answer is paid for."""
+    """The merit that an answer is paid for."""
 
     SUCCESS = "success"
     """1 for an answer that is right as a whole, else 0; of subgoals divided as all that they earn."""
     GOALS = "goals"
-    """What it gains, if no error ended it; else 0."""
+    """The gain, if no error ended it; else 0."""
     PROGRESS = "progress"
-    """What it gains, up to the error that ended it if one did."""
+    """The gain, up to the error that ended it if one did."""
     DIAGNOSIS = "diagnosis"
     """``progress`` divided by one more than the number of faults that were diagnosed."""
 
 
 @dataclass(frozen=True, slots=True)
 class Merit:
-    """What a verdict says that an answer may be paid for.
+    """The merits in a verdict that an answer may be paid for.
 
     Attributes:
         gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
@@ -60,11 +60,11 @@ class Merit:
     added: int = 0
 
     def worth(self, shaping: Shaping) -> float:
-        """What the answer is paid."""
+        """The pay of the answer."""
         return self._earned(shaping) / (1 + self.added)
 
     def _earned(self, shaping: Shaping) -> float:
-        """What the answer earns with all that was done for it."""
+        """The pay of the answer with all that was done for it."""
         match shaping:
             case Shaping.SUCCESS:
                 return float(self.success)
@@ -79,7 +79,7 @@ class Merit:
 
 
 def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
-    """What an answer may be paid for, or None where there is nothing to earn.
+    """The merit of an answer, or None where there is nothing to earn.
 
     Nothing is to be earned in a task that is in no statistics, that asks for nothing, or all of whose goals
     hold before anything is done.
@@ -126,7 +126,7 @@ def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
 def merit_of_actions(
     reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
 ) -> Merit | None:
-    """What actions may be paid for, as a plan or one a turn; None where there is nothing to earn.
+    """The merit of actions, as a plan or one a turn; None where there is nothing to earn.
 
     Args:
         reached: for each goal, in order, whether it is reached now; none if nothing was carried out.
@@ -205,4 +205,4 @@ _OFFENCE_FAULTS = {
     Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
     Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
 }
-"""What an offence of an operator is in the taxonomy of plans; any other is one of writing."""
+"""The kind of an operator's offence in the taxonomy of plans; any other is one of writing."""

@@ -45,7 +45,7 @@ class Shard(NamedTuple):
 
     @property
     def file_name(self) -> str:
-        """What the file of its records is called."""
+        """The name of the file of its records."""
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 
 
@@ -99,7 +99,7 @@ def merge(folder: Path, files: Sequence[Path]) -> list[Record]:
 
 
 def _made_of(record: Record) -> tuple[str, str, str | None]:
-    """What all records of a run have in common: model, data, version of their errata."""
+    """The common part of all records of a run: model, data, version of their errata."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version
 
 

@@ -31,7 +31,7 @@ def prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[Row]:
             continue
         task = suite.reference(task_id)
         yield {
-            "prompt": _asked(prompts[task_id]),
+            "prompt": _messages_of(prompts[task_id]),
             "task": task,
             "data_source": f"{suite.domain}/{suite.ability.value}",
             "reward_model": {"style": "rule", "ground_truth": task},
@@ -90,8 +90,8 @@ def verified_rows(answers: Iterable[Rewarded], least: float = 1.0) -> Iterator[R
         if answer.worth >= least and place not in seen:
             seen.add(place)
             yield {
-                "prompt": _asked(answer.prompt),
-                "completion": _said(answer.text),
+                "prompt": _messages_of(answer.prompt),
+                "completion": _message_of(answer.text),
                 "task": answer.task,
                 "model": answer.model,
                 "reward": answer.worth,
@@ -113,18 +113,18 @@ def preference_rows(answers: Iterable[Rewarded], margin: float = 0.0) -> Iterato
         for other in distinct.values():
             if best.worth - other.worth > margin:
                 yield {
-                    "prompt": _asked(best.prompt),
-                    "chosen": _said(best.text),
-                    "rejected": _said(other.text),
+                    "prompt": _messages_of(best.prompt),
+                    "chosen": _message_of(best.text),
+                    "rejected": _message_of(other.text),
                     "task": task,
                     "margin": best.worth - other.worth,
                 }
 
 
-def _asked(prompt: Prompt) -> list[Json]:
+def _messages_of(prompt: Prompt) -> list[Json]:
     system: list[Json] = [] if prompt.system is None else [{"role": "system", "content": prompt.system}]
     return [*system, {"role": "user", "content": prompt.user}]
 
 
-def _said(text: str) -> list[Json]:
+def _message_of(text: str) -> list[Json]:
     return [{"role": "assistant", "content": text}]

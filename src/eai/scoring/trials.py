@@ -30,17 +30,17 @@ class Inquiry(Shape):
 
     @property
     def question(self) -> Prompt:
-        """What is asked next."""
+        """The next question."""
         ...
 
     @property
     def done(self) -> tuple[Action, ...]:
-        """What has been executed in the world that the question is about, if it says how that is now."""
+        """The actions executed in the world that the question is about, if it says how that is now."""
         ...
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """What became of the answers, where they are carried out."""
+        """The outcomes of the answers, where they are carried out."""
         ...
 
     def take(self, text: str) -> None:
@@ -63,7 +63,7 @@ class Single:
         self.over = True
 
 
-class Repeated:
+class _Repeated:
     """A trial and what asks for its attempts."""
 
     def __init__(self, trial: Trial, asker: Asker) -> None:
@@ -77,17 +77,17 @@ class Repeated:
 
     @property
     def question(self) -> Prompt:
-        """What is asked in the next attempt."""
+        """The question of the next attempt."""
         return self._asker.question(self._trial)
 
     @property
     def done(self) -> tuple[Action, ...]:
-        """What has been executed in the world that the question is about, if it says how that is now."""
+        """The actions executed in the world that the question is about, if it says how that is now."""
         return () if self._trial.experiment.feedback is Feedback.NONE else self._trial.done
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
-        """What became of the answers."""
+        """The outcomes of the answers."""
         return tuple(self._trial.attempts)
 
     def take(self, text: str) -> None:
@@ -119,7 +119,7 @@ class Tried:
 
     @property
     def usage(self) -> Usage:
-        """What all answers took."""
+        """The cost of all answers."""
         return sum((answer.usage for answer in self.answers), Usage())
 
 
@@ -143,13 +143,13 @@ class Trials:
 
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
-        return Repeated(self.trial(task_id, epoch), self.asker)
+        return _Repeated(self.trial(task_id, epoch), self.asker)
 
 
 def replay(
     suite: Suite, experiment: Experiment, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
-    """What becomes of answers that were given before.
+    """The outcomes of answers that were given before.
 
     Args:
         suite: the suite, as it reads answers to such questions (`Suite.over`).

@@ -1,4 +1,4 @@
-"""What goes on in a worker: batches come through a pipe, results leave through it, and without it it ends."""
+"""The loop of a worker: batches come through a pipe, results leave through it, and without it it ends."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from types import FrameType
 from typing import Any, NamedTuple
 
 from eai.errors import WorkerError
-from eai.scoring.undisturbed import disturb_seldom
+from eai.scoring.collector import collect_seldom
 
 ENDED = 128 + signal.SIGTERM
 """The exit status of a worker that is ended, as a shell has it."""
@@ -28,7 +28,7 @@ CLEANING_SECONDS = 1
 
 
 class Given(NamedTuple):
-    """What a worker is given: some pickled work, which it keeps, and what to do it on."""
+    """The input of a worker: some pickled work, which it keeps, and what to do it on."""
 
     work: bytes
     items: Sequence[Any]
@@ -46,7 +46,7 @@ def serve(connection: Connection, folder: str) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes at once
     signal.signal(signal.SIGTERM, _end)
     tempfile.tempdir = folder
-    disturb_seldom()
+    collect_seldom()
     given: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, given), daemon=True).start()
     while True:
@@ -74,15 +74,15 @@ def _end(number: int, frame: FrameType | None) -> None:
 
 
 def _done(content: bytes) -> bytes:
-    """What some work makes of a batch, pickled plainly: as a connection does it takes twice as long."""
+    """The results of some work on a batch, pickled plainly: as a connection does it takes twice as long."""
     try:
         given: Given = pickle.loads(content)  # noqa: S301 - of a process of this program
         return pickle.dumps(loaded(given.work)(given.items))
     except Exception as error:
-        return _told(error)
+        return _error_bytes(error)
 
 
-def _told(error: Exception) -> bytes:
+def _error_bytes(error: Exception) -> bytes:
     """An exception with its traceback, to be raised elsewhere; in words if it cannot be sent."""
     try:
         content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))

@@ -57,7 +57,7 @@ class _Batch:
     deaths: int = 0
 
     def results(self) -> Sequence[Any]:
-        """What came of the items.
+        """The results of the items.
 
         Raises:
             Exception: that which the work raised.
@@ -131,7 +131,7 @@ class Workers:
         *,
         at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
     ) -> Iterator[R]:
-        """What a function makes of the items, in their order.
+        """The results of a function on the items, in their order.
 
         Args:
             work: from a batch of items to as many results. It is pickled; each worker loads it once, as long
@@ -231,7 +231,7 @@ class Workers:
         at = worker.has[0]
         at.deaths += 1
         if at.deaths == DEATHS:
-            at.result = pickle.dumps(WorkerError(_told(at.given.items)))
+            at.result = pickle.dumps(WorkerError(_named_items(at.given.items)))
             worker.has.popleft()
         self._waiting.extendleft(reversed(worker.has))
 
@@ -268,7 +268,7 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _told(items: Sequence[Any]) -> str:
+def _named_items(items: Sequence[Any]) -> str:
     hint = "is there enough memory, and does the program begin below `if __name__ == '__main__':`?"
     return (
         f"workers died {DEATHS} times at the same {len(items)} items from {str(items[0])[:100]!r} on; {hint}"

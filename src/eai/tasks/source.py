@@ -90,7 +90,7 @@ def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """What tasks are opened with: a store (the user's if None), who hears of a download, planner, errata."""
+    """The source of tasks: a store (the user's if None), who hears of a download, planner, errata."""
 
     store: Store | None = None
     report: Report = silent

@@ -143,7 +143,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
 
 
 def _problems(task: Task, domain: Domain) -> Iterator[str]:
-    """What a task says that is not so: goals that are none, a plan that is no solution."""
+    """Yield the statements of a task that are not true: goals that are none, a plan that is no solution."""
     test = GoalTest(task)
     if all(test.reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"

@@ -27,11 +27,11 @@ _SEQUENCING = f"{_EVALUATION}action_sequencing/resources/"
 _TAXONOMY = "bddl/hierarchy_owned.json"
 _MODEL = re.compile(r"(.+?)_\d+(?:_multiplexer)?")
 _FLOOR_MODEL = "floors"
-"""What the taxonomy calls the models of floors."""
+"""The word of the taxonomy for the models of floors."""
 
 
 class _Kind(NamedTuple):
-    """What the taxonomy says of a model category."""
+    """The entry of the taxonomy for a model category."""
 
     synset: str
     abilities: tuple[str, ...]

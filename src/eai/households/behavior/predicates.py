@@ -1,4 +1,4 @@
-"""What can be said about a BEHAVIOR scene.
+"""The predicates of a BEHAVIOR scene.
 
 Two layers. The stored predicates say what is so of each object by itself: ``is_open``, ``lies_in``. The
 derived ones with BDDL's names (``open``, ``inside``) are what goals ask for: an object that has been sliced

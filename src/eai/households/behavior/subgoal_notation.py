@@ -104,7 +104,7 @@ _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
 def lexicon(scene: Scene) -> SubgoalLexicon:
-    """What subgoals about a scene may say."""
+    """Return the lexicon of subgoals about a scene."""
     known = {name: arity for name, arity in ACTIONS.items() if arity is not None}
     objects = object_names(scene)
     categories = category_predicates(scene)
@@ -113,7 +113,7 @@ def lexicon(scene: Scene) -> SubgoalLexicon:
 
 
 def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> SubgoalLexicon:
-    """What these names mean in the domain."""
+    """The meanings of these names in the domain."""
     categories = {n: c for n, c in category_predicates(scene).items() if scene.vocabulary.arity(n) is None}
     actions = {name: name.upper() for name in ACTIONS}
     return SubgoalLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED)

@@ -196,7 +196,7 @@ class _Builder:
             yield Action(step.action, tuple(self._index[name] for name in step.objects))
 
     def _nature(self) -> Iterator[Fact]:
-        """What kind of thing each object is."""
+        """The category of each object."""
         for thing in self._record.objects:
             names = [_ABILITY_PREDICATES[a] for a in thing.abilities if a in _ABILITY_PREDICATES]
             names += [thing.model] if thing.model in _MODEL_PREDICATES else []

@@ -100,7 +100,7 @@ class VirtualHomeGoals(GoalNotation):
 
 
 def goal_of(fields: list[str]) -> WrittenGoal:
-    """What the fields of an entry state: an action, a state or a relation."""
+    """Return the statement of the fields of an entry: an action, a state or a relation."""
     if len(fields) == 3:
         return WrittenGoal(fields[1], (fields[0], fields[2]))
     if len(fields) == 2:
@@ -117,7 +117,7 @@ def _sections(value: object) -> dict[str, object] | None:
 
 
 def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
-    """What an entry states; None if it lacks a field."""
+    """Return the statement of an entry; None if it lacks a field."""
     if not isinstance(entry, Pairs):
         return None
     members = dict(entry.members)

@@ -128,7 +128,7 @@ def goal_interpretation_prompts(store: Store | None = None, *, report: Report = 
 def _of_task(
     task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
 ) -> tuple[tuple[str, str], ...]:
-    """What the template says of one task."""
+    """Return the template filled for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
     objects = {**base, **{record.id: record for record in changed}}
     relevant = [objects[i] for i in union_order(task.relevant_from_nodes, task.relevant_from_edges)]

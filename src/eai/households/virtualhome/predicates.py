@@ -1,4 +1,4 @@
-"""What can be said about a VirtualHome scene.
+"""The predicates of a VirtualHome scene.
 
 Names are those of the data set's temporal formulas: ``ON`` is the state of a device, ``ONTOP`` the relation
 that scene graphs call ON, ``NEXT_TO`` the one that they call CLOSE.

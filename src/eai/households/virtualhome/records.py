@@ -145,7 +145,7 @@ class TaskRecord:
 
 @dataclass(frozen=True, slots=True)
 class _Tables:
-    """What the task lines refer to by number."""
+    """Tables to which the task lines refer by number."""
 
     relations: Sequence[str]
     labels: Sequence[tuple[str, ...]]

@@ -64,7 +64,7 @@ def _of_features(features: list[Features]) -> Iterator[Distribution]:
 
 
 def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:
-    """What the steps of annotated plans do, and with what category of object."""
+    """The actions of annotated plans' steps, and with what category of object."""
     actions: Counter[str] = Counter()
     objects: Counter[str] = Counter()
     pairs: Counter[str] = Counter()

@@ -15,7 +15,7 @@ from eai.tasks.source import Source
 
 @dataclass(frozen=True, slots=True)
 class Profile:
-    """What a task is like, from its data set and its declaration alone.
+    """The features of a task, from its data set and its declaration alone.
 
     Attributes:
         task: its id.

@@ -37,7 +37,7 @@ LONG = 10
 
 
 @dataclass(frozen=True, slots=True)
-class PrintedFigure:
+class _PrintedFigure:
     """A figure as printed.
 
     Attributes:
@@ -49,14 +49,14 @@ class PrintedFigure:
 
 
 @cache
-def paper_statistics(domain: str) -> Mapping[str, PrintedFigure]:
+def paper_statistics(domain: str) -> Mapping[str, _PrintedFigure]:
     """Label of a figure -> the paper's, for one of its domains; nothing for others."""
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
     found = tomllib.loads(file.read_text(encoding="utf-8")).get(domain, {})
     return {
-        label: PrintedFigure(entry["printed"], entry.get("remark", ""))
+        label: _PrintedFigure(entry["printed"], entry.get("remark", ""))
         if isinstance(entry, dict)
-        else PrintedFigure(entry)
+        else _PrintedFigure(entry)
         for label, entry in found.items()
     }
 

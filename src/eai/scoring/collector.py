@@ -1,4 +1,4 @@
-"""Scoring undisturbed by the search for garbage, of which it makes none, among all that is kept."""
+"""Scoring with the garbage collector at rest: of garbage there is none among all that is kept."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ SELDOM = 100_000
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def collecting_seldom() -> Iterator[None]:
     """Spares the garbage collector what is there already, and has it seldom look at what comes.
 
     Among all of Inspect it would search for long, and tasks and records are kept anyway.
     """
     before = gc.get_threshold()
-    disturb_seldom()
+    collect_seldom()
     try:
         yield
     finally:
@@ -25,7 +25,7 @@ def undisturbed() -> Iterator[None]:
         gc.unfreeze()
 
 
-def disturb_seldom() -> None:
+def collect_seldom() -> None:
     """The same for a process that does nothing else as long as it lives."""
     gc.freeze()
     gc.set_threshold(SELDOM, *gc.get_threshold()[1:])
