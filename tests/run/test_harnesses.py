@@ -19,12 +19,13 @@ from eai.run.registry import TASKS
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples/lm_eval"
-SUITES = {f"eai_{name}" for name in TASKS}
+OF_HOUSEHOLDS = {name for name in TASKS if name != "world_model"}
+"""Questions about a world model are asked from a file, which the examples do not have."""
 
 
 def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:
     found = list_tasks("examples/inspect", root_dir=ROOT)
-    assert {task.name for task in found} == TASKS.keys()
+    assert {task.name for task in found} == OF_HOUSEHOLDS
 
 
 def test_every_suite_is_a_task_of_the_lm_evaluation_harness() -> None:
@@ -32,7 +33,7 @@ def test_every_suite_is_a_task_of_the_lm_evaluation_harness() -> None:
         assert f"task: {path.stem}\n" in path.read_text(encoding="utf-8")
         ability = next(each for each in FOUR if path.stem.endswith(each.value))
         assert path.read_text(encoding="utf-8").count("metric: ") == len(declaration_of(ability).main)
-    assert {path.stem for path in EXAMPLE.glob("eai_*.yaml")} == SUITES
+    assert {path.stem for path in EXAMPLE.glob("eai_*.yaml")} == {f"eai_{name}" for name in OF_HOUSEHOLDS}
 
 
 @pytest.fixture

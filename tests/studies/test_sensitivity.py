@@ -76,7 +76,7 @@ def scored(scorer: TransitionModeling, text: str, protocol: Protocol) -> Record:
 def test_each_operator_is_tried_alone_among_gold_ones(
     text: str, strict: dict[str, str], reference: dict[str, str]
 ) -> None:
-    for protocol, expected in zip(Protocol, (strict, reference), strict=True):
+    for protocol, expected in zip(Protocol.known(), (strict, reference), strict=True):
         found = tried(text, protocol)
         assert {each.operator: each.outcome for each in found} == expected
         assert all(each.categories == "object_states spatial_relations" for each in found)

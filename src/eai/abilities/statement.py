@@ -20,6 +20,11 @@ class Statement(NamedTuple):
     arguments: tuple[str, ...] | None
     positive: bool = True
 
+    @property
+    def signed_name(self) -> str:
+        """The name, after ``not`` where the statement is denied."""
+        return self.name if self.positive else f"{_NOT}{self.name}"
+
 
 def read_statement(text: str) -> Statement:
     """The atom or step in a text that has no value beside it, as in older records; else it is a name."""

@@ -276,7 +276,7 @@ def _difference(one: Sequence[Case], other: Sequence[Case]) -> Estimate:
 def _conditions(verdict: GoalVerdict) -> Iterator[tuple[str, bool]]:
     """The conditions that are asked for, by predicate, and whether each is missing."""
     for conditions, missed in ((verdict.matched, False), (verdict.missing, True)):
-        yield from ((read_statement(condition).name, missed) for condition in conditions)
+        yield from ((read_statement(condition).signed_name, missed) for condition in conditions)
 
 
 def analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
