@@ -5,8 +5,6 @@
 # make site    the documentation as a site, build/site/html
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
 # make release build the package, check it as an index does, write what is new and what it needs; nothing is uploaded
-# make compiled the compiled wheel for this Python, in dist/
-# make test-compiled install that wheel by itself, then run the tests on it
 # make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
 # make audit   known vulnerabilities of what is needed to run
 
@@ -28,7 +26,7 @@ DEV := run,plots,analysis,planner,envs,croissant,dev
 PYTEST := pytest -n logical --dist worksteal
 ALL := -m "sweep or not sweep" --hypothesis-profile=thorough
 
-.PHONY: demo test test-all lint type bench docs site packages release compiled test-compiled test-bare audit clean
+.PHONY: demo test test-all lint type bench docs site packages release test-bare audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -79,18 +77,6 @@ release: $(WITH_RELEASE)
 	$(BIN)/cyclonedx-py environment build/runtime/bin/python --pyproject pyproject.toml --output-reproducible \
 	  --output-format JSON --output-file dist/bom.json
 	@echo "made dist/; to publish: $(BIN)/twine upload dist/*.whl dist/*.tar.gz"
-
-# From the source distribution, which is unpacked elsewhere: compiled beside its sources the checkout would run it.
-compiled: $(WITH_RELEASE)
-	rm -f dist/*-cp*.whl
-	HATCH_BUILD_HOOKS_ENABLE=1 $(BIN)/python -m build --outdir dist
-
-test-compiled: compiled
-	rm -rf build/compiled
-	$(BIN)/python -m venv build/compiled
-	@$(call pip,build/compiled,"$$(ls dist/*-cp*.whl)[$(DEV)]")
-	build/compiled/bin/eai --version | grep compiled
-	build/compiled/bin/$(PYTEST) $(ALL) $(ARGS)
 
 test-bare: $(WITH_DEV)
 	rm -rf build/bare

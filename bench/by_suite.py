@@ -9,7 +9,7 @@ again without it (``PYTHONDONTWRITEBYTECODE``). No planner is asked. In the same
 score some of the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
 
     python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
-    python bench/by_suite.py --beside build/compiled/bin/python
+    python bench/by_suite.py --beside ../before/.venv/bin/python
 
 The second measures another build, which that interpreter imports, in turn with this one, and says how many
 times as fast it is: the median of the ratios of runs that follow each other, since a machine has its moods.

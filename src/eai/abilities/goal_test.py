@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from operator import mul
 from typing import NamedTuple
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Tally
 from eai.logic.formula import Atom, Formula, Occurs, Or
@@ -21,7 +19,6 @@ from eai.world.state import Scene, State
 from eai.world.timeline import timeline
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class GoalTest:
     """The goals of a task, ready to be tested; any number of threads may ask one at a time.
 

@@ -10,18 +10,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.explanation import Explanation
 from eai.abilities.verdict import ErrorReport, Verdict
-from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, names_of
 from eai.world.state import Scene
 
 
 @dataclass(frozen=True, slots=True)
-class Assessment(Frozen):
+class Assessment:
     """The assessment of one answer.
 
     Attributes:
@@ -33,7 +30,6 @@ class Assessment(Frozen):
     explain: Callable[[], Explanation]
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class Scorer(ABC):
     """A scorer of the answers to one task; all it says are pure functions of the answer."""
 

@@ -12,7 +12,6 @@ from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
-from eai.logic.frozen import fields_in_order
 from eai.world.fault import FaultKind
 
 ALL = "all"
@@ -72,7 +71,7 @@ class ErrorReport:
     objects: tuple[str, ...] = ()
 
     def __reduce__(self) -> tuple[type[ErrorReport], tuple[object, ...]]:
-        return type(self), fields_in_order(self)
+        return type(self), _fields(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +90,7 @@ class Verdict:
 
     def __reduce__(self) -> tuple[type[Verdict], tuple[object, ...]]:
         """Workers send verdicts back by the thousand: as their fields in order, in a third of the time."""
-        return type(self), fields_in_order(self)
+        return type(self), _fields(self)
 
     def without_answer(self) -> Self:
         """This verdict on an empty answer as one on no answer: it fails, but by no error of the model's."""
@@ -155,3 +154,8 @@ class Unreadable:
 
     reason: str
     step: int | None = None
+
+
+def _fields(value: ErrorReport | Verdict) -> tuple[object, ...]:
+    """The fields of a dataclass, in the order of the arguments that make it."""
+    return tuple([getattr(value, name) for name in value.__dataclass_fields__])

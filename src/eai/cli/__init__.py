@@ -161,10 +161,7 @@ app = typer.Typer(
 
 def _version(asked: bool) -> None:
     if asked:
-        from eai.logic import formula  # a part of the core: it is what a compiled wheel compiles
-
-        build = "pure Python" if formula.__file__.endswith(".py") else "compiled"
-        print(f"eai {__version__} ({build})")
+        print(f"eai {__version__}")
         raise typer.Exit
 
 

@@ -2,8 +2,7 @@
 
 A formula is a frozen value without behaviour of its own. Concrete syntaxes (LTL text, BDDL, PDDL) read and
 print it, evaluators give it a meaning. State formulas speak of one state; the temporal operators at the end
-of the file speak of finite traces (paper, section "LTL representation of goals"). The parts that are looked
-up most say how they are hashed: as a dataclass would have it, but compiled with the rest.
+of the file speak of finite traces (paper, section "LTL representation of goals").
 
 Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation, so that a domain reads like
 logic.
@@ -14,11 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.logic.frozen import Frozen
-
 
 @dataclass(frozen=True, slots=True)
-class Variable(Frozen):
+class Variable:
     """A variable; where it is bound by a quantifier, ``category`` restricts what it ranges over.
 
     ``category`` is None for "every object". It is part of the binding occurrence only: occurrences in a body
@@ -28,24 +25,18 @@ class Variable(Frozen):
     name: str
     category: str | None = None
 
-    def __hash__(self) -> int:
-        return hash((self.name, self.category))
-
 
 @dataclass(frozen=True, slots=True)
-class Constant(Frozen):
+class Constant:
     """An object, by the name that the syntax at hand gives it (``sofa.352``, ``rag_51``, ``char``)."""
 
     name: str
-
-    def __hash__(self) -> int:
-        return hash((self.name,))
 
 
 Term: TypeAlias = Variable | Constant
 
 
-class _Connectives(Frozen):
+class _Connectives:
     """Infix notation for the three Boolean connectives."""
 
     __slots__ = ()
@@ -66,9 +57,6 @@ class Atom(_Connectives):
 
     predicate: str
     arguments: tuple[Term, ...] = ()
-
-    def __hash__(self) -> int:
-        return hash((self.predicate, self.arguments))
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.frozen import Frozen
 from eai.pddl.offence import Offence, PddlFinding
 
 TypeScope = Mapping[str, str]
@@ -20,7 +19,7 @@ TypeScope = Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Declarations(Frozen):
+class Declarations:
     """The names that may be used.
 
     Attributes:
@@ -97,7 +96,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 @dataclass(frozen=True, slots=True)
-class _Checker(Frozen):
+class _Checker:
     """Walks one formula or effect; ``place`` says in words which."""
 
     vocabulary: Declarations

@@ -17,7 +17,6 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.frozen import Frozen
 from eai.pddl.writer import write_term
 
 EQUALITY = "="
@@ -39,7 +38,7 @@ class _Scope(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Literal(Frozen):
+class Literal:
     """An atom, asserted or denied; in an effect: added or deleted."""
 
     predicate: str
@@ -48,7 +47,7 @@ class Literal(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Joined(Frozen):
+class Joined:
     """A list of clauses."""
 
     connective: _Connective
@@ -56,14 +55,14 @@ class Joined(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Denied(Frozen):
+class Denied:
     """The negation of something that is not an atom."""
 
     part: Clause
 
 
 @dataclass(frozen=True, slots=True)
-class Bound(Frozen):
+class Bound:
     """A clause under a quantifier."""
 
     scope: _Scope
@@ -73,7 +72,7 @@ class Bound(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Guarded(Frozen):
+class Guarded:
     """A clause of an effect that depends on a condition."""
 
     guard: Clause

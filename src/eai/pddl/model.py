@@ -12,35 +12,34 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.frozen import Frozen
 
 OBJECT = "object"
 """The root of every type hierarchy."""
 
 
 @dataclass(frozen=True, slots=True)
-class AddEffect(Frozen):
+class AddEffect:
     """The atom becomes true."""
 
     atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
-class DeleteEffect(Frozen):
+class DeleteEffect:
     """The atom becomes false, unless another part of the same effect makes it true."""
 
     atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
-class Both(Frozen):
+class Both:
     """All parts take place together; none is "no effect"."""
 
     parts: tuple[PddlEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Each(Frozen):
+class Each:
     """The part takes place for every object of the variable's type."""
 
     variable: f.Variable
@@ -48,7 +47,7 @@ class Each(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class WhenEffect(Frozen):
+class WhenEffect:
     """The part takes place if the condition held before."""
 
     condition: f.Formula
@@ -61,7 +60,7 @@ NO_EFFECT = Both(())
 
 
 @dataclass(frozen=True, slots=True)
-class TypedName(Frozen):
+class TypedName:
     """A type with its supertype, or an object with its type."""
 
     name: str
@@ -69,7 +68,7 @@ class TypedName(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class PddlPredicate(Frozen):
+class PddlPredicate:
     """A declared predicate with its typed parameters."""
 
     name: str
@@ -77,7 +76,7 @@ class PddlPredicate(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class PddlAction(Frozen):
+class PddlAction:
     """An operator."""
 
     name: str
@@ -87,7 +86,7 @@ class PddlAction(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class PddlAxiom(Frozen):
+class PddlAxiom:
     """A derived predicate: it holds of its parameters where the condition does."""
 
     name: str
@@ -96,7 +95,7 @@ class PddlAxiom(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class PddlDomain(Frozen):
+class PddlDomain:
     """A planning domain. Declarations keep the order of the text.
 
     The names of derived predicates are declared among the predicates too.
@@ -112,7 +111,7 @@ class PddlDomain(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class PddlProblem(Frozen):
+class PddlProblem:
     """A planning problem. What ``initial`` does not list is false; ``denied`` are the atoms that say so."""
 
     name: str
@@ -222,7 +221,7 @@ def map_effect(
 
 
 @dataclass(frozen=True, slots=True)
-class OperatorText(Frozen):
+class OperatorText:
     """An operator as an answer writes it, before anything is understood.
 
     It is the name and the text of its three parts, each a parenthesised list.

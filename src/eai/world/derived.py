@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.frozen import Frozen
 from eai.logic.traversal import walk
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, atom
@@ -24,7 +23,7 @@ Test: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 
 
 @dataclass(frozen=True, slots=True)
-class Defined(Frozen):
+class Defined:
     """A derived predicate given by a formula over its parameters.
 
     ``values``, where there is one, is a faster way to the same: a pure function from all arguments but the
@@ -52,7 +51,7 @@ class Defined(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Computed(Frozen):
+class Computed:
     """A derived predicate given by a pure test of a state and object indices.
 
     ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions.
@@ -70,7 +69,7 @@ class Computed(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Lookup(Frozen):
+class Lookup:
     """A derived predicate whose last argument is looked up: a pure function from the others to a mask.
 
     ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.

@@ -14,7 +14,6 @@ from typing_extensions import assert_never
 
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
-from eai.logic.frozen import Frozen
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Binding, Frame
 from eai.world.relation import bits
@@ -26,21 +25,21 @@ ANYTHING: Final = Variable("*")
 
 
 @dataclass(frozen=True, slots=True)
-class Add(Frozen):
+class Add:
     """The atom becomes true."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
-class Delete(Frozen):
+class Delete:
     """The atom becomes false; `ANYTHING` in it makes it a pattern for many atoms."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
-class When(Frozen):
+class When:
     """The effects take place if the condition held before the action, ``otherwise`` if it did not."""
 
     condition: Formula
@@ -49,7 +48,7 @@ class When(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class ForEach(Frozen):
+class ForEach:
     """Each effect in turn takes place for all objects that met the condition before the action."""
 
     variable: Variable
@@ -58,7 +57,7 @@ class ForEach(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Let(Frozen):
+class Let:
     """The effects take place for the first object (by index) that met the condition before the action."""
 
     variable: Variable

@@ -10,7 +10,6 @@ from enum import Enum
 from typing import TypeAlias
 
 from eai.errors import InputError
-from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
@@ -19,7 +18,7 @@ from eai.world.state import State
 
 
 @dataclass(frozen=True, slots=True)
-class Slip(Frozen):
+class Slip:
     """An action that was possible did not work: nothing has changed."""
 
 
@@ -46,7 +45,7 @@ class Until(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Slips(Frozen):
+class Slips:
     """How often possible actions do not work (paper, appendix on replanning with stochastic actions).
 
     Attributes:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.logic.formula import And, Formula
-from eai.logic.frozen import Frozen
 from eai.logic.traversal import free_variables
 from eai.world.condition import Conditions
 from eai.world.effect import Apply, Effects
@@ -22,7 +21,7 @@ from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _CompiledCheck(Frozen):
+class _CompiledCheck:
     """A check with its condition, and each formula of what it seeks in the past, as functions.
 
     It is equal to itself alone, and belongs to one list of checks.

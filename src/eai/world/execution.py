@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
@@ -25,7 +24,7 @@ class Action(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Fault(Frozen):
+class Fault:
     """Why a step was not executed.
 
     Attributes:
@@ -56,7 +55,7 @@ class Step(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Trajectory(Frozen):
+class Trajectory:
     """The course of a plan, or of all that was tried in an episode.
 
     Attributes:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from eai.logic.formula import Exists, Formula, Variable
-from eai.logic.frozen import Frozen
 from eai.world.effect import Effect
 from eai.world.fault import FaultKind
 
@@ -16,7 +15,7 @@ _WORD = re.compile(r"\w+")
 
 
 @dataclass(frozen=True, slots=True)
-class Check(Frozen):
+class Check:
     """A condition for an action, and what its failure means.
 
     Attributes:
@@ -69,7 +68,7 @@ def missing(
 
 
 @dataclass(frozen=True, slots=True)
-class Try(Frozen):
+class Try:
     """One of several things that an action tries.
 
     Attributes:
@@ -97,7 +96,7 @@ class Role(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Operator(Frozen):
+class Operator:
     """An action of a domain.
 
     Attributes:

@@ -11,13 +11,12 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.logic.frozen import Frozen
 from eai.world.relation import Matrix, Relation, bits
 from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True, slots=True)
-class WorldObject(Frozen):
+class WorldObject:
     """An object of a scene: a name that is unique in it, and its category (class, synset)."""
 
     name: str

@@ -12,11 +12,10 @@ from typing import Protocol
 
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Term
-from eai.logic.frozen import Frozen
 
 
 @dataclass(frozen=True, slots=True)
-class Predicate(Frozen):
+class Predicate:
     """A stored predicate of arity 0, 1 or 2. Calling it with terms makes an atom.
 
     ``static`` says that no operator changes it. ``visible`` is False for memory that the simulator needs but
@@ -59,7 +58,7 @@ class DerivedPredicate(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Vocabulary(Frozen):
+class Vocabulary:
     """The predicates of a domain and the slot in which a state keeps each stored one.
 
     Predicates of arity 0 and 1 share one numbering, those of arity 2 have another.

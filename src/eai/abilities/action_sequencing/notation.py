@@ -13,14 +13,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json, is_cut_off
 from eai.abilities.scorer import UNKNOWN_ACTION
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.logic.frozen import Frozen
 from eai.logic.signature import MisuseKind, takes
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
@@ -41,7 +38,7 @@ class WrittenStep(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenPlan(Frozen):
+class WrittenPlan:
     """The steps of an answer in order, and the names of the repairs that were needed to read them."""
 
     steps: tuple[WrittenStep, ...]
@@ -128,7 +125,6 @@ _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
 _COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class PlanNotation(ABC):
     """Reads plans from answers and writes them, and knows what operators and objects are called there."""
 
@@ -170,7 +166,6 @@ class PlanNotation(ABC):
         return None
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class JsonPlans(PlanNotation):
     """The default notation: a list of steps, each an action with its object, by the names that a task has.
 

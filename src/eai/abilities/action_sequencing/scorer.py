@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.action_sequencing.notation import CarryOut, Course, PlanNotation, WrittenPlan, resolve
 from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repair_notes, step_reports
 from eai.abilities.goal_test import GoalTest
@@ -17,7 +15,6 @@ from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class ActionSequencing(Scorer):
     """The scorer of the plans for one task.
 

@@ -8,7 +8,6 @@ from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotation, WrittenGoal
 from eai.abilities.task import GoalKind, Task
 from eai.logic.choice import Literal
-from eai.logic.frozen import Frozen
 from eai.logic.options import choice_options
 from eai.logic.overlap import BestOverlap, best_overlap
 from eai.world.domain import Domain
@@ -16,7 +15,7 @@ from eai.world.relation import bits
 
 
 @dataclass(frozen=True, slots=True)
-class _GoldGoal(Frozen):
+class _GoldGoal:
     """A goal of a task; its options are sets of conditions, as masks.
 
     Attributes:

@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, TypeAlias
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.explanation import formula_text
 from eai.abilities.goal_interpretation.nested import read_nested
@@ -22,7 +20,6 @@ from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
-from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 
 SECTIONS = {
@@ -68,7 +65,7 @@ class IllFormed(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenGoals(Frozen):
+class WrittenGoals:
     """The goals of an answer, in order.
 
     Attributes:
@@ -101,7 +98,7 @@ class Conditions(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Alternatives(Frozen):
+class Alternatives:
     """One goal of a task with all ways to meet it.
 
     Attributes:
@@ -122,7 +119,6 @@ class Entry(NamedTuple):
     value: Value
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class GoalNotation(ABC):
     """How answers to goal interpretation state goals.
 
@@ -195,7 +191,6 @@ class GoalNotation(ABC):
         )
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class JsonGoals(GoalNotation):
     """An object of lists of ``["open", "jar"]``, ``["not", ["open", "jar"]]`` or names of actions.
 

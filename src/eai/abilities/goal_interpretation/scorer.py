@@ -19,8 +19,6 @@ from operator import or_
 from textwrap import shorten
 from typing import NamedTuple
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.gold import GoldGoals
@@ -58,7 +56,6 @@ class Stated(NamedTuple):
     ill_formed: tuple[WrittenGoal, ...]
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class GoalInterpretation(Scorer):
     """The scorer of one task. Of its goals those over time are not asked for: answers cannot state them."""
 

@@ -34,7 +34,6 @@ from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.task import Task
 from eai.errors import InputError
-from eai.logic.frozen import Frozen
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import is_state_formula, walk
@@ -74,7 +73,7 @@ _NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it abo
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Required(Frozen):
+class _Required:
     """A condition that must hold, as a test; the check that says what is wrong if not; what the test costs.
 
     It is equal to itself alone: what all alternatives have in common is not hashed for each of them.

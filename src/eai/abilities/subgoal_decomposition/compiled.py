@@ -12,14 +12,13 @@ from eai.abilities.subgoal_decomposition.program import Program
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.errors import InputError, ParseError
 from eai.logic.formula import Formula
-from eai.logic.frozen import Frozen
 from eai.logic.ltl import parse
 from eai.logic.signature import Misuse, MisuseKind, Signature
 from eai.world.fault import FaultKind
 
 
 @dataclass(frozen=True, slots=True)
-class Compiled(Frozen):
+class Compiled:
     """An answer that can be carried out: its subgoals, their program, what reading repaired and left out."""
 
     subgoals: tuple[Formula, ...]
@@ -39,7 +38,7 @@ class Offence(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Rejected(Frozen):
+class Rejected:
     """An answer that cannot be carried out: why, what is wrong with its names, what reading left out."""
 
     category: SubgoalCategory

@@ -28,7 +28,6 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
     Split,
 )
-from eai.logic.frozen import Frozen
 from eai.planning.search import Effort
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
@@ -64,7 +63,7 @@ class _BranchGoal(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class ExplorationLimits(Frozen):
+class ExplorationLimits:
     """How much a search may do.
 
     Attributes:
@@ -89,7 +88,7 @@ class ExplorationEnd(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome(Frozen):
+class Outcome:
     """The result of a search.
 
     Attributes:

@@ -26,7 +26,6 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.json_text import Pairs, find_json
 from eai.logic.formula import TRUE
-from eai.logic.frozen import Frozen
 from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import Group, PddlReader, error_at, read_group
@@ -82,7 +81,7 @@ _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenOperator(Frozen):
+class WrittenOperator:
     """An operator of an answer, as far as it can be read.
 
     Attributes:
@@ -104,7 +103,7 @@ Readings: TypeAlias = Memory[str, WrittenOperator]
 
 
 @dataclass(frozen=True, slots=True)
-class _WrittenOperators(Frozen):
+class _WrittenOperators:
     """The operators of an answer in order, each name once, and the repairs it took to read them."""
 
     operators: tuple[WrittenOperator, ...]

@@ -20,7 +20,6 @@ from eai.abilities.transition_modeling.extraction import Memory, Readings, Writt
 from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory, Replaced, plan_flaw
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion
-from eai.logic.frozen import Frozen
 from eai.pddl.check import Declarations, check_action
 from eai.pddl.match import OperatorMatch
 from eai.pddl.matching import match_operators, missing_operator
@@ -40,7 +39,7 @@ class _Comparison(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class PaperRules(Frozen):
+class PaperRules:
     """The rules with what they remember about one domain: equal operators are compared once."""
 
     plans: PlanMemory

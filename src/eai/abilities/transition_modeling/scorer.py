@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.declaration import (
@@ -50,7 +48,6 @@ def count_by_category(
     return {name: Confusion(*counts[name]) for name in sorted(counts)}
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class TransitionModeling(Scorer):
     """The scorer of one task; given a planner, all it says are pure functions of the answer.
 

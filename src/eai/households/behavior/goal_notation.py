@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import ClassVar
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.goal_interpretation.notation import Alternatives, JsonGoals, Word
 from eai.abilities.task import GoalKind, Task
 from eai.households.behavior.records import Condition
@@ -20,7 +18,6 @@ STATES = ("cooked", "dusty", "frozen", "open", "sliced", "soaked", "stained", "t
 RELATIONS = ("inside", "nextto", "onfloor", "ontop", "touching", "under")
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class BehaviorGoals(JsonGoals):
     """Capitals do not matter, ``toggledon`` is another spelling of ``toggled_on``; there are no actions.
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.goal_interpretation.notation import (
     SECTIONS,
@@ -32,7 +30,6 @@ FIELDS = {
 _NOTHING = Pairs(())
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class VirtualHomeGoals(GoalNotation):
     """An object with at least one of the three sections, anywhere in the text.
 

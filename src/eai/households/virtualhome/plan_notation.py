@@ -12,8 +12,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import starmap, zip_longest
 from typing import NamedTuple
 
-from mypy_extensions import mypyc_attr
-
 from eai.abilities.action_sequencing.notation import TOO_LONG, PlanNotation, WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import MAX_LENGTH, Pairs, Value, find_json
@@ -39,7 +37,6 @@ class Identified(NamedTuple):
         return f"{self.name} without an id" if self.id is None else f"{self.name}_{self.id}"
 
 
-@mypyc_attr(allow_interpreted_subclasses=True)
 class VirtualHomePlans(PlanNotation):
     """The notation of VirtualHome.
 
