@@ -15,9 +15,8 @@ from eai.abilities.declaration import (
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.share import of_all
 from eai.abilities.task import Task
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import Verdict, of_all
 
 
 @dataclass(frozen=True, slots=True)

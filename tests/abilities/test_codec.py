@@ -11,11 +11,10 @@ from hypothesis import strategies as st
 from abilities.random_records import records
 from eai.abilities.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
 from eai.abilities.declaration import declaration_of
-from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.explanation import Explanation, GoalReport, PartReport, Statement, StepReport
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
-from eai.abilities.statement import Statement
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict

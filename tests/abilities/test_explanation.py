@@ -10,14 +10,15 @@ from eai.abilities.codec import dataclass_to_json
 from eai.abilities.explanation import (
     Explanation,
     GoalReport,
+    Statement,
     StepReport,
     formula_text,
     near_misses,
     part_reports,
+    read_statement,
     step_reports,
 )
 from eai.abilities.protocol import Protocol
-from eai.abilities.statement import Statement
 from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
@@ -319,3 +320,18 @@ def test_steps_and_goals_are_values_beside_their_texts_and_are_read_from_them_in
         assert StepReport(step.action, step.outcome).statement == step.statement
     for goal in found.goals:
         assert GoalReport(goal.kind, goal.goal, goal.satisfied).mentions == goal.mentions
+
+
+@pytest.mark.parametrize(
+    ("text", "call"),
+    [
+        ("open(jar_0)", Statement("open", ("jar_0",))),
+        ("not open(jar_0)", Statement("open", ("jar_0",), positive=False)),
+        ("PUTIN(soap.1, box.2)", Statement("PUTIN", ("soap.1", "box.2"))),
+        ("STANDUP()", Statement("STANDUP", ())),
+        ("TOUCH", Statement("TOUCH", None)),
+        ("{'state': 'ON'}", Statement("{'state': 'ON'}", None)),
+    ],
+)
+def test_atoms_and_steps_are_read_again(text: str, call: Statement) -> None:
+    assert read_statement(text) == call

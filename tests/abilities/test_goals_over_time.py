@@ -10,7 +10,7 @@ import pytest
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, World
-from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.planning import planning_goal
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition

@@ -9,9 +9,8 @@ from eai.abilities.explanation import Explanation, GoalReport, StepReport, names
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
-from eai.abilities.share import Share
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, PlanVerdict
+from eai.abilities.verdict import Confusion, PlanVerdict, Share
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.match import SideMatch
 from eai.pddl.planning import PlannerOutcome

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.share import Share
+from eai.abilities.verdict import Share
 from eai.results.certainty import Case
 from eai.results.comparison import exchange_p, sign_flip_p
 from results.near_copies import merged, successes

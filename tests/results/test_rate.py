@@ -4,8 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.share import Share, add, confusion_shares, of_all
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import Confusion, Share, add, confusion_shares, of_all
 from eai.results.rate import NOTHING, Rate, total
 
 counts = st.integers(0, 50)

@@ -8,10 +8,9 @@ from eai.abilities.declaration import declaration_of, the_four
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import TaskFeatures
-from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Tally
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Share, Tally
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate

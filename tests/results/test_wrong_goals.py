@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.statement import read_statement
+from eai.abilities.explanation import read_statement
 from eai.results.wrong_goals import Reason, WrongGoals
 from eai.tasks.source import Source
 from studies.lamps import lamp_task, lamps

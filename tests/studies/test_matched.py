@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from eai.abilities.share import of_all
+from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
 from eai.studies.contamination.analysis import Placed, matched_difference
 

@@ -17,7 +17,7 @@ STRANGER = """
 from eai.abilities.options import Options, option
 from eai.results.table import Estimate, Table
 from eai.results.suites import case_of
-from eai.abilities.share import of_all
+from eai.abilities.verdict import of_all
 from eai.studies.study import Analysis, Study
 
 

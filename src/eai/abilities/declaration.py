@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
-from eai.abilities.share import Share, Shares
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import Confusion, GoalTallies, PlanVerdict, Tally, Verdict
+from eai.abilities.verdict import Confusion, GoalTallies, PlanVerdict, Share, Shares, Tally, Verdict
 from eai.errors import InputError
 from eai.world.fault import FaultKind
 

@@ -1,6 +1,7 @@
 """Explanations: what became of an answer step by step, in words, for people and for reports.
 
-Near misses say, where a goal was not reached, what came of its objects instead.
+Near misses say, where a goal was not reached, what came of its objects instead. A `Statement` is an atom, an
+action or a step as a value beside its text.
 """
 
 from __future__ import annotations
@@ -8,9 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
-from eai.abilities.statement import Statement, read_statement
 from eai.abilities.task import Goal, Task
 from eai.logic.evidence import breach, explain
 from eai.logic.formula import (
@@ -36,6 +36,37 @@ from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, change
 from eai.world.timeline import timeline
+
+_NOT = "not "
+
+
+class Statement(NamedTuple):
+    """An atom or an action: ``not open(jar_0)``, ``GRAB(soap.1002)``, ``TOUCH``.
+
+    Attributes:
+        name: of the predicate or action.
+        arguments: of the objects; None where the text has no parentheses, as of actions that are goals.
+        positive: whether it is asserted.
+    """
+
+    name: str
+    arguments: tuple[str, ...] | None
+    positive: bool = True
+
+    @property
+    def signed_name(self) -> str:
+        """The name, after ``not`` where the statement is denied."""
+        return self.name if self.positive else f"{_NOT}{self.name}"
+
+
+def read_statement(text: str) -> Statement:
+    """The atom or step in a text that has no value beside it, as in older records; else it is a name."""
+    positive = not text.startswith(_NOT)
+    name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
+    if not opened or not rest.endswith(")"):
+        return Statement(text, None)
+    return Statement(name, tuple([part for part in rest[:-1].split(", ") if part]), positive)
+
 
 SLIP = FaultKind.SLIP.value
 """The outcome of a step that was possible and did not work."""

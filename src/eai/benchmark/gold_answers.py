@@ -14,7 +14,7 @@ from functools import cache
 from typing import NamedTuple
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.planning import FindPlan, find_plan

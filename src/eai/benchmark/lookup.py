@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 import eai.logic.formula as f
-from eai.abilities.goal_interpretation.gold import write_goals
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon, write_goals
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task

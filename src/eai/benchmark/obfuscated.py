@@ -18,8 +18,7 @@ from functools import cached_property
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
+from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation, WrittenSubgoals
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from eai.abilities.share import Share
+from eai.abilities.verdict import Share
 from eai.questions.question import Form, Kind, Question, gold_text, grade
 from eai.results.rate import Rate, rate_of
 

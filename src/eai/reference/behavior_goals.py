@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.explanation import Explanation, GoalReport, names_in
+from eai.abilities.explanation import Explanation, GoalReport, Statement, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.households.behavior.goal_notation import RELATIONS, STATES

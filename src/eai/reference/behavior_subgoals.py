@@ -16,11 +16,20 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
-from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Plan, Plans, Program
+from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, WrittenSubgoals
+from eai.abilities.subgoal_decomposition.program import (
+    Compiled,
+    Do,
+    End,
+    Found,
+    Instruction,
+    Plan,
+    Plans,
+    Program,
+    Rejected,
+    unparseable,
+)
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior import predicates as p

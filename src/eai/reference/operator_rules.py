@@ -26,7 +26,7 @@ from functools import partial
 
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory
-from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory, Replaced
+from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, PlanMemory, Replaced
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.match import SideMatch
 from eai.pddl.model import OperatorText, PddlAction

@@ -19,13 +19,19 @@ from random import Random
 from typing import TypeVar
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.branch import Branch
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Offence, Rejected, offending, unparseable
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
-from eai.abilities.subgoal_decomposition.program import Found, Plans
+from eai.abilities.subgoal_decomposition.program import (
+    Compiled,
+    Found,
+    Offence,
+    Plans,
+    Rejected,
+    offending,
+    unparseable,
+)
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import Outcome
+from eai.abilities.subgoal_decomposition.search import Branch, Outcome
 from eai.abilities.verdict import Counted, Unreadable
 from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse

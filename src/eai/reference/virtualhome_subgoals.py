@@ -13,9 +13,9 @@ import re
 from collections.abc import Sequence
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
+    Compiled,
     Do,
     End,
     Found,
@@ -23,9 +23,10 @@ from eai.abilities.subgoal_decomposition.program import (
     Plan,
     Plans,
     Program,
+    Rejected,
+    unparseable,
 )
-from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import ExplorationLimits, Outcome
+from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals

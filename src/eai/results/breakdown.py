@@ -11,9 +11,8 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.share import Share
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.verdict import PlanVerdict, Share
 from eai.results.certainty import Case
 from eai.results.rate import Rate
 from eai.results.summary import name_of

@@ -16,7 +16,7 @@ from itertools import compress
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.record import Record
-from eai.abilities.share import NOTHING, Share, Shares
+from eai.abilities.verdict import NOTHING, Share, Shares
 from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
 from eai.results.rate import Rate, rate_of
 from eai.results.summary import contributions, name_of

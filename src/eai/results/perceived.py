@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from eai.abilities.record import Perceived
-from eai.abilities.share import Share, add, confusion_shares
+from eai.abilities.verdict import Share, add, confusion_shares
 
 
 def perception_shares(perceived: Perceived) -> dict[str, Share]:

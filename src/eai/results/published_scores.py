@@ -16,7 +16,7 @@ from importlib import resources
 from pydantic import TypeAdapter
 
 from eai.abilities.responses import file_name
-from eai.abilities.share import Share
+from eai.abilities.verdict import Share
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
 

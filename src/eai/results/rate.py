@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from eai.abilities.share import Share, Shares
-from eai.abilities.verdict import Json
+from eai.abilities.verdict import Json, Share, Shares
 
 
 @dataclass(frozen=True, slots=True)

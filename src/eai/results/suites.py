@@ -10,7 +10,7 @@ from enum import Enum
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
-from eai.abilities.share import NONE, NOTHING, ONE, Share
+from eai.abilities.verdict import NONE, NOTHING, ONE, Share
 from eai.results.certainty import Case
 from eai.results.lines import AnswerLine, Line
 from eai.results.table import Estimate

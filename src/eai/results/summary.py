@@ -13,8 +13,7 @@ from typing import TypeAlias
 from eai.abilities.declaration import declaration_of, the_four
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Record
-from eai.abilities.share import Shares
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import Shares, Verdict
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, total
 

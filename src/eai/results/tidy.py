@@ -8,15 +8,14 @@ from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.explanation import read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.share import NOTHING, Shares
-from eai.abilities.statement import read_statement
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declaration import OTHER, OperatorVerdict, clause_content
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import FeatureBook
 from eai.benchmark.registry import find_benchmark, registered

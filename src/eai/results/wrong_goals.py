@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from enum import Enum
 from itertools import product
 
+from eai.abilities.explanation import Statement
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import Word
 from eai.abilities.goal_test import alternatives
-from eai.abilities.statement import Statement
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.formula import Atom, Constant

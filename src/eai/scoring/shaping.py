@@ -18,10 +18,9 @@ from enum import Enum
 from typing_extensions import assert_never
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.share import add
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import ALL, Confusion, PlanVerdict, Verdict
+from eai.abilities.verdict import ALL, Confusion, PlanVerdict, Verdict, add
 from eai.pddl.offence import Offence
 from eai.world.fault import FaultKind
 

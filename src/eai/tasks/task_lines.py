@@ -15,8 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
 from eai.abilities.options import misfit
-from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.errors import InputError, ParseError

@@ -1,11 +1,23 @@
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from abilities.goal_interpretation.lamps import DOMAIN, make_task
-from eai.abilities.goal_interpretation.notation import IllFormed, JsonGoals, Word, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.notation import (
+    IllFormed,
+    JsonGoals,
+    Word,
+    WrittenGoal,
+    WrittenGoals,
+    read_nested,
+)
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import Unreadable
+from eai.logic.formula import Atom, Formula
+from eai.logic.signature import term
+from logic.bddl_text import print_condition
 
 NOTATION = JsonGoals()
 OPEN = WrittenGoal("open", ("box",))
@@ -73,3 +85,70 @@ def test_an_object_is_called_by_its_name() -> None:
 def test_goals_as_text() -> None:
     assert str(OPEN._replace(positive=False)) == "not open(box)"
     assert str(WrittenGoal("PRESS", is_action=True)) == "PRESS"
+
+
+JAR = ["jar", "-", "jar"]
+OPEN_JAR = ["open", "jar"]
+
+
+def literal(entry: object, variables: frozenset[str]) -> Formula | None:
+    """A list of words."""
+    match entry:
+        case [str(predicate), *names] if all(isinstance(name, str) for name in names):
+            return Atom(predicate, tuple(term(str(name), variables) for name in names))
+        case _:
+            return None
+
+
+@pytest.mark.parametrize(
+    ("entry", "condition"),
+    [
+        (OPEN_JAR, "(open jar)"),
+        (["not", OPEN_JAR], "(not (open jar))"),
+        (["not", ["not", OPEN_JAR]], "(not (not (open jar)))"),
+        (["or", OPEN_JAR, ["lit", "lamp"]], "(or (open jar) (lit lamp))"),
+        (["or", [OPEN_JAR, ["lit", "lamp"]]], "(or (open jar) (lit lamp))"),
+        (["and", OPEN_JAR, ["or", OPEN_JAR, OPEN_JAR]], "(and (open jar) (or (open jar) (open jar)))"),
+        (["and", OPEN_JAR], "(and (open jar))"),
+        (["imply", OPEN_JAR, ["lit", "lamp"]], "(imply (open jar) (lit lamp))"),
+        (["forall", JAR, ["not", OPEN_JAR]], "(forall (?jar - jar) (not (open ?jar)))"),
+        (["forall", "jar", ["not", OPEN_JAR]], "(forall (?jar - jar) (not (open ?jar)))"),
+        (["exists", ["x", "-", "jar"], ["open", "x"]], "(exists (?x - jar) (open ?x))"),
+        (["forn", ["2"], JAR, OPEN_JAR], "(forn (2) (?jar - jar) (open ?jar))"),
+        (["forn", 2, JAR, OPEN_JAR], "(forn (2) (?jar - jar) (open ?jar))"),
+        (["forn", 0, JAR, OPEN_JAR], "(forn (0) (?jar - jar) (open ?jar))"),
+        (["forn", "9" * 9, JAR, OPEN_JAR], "(forn (999999999) (?jar - jar) (open ?jar))"),
+        (
+            ["forpairs", JAR, ["lid", "-", "lid"], ["ontop", "lid", "jar"]],
+            "(forpairs (?jar - jar) (?lid - lid) (ontop ?lid ?jar))",
+        ),
+        (
+            ["fornpairs", "2", JAR, "lid", ["ontop", "lid", "jar"]],
+            "(fornpairs (2) (?jar - jar) (?lid - lid) (ontop ?lid ?jar))",
+        ),
+        (
+            ["exists", JAR, ["forall", "lid", ["ontop", "lid", "jar"]]],
+            "(exists (?jar - jar) (forall (?lid - lid) (ontop ?lid ?jar)))",
+        ),
+    ],
+)
+def test_conditions(entry: list[Any], condition: str) -> None:
+    read = read_nested(entry, literal)
+    assert read is not None
+    assert print_condition(read) == condition
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        *(None, 1, [], [[]], "open", {"open": "jar"}, ["open", 1], ["open", ["jar"]]),
+        *(["not", [1]], ["not", OPEN_JAR, OPEN_JAR, 3], ["and", OPEN_JAR, 1], ["or", [OPEN_JAR, 2]]),
+        ["imply", OPEN_JAR, 1],
+        *(["forall", JAR], ["forall", OPEN_JAR], ["forall", 1, OPEN_JAR], ["forall", JAR, JAR, OPEN_JAR]),
+        *(["forn", JAR, OPEN_JAR], ["forn", "two", JAR, OPEN_JAR], ["forn", True, JAR, OPEN_JAR]),
+        *(["forn", -1, JAR, OPEN_JAR], ["forn", "9" * 10, JAR, OPEN_JAR], ["fornpairs", 1, JAR, OPEN_JAR]),
+        ["forpairs", JAR, OPEN_JAR],
+    ],
+)  # fmt: skip
+def test_what_is_no_condition(entry: object) -> None:
+    assert read_nested(entry, literal) is None

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from abilities.goal_interpretation.lamps import DOMAIN, OBJECTS, atom, make_task
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION, GoalVerdict
-from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.task import Task

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from eai.abilities.explanation import formula_text
-from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.stated import _StatedGoals, read_stated
 from eai.abilities.goal_test import alternatives

@@ -5,8 +5,12 @@ import json
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon, spelt
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
+from eai.abilities.subgoal_decomposition.notation import (
+    SubgoalLexicon,
+    SubgoalNotation,
+    WrittenSubgoals,
+    spelt,
+)
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import Unreadable

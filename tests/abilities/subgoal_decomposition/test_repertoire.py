@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 
 import eai.world as w
-from eai.abilities.subgoal_decomposition.repertoire import Repertoire
+from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire, is_needless, told_apart
 from eai.planning.subgoal import GroundAtom
-from eai.world.execution import Action
+from eai.world.execution import Action, execute
+from eai.world.state import State
 from world import toy
+from world.test_execution import plan
 
 X = w.Variable("x")
 WORN = w.Predicate("worn", 2)
@@ -61,3 +63,80 @@ def test_what_may_bring_a_literal_about(predicate: str, names: tuple[str, ...], 
     found = [" ".join([a.operator, *(scene.objects[i].name for i in a.arguments)]) for a in wanted]
     assert found == expected
     assert set(wanted.values()) == {1}
+
+
+REPERTOIRE = Repertoire(toy.DOMAIN)
+
+
+def state_after(*steps: str) -> State:
+    return execute(toy.DOMAIN, toy.initial(), plan(*steps)).final
+
+
+def ground(text: str, state: State) -> Ground:
+    (action,) = plan(text)
+    return Ground.of(action, REPERTOIRE.known[action.operator], state)
+
+
+@pytest.mark.parametrize(
+    ("before", "action", "failing", "lacking", "hopeless"),
+    [
+        ([], "LIFT red", [], 0, False),
+        ([], "PRESS lamp", [1], 0, False),  # to go there is a matter of movement
+        ([], "PRESS red", [0], 1, True),  # what is no lamp never will be one
+        ([], "PRESS blue", [0, 1], 1, True),
+        ([], "GO hall", [1], 0, False),
+        ([], "DROP red", [0], 1, False),
+        (["LIFT red"], "DROP red", [], 0, False),
+        (["LIFT red"], "LIFT blue", [1, 2], 1, False),
+        (["LIFT red"], "LIFT lamp", [0, 1, 2], 2, True),
+        (["GO shed"], "PRESS lamp", [], 0, False),
+    ],
+)
+def test_checks_that_fail(
+    before: list[str], action: str, failing: list[int], lacking: int, *, hopeless: bool
+) -> None:
+    state = state_after(*before)
+    tried = ground(action, state)
+    assert tried.failing(state) == failing
+    assert tried.is_possible(state) is (failing == [])
+    assert [tried.lacking(state, enough) for enough in (1, 2, 9)] == [min(lacking, n) for n in (1, 2, 9)]
+    assert tried.is_hopeless(failing) is hopeless
+    assert (tried.parts, tried.touched) == (0, 0), "it is for nothing yet"
+
+
+@pytest.mark.parametrize(
+    ("before", "action", "may_be"),
+    [
+        ([], "PRESS lamp", True),
+        ([], "PRESS blue", True),  # that it is no lamp is fixed, and asked once a search
+        (["LIFT red"], "LIFT blue", True),  # that a hand is free is asked once a state, for all objects
+        ([], "DROP red", False),
+        ([], "GO hall", False),  # there is no need to go where one is
+    ],
+)
+def test_what_movement_may_mend(before: list[str], action: str, *, may_be: bool) -> None:
+    state = state_after(*before)
+    assert ground(action, state).may_be_mended(state) is may_be
+
+
+def test_what_is_tried_in_vain_is_no_check_of_the_kind_of_an_object() -> None:
+    assert not ground("PRESS lamp", toy.initial()).is_hopeless([2])
+
+
+@pytest.mark.parametrize(
+    ("before", "action", "needless"),
+    [([], "GO hall", True), ([], "GO shed", False), (["GO shed"], "GO shed", True), ([], "PRESS red", False)],
+)
+def test_an_action_says_of_itself_that_it_is_needless(
+    before: list[str], action: str, *, needless: bool
+) -> None:
+    state = state_after(*before)
+    tried = ground(action, state)
+    assert is_needless(tried.known.operator, tried.action, state) is needless
+
+
+def test_actions_that_matter_keep_their_order() -> None:
+    lift, go, drop, press = steps = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
+    assert told_apart(steps, {"PRESS", "LIFT"}) == (lift, press)
+    assert told_apart(steps, {"GO", "DROP"}) == (go, drop)
+    assert told_apart(steps, ()) == ()

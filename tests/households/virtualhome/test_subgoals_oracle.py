@@ -13,8 +13,8 @@ import pytest
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
-from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.search import StateTest
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk

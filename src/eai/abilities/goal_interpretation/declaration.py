@@ -20,9 +20,8 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share, add, confusion_shares, of_all
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import ALL, Confusion, Verdict
+from eai.abilities.verdict import ALL, Confusion, Share, Verdict, add, confusion_shares, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

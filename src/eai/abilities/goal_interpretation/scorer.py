@@ -21,8 +21,7 @@ from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.gold import GoldGoals
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon, GoldGoals
 from eai.abilities.goal_interpretation.notation import GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task

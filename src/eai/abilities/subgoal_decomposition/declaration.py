@@ -23,8 +23,7 @@ from eai.abilities.declaration import (
     times_additional,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import Share, of_all
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.verdict import PlanVerdict, Share, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

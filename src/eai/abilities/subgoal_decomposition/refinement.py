@@ -17,11 +17,14 @@ from itertools import permutations, product
 from operator import or_
 from typing import NamedTuple
 
-from eai.abilities.subgoal_decomposition.best_attempt import best_failed_attempt
-from eai.abilities.subgoal_decomposition.ground import Ground, is_needless
 from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
-from eai.abilities.subgoal_decomposition.repertoire import Holds, Repertoire, named_in
-from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, UniformCostSearch
+from eai.abilities.subgoal_decomposition.repertoire import Ground, Holds, Repertoire, is_needless, named_in
+from eai.abilities.subgoal_decomposition.uniform_cost import (
+    Permitted,
+    SearchGoal,
+    UniformCostSearch,
+    best_failed_attempt,
+)
 from eai.planning.exclusion import ExclusionRules
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain

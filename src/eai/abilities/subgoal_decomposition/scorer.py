@@ -11,14 +11,20 @@ from functools import partial
 from eai.abilities.explanation import Explanation, goal_reports, part_reports, repair_notes, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer, error_report
-from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.builder import Programs
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
+from eai.abilities.subgoal_decomposition.program import Compiled, Rejected, compile_each
 from eai.abilities.subgoal_decomposition.refinement import Refinement
-from eai.abilities.subgoal_decomposition.search import ExplorationEnd, ExplorationLimits, Outcome, search
+from eai.abilities.subgoal_decomposition.search import (
+    Branch,
+    ExplorationEnd,
+    ExplorationLimits,
+    GoalProgress,
+    Outcome,
+    Watched,
+    search,
+)
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then

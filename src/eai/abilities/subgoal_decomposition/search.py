@@ -1,4 +1,4 @@
-"""Exploration of all ways of carrying out a sequence of subgoals.
+"""Exploration of all ways of carrying out a sequence of subgoals, and how far each comes with the goal.
 
 A subgoal can be translated into several plans, and an ``or`` leaves a choice of subgoals; each choice makes a
 branch, and all branches are explored. Branches that meet in one state, with the same subgoals left and the
@@ -6,17 +6,24 @@ same progress towards the goal, have the same future, so that only the best of t
 do not cost 2^k executions. What is reported is what a search without merging would report. (The states that a
 branch has been through can make its last error a wrong order instead of a missing step, but no branch is
 preferred for that.)
+
+The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as all goals of the data set are): the
+first part is met at the earliest position at which it holds, each further part at the earliest one after
+that. An action belongs to the position of the state in which it is taken; the last position has none. So the
+number of parts met so far is all that a search has to know of the past. This is `eai.logic.semantics` for
+such sequences, step by step (held equal by a test).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from typing_extensions import assert_never
 
-from eai.abilities.subgoal_decomposition.branch import BestBranch, Branch, Tried, without_twins
+import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     Do,
@@ -28,13 +35,271 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
     Split,
 )
+from eai.errors import InputError
+from eai.logic.rewriting import Leaf, rewrite
+from eai.logic.traversal import is_state_formula, walk
 from eai.planning.search import Effort
+from eai.world.condition import Conditions
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Step, attempt
+from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
+from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.operator import Check
 from eai.world.past import Past
-from eai.world.state import State
+from eai.world.state import Scene, State
+
+_ARGUMENTS = (f.Variable("argument 1"), f.Variable("argument 2"))
+"""Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
+
+
+class StateTest:
+    """A closed formula on one state, compiled for a scene, where objects go by their names.
+
+    Raises:
+        DomainError: the formula uses a predicate or an object that there is not, or is no state formula.
+    """
+
+    __slots__ = ("_binding", "_truth")
+
+    def __init__(self, formula: f.Formula, scene: Scene) -> None:
+        frame = Frame(_ARGUMENTS)
+        self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
+        self._binding = tuple(frame.bind(scene, (UNBOUND, UNBOUND)))
+
+    def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
+        """Whether it holds in the state; ``arguments`` are those of the action taken there."""
+        binding = [*self._binding]  # quantifiers write into it, in any number of threads
+        if arguments:
+            binding[1 : 1 + len(arguments)] = arguments
+        return self._truth(state, binding)
+
+
+class _Part:
+    """One part of a goal: a formula on a state and the action taken there."""
+
+    __slots__ = ("_actions", "_formula", "_scene", "_tests")
+
+    def __init__(self, formula: f.Formula, scene: Scene) -> None:
+        self._formula = formula
+        self._scene = scene
+        self._actions = frozenset([part.action for part in walk(formula) if isinstance(part, f.Occurs)])
+        self._tests: dict[str | None, StateTest] = {}
+
+    def holds(self, state: State, action: Action | None) -> bool:
+        """Whether the part holds at a position."""
+        if action is None or action.operator not in self._actions:
+            return (self._tests.get(None) or self._test(None))(state)
+        return self._test(action.operator)(state, action.arguments)
+
+    def _test(self, name: str | None) -> StateTest:
+        """The part where an action of this name, or none that it mentions, is taken."""
+        test = self._tests.get(name)
+        if test is None:
+            formula = self._formula
+            at_action = (
+                rewrite(formula, lambda leaf, _: _with_action(leaf, name)) if self._actions else formula
+            )
+            test = self._tests[name] = StateTest(at_action, self._scene)
+        return test
+
+
+def _with_action(leaf: Leaf, name: str | None) -> f.Formula:
+    """A leaf where the action of this name is taken: its occurrence becomes equality of the objects."""
+    if not isinstance(leaf, f.Occurs):
+        return leaf
+    if leaf.action != name:
+        return f.FALSE
+    pairs = zip(leaf.arguments, _ARGUMENTS, strict=False)
+    return f.And(tuple(f.Equals(term, argument) for term, argument in pairs))
+
+
+class GoalProgress:
+    """The parts of a goal over a scene.
+
+    Args:
+        goal: the parts, to be met one after the other.
+        scene: the scene.
+        at_end: whether the last state is as it must be besides; None asks for nothing.
+
+    Attributes:
+        actions: the operators that it asks for.
+
+    Raises:
+        InputError: the goal is not a sequence of state formulas.
+        DomainError: it uses a predicate or an object that there is not.
+    """
+
+    def __init__(self, goal: f.Formula, scene: Scene, at_end: Callable[[State], bool] | None = None) -> None:
+        parts = goal.parts if isinstance(goal, f.Then) else (goal,)
+        for part in parts:
+            if not is_state_formula(part):
+                raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
+        self._parts = tuple(_Part(part, scene) for part in parts)
+        self._at_end = at_end
+        self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
+
+    def advance(self, met: int, state: State, action: Action) -> int:
+        """How many parts are met after a position, of which ``met`` were before it."""
+        if met < len(self._parts) and self._parts[met].holds(state, action):
+            return met + 1
+        return met
+
+    def reached(self, met: int, final: State) -> bool:
+        """Whether the goal is reached where a trajectory ends; its last state may meet the last part."""
+        missing = len(self._parts) - met
+        met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
+        return met_by_now and (self._at_end is None or self._at_end(final))
+
+
+class Watched:
+    """Progress with a goal on the whole course besides: of its past nothing may be forgotten.
+
+    Pasts are numbered, equal ones alike, so that no two branches meet that have come different ways. For one
+    search.
+
+    Args:
+        progress: the progress with the parts to be met.
+        holds: whether what is asked of a whole course holds on it.
+    """
+
+    def __init__(self, progress: GoalProgress, holds: Callable[[Trajectory], bool]) -> None:
+        self._progress = progress
+        self._holds = holds
+        self._pasts: list[_Past] = [_Past(0)]
+        self._numbers: dict[tuple[int, State, Action], int] = {}
+
+    def advance(self, met: int, state: State, action: Action) -> int:
+        """The number of the past that is another one with one step more."""
+        key = (met, state, action)
+        if key not in self._numbers:
+            self._numbers[key] = len(self._pasts)
+            progress = self._progress.advance(self._pasts[met].met, state, action)
+            self._pasts.append(_Past(progress, met, state, action))
+        return self._numbers[key]
+
+    def reached(self, met: int, final: State) -> bool:
+        """Whether a course with this past that ends here is as it must be."""
+        if not self._progress.reached(self._pasts[met].met, final):
+            return False
+        states, steps = [final], []
+        past = self._pasts[met]
+        while past.action is not None and past.state is not None:
+            states.append(past.state)
+            steps.append(Step(past.action, None))
+            past = self._pasts[past.before]
+        return self._holds(Trajectory(tuple(states[::-1]), tuple(steps[::-1])))
+
+
+class _Past(NamedTuple):
+    """How far a course has come, the number of the past before its last step, and that step."""
+
+    met: int
+    before: int = 0
+    state: State | None = None
+    action: Action | None = None
+
+
+_FEW = 5
+"""With fewer branches than this it is cheaper to explore twins than to look for them."""
+
+
+class Tried(NamedTuple):
+    """A step, and those that were tried before it, which are shared by all branches that begin with them."""
+
+    step: Step
+    before: Tried | None
+
+
+class Branch(NamedTuple):
+    """One way of carrying out the subgoals, so far.
+
+    Attributes:
+        past: the initial state, then the state after each executed action.
+        tried: every action tried, with its fault if it was not executed.
+        errors: the number of faults.
+        met: the goal's summary of the branch.
+        subgoal: the number of the subgoal that was carried out last.
+        failure: the fault that ended the branch.
+        executed: how many actions have been executed for that subgoal.
+        refined: for how many subgoals actions have been executed.
+    """
+
+    past: Past
+    tried: Tried | None = None
+    errors: int = 0
+    met: int = 0
+    subgoal: int = 0
+    failure: Fault | None = None
+    executed: int = 0
+    refined: int = 0
+
+    def executed_for(self, subgoal: int) -> int:
+        """How many actions have been executed for a subgoal, if it is the last one."""
+        return self.executed if self.subgoal == subgoal else 0
+
+    @property
+    def state(self) -> State:
+        """The last state reached."""
+        return self.past.state
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Every action tried, in order."""
+        found, tried = [], self.tried
+        while tried is not None:
+            found.append(tried.step)
+            tried = tried.before
+        return tuple(reversed(found))
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The actions that were tried and what came of them."""
+        return Trajectory(self.past.states, self.steps)
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """All faults in order: those of steps, then that of a required subgoal which does not hold."""
+        faults = tuple([step.fault for step in self.steps if step.fault is not None])
+        if self.failure is None or len(faults) == self.errors:
+            return faults
+        return (*faults, self.failure)
+
+
+class BestBranch:
+    """The best branch seen so far; of equal ones the longer is better, if that is asked, then the first."""
+
+    __slots__ = ("_longer", "branch")
+
+    def __init__(self, *, longer: bool) -> None:
+        self._longer = longer
+        self.branch: Branch | None = None
+
+    def offer(self, branch: Branch) -> None:
+        """See one more branch."""
+        if self.branch is None or self._rank(branch) < self._rank(self.branch):
+            self.branch = branch
+
+    def _rank(self, branch: Branch) -> tuple[int, int]:
+        return branch.errors, -branch.past.number if self._longer else 0
+
+
+def without_twins(branches: list[Branch], subgoal: int) -> list[Branch]:
+    """Of branches with the same future those to report if they succeed, and if they fail; in order.
+
+    They go on with the subgoal of a number.
+    """
+    if len(branches) < _FEW:
+        return branches
+    best: dict[tuple[State, int, int], tuple[BestBranch, BestBranch]] = {}
+    for branch in branches:
+        key = (branch.state, branch.met, branch.executed_for(subgoal))
+        if key not in best:
+            best[key] = (BestBranch(longer=False), BestBranch(longer=True))
+        for each in best[key]:
+            each.offer(branch)
+    kept = {id(each.branch) for pair in best.values() for each in pair}
+    return [branch for branch in branches if id(branch) in kept]
+
 
 _LOOKED_AT_ONCE = 16
 """How many states of the past are looked at in the time in which an action is applied."""

@@ -25,9 +25,8 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
 from eai.abilities.transition_modeling.task import Category, TransitionTask
-from eai.abilities.verdict import ALL, Confusion, Verdict
+from eai.abilities.verdict import ALL, NOTHING, Confusion, Share, Verdict, add, confusion_shares, of_all
 from eai.pddl.clauses import predicates_in
 from eai.pddl.match import NO_MATCH, SideMatch
 from eai.pddl.offence import PddlFinding

@@ -15,7 +15,7 @@ from eai.abilities.transition_modeling.declaration import (
     OperatorVerdict,
     clause_content,
 )
-from eai.abilities.transition_modeling.judgement import Judgement, Replaced, Rules
+from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.match import SideMatch

@@ -10,8 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
+from eai.abilities.subgoal_decomposition.notation import (
+    SubgoalLexicon,
+    SubgoalNotation,
+    WrittenSubgoals,
+    read_output,
+)
 from eai.abilities.verdict import Unreadable
 from eai.households.behavior import domain as behavior
 from eai.households.behavior import predicates as p

@@ -6,8 +6,13 @@ import json
 from collections.abc import Iterable, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
+from eai.abilities.subgoal_decomposition.notation import (
+    ObjectsAndClasses,
+    SubgoalLexicon,
+    SubgoalNotation,
+    WrittenSubgoals,
+    read_output,
+)
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic.signature import Signature

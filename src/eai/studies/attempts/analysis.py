@@ -15,7 +15,7 @@ from statistics import fmean
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
-from eai.abilities.share import of_all
+from eai.abilities.verdict import of_all
 from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases, certainty_of_difference

@@ -14,7 +14,7 @@ from statistics import fmean
 from typing import NamedTuple
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.share import of_all
+from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
 from eai.results.lines import AnswerLine, GoalLine, Line, StepLine
 from eai.results.rate import Rate

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.abilities.record import Record
-from eai.abilities.share import Share, of_all
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.verdict import PlanVerdict, Share, of_all
 from eai.results.certainty import Case, Certainty, certainty_of_difference
 from eai.results.rate import rate_of
 from eai.results.table import Cell, Estimate, Table

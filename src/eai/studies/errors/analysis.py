@@ -8,7 +8,7 @@ from typing import NamedTuple
 from urllib.parse import urlencode
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.share import Share, of_all
+from eai.abilities.verdict import Share, of_all
 from eai.results.certainty import Case
 from eai.results.lines import AnswerLine, ClauseLine
 from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of, shares_by_kind

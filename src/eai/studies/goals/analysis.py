@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from eai.abilities.share import of_all
+from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
 from eai.results.lines import AtomLine
 from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of, shares_by_kind

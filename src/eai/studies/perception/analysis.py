@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.record import Perceived, Record
-from eai.abilities.share import Share
+from eai.abilities.verdict import Share
 from eai.errors import InputError
 from eai.results.certainty import Case, Cases, certainty_of_difference
 from eai.results.perceived import perception_shares

@@ -8,8 +8,7 @@ from pathlib import Path
 
 from eai.abilities.codec import dataclass_to_json
 from eai.abilities.record import Perceived
-from eai.abilities.share import add, confusion_shares
-from eai.abilities.verdict import Json
+from eai.abilities.verdict import Json, add, confusion_shares
 from eai.data.files import write_whole
 from eai.results.perceived import perception_shares
 from eai.results.rate import NOTHING, Rate, total

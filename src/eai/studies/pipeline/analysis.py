@@ -15,13 +15,12 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.explanation import read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
 from eai.abilities.responses import file_name
-from eai.abilities.share import of_all
-from eai.abilities.statement import read_statement
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import Verdict, of_all
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_planned_book
 from eai.benchmark.registry import find_benchmark

@@ -16,7 +16,7 @@ from itertools import combinations
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.record import Record
-from eai.abilities.share import NOTHING, Share
+from eai.abilities.verdict import NOTHING, Share
 from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases

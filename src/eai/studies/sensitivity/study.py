@@ -10,7 +10,7 @@ from pydantic import BeforeValidator
 
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.judgement import Replaced
+from eai.abilities.transition_modeling.rules import Replaced
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.studies.study import Analysis, Figures, Study, of_suite, several

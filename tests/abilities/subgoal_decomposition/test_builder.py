@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.extent import MAX_LITERALS, Extent
+from eai.abilities.subgoal_decomposition.builder import MAX_LITERALS, Extent
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.formula import Formula
