@@ -22,7 +22,7 @@ import numpy as np
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.adaptive import ROUND
-from eai.results.suites import by_suite
+from eai.results.lines import by_suite
 from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between

@@ -35,8 +35,7 @@ from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import AddEffect, Both
 from eai.pddl.writer import write_action
 from eai.prompts.prompt import PromptSet
-from eai.scoring.reward import Reward
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
 from eai.world.episode import Until
 

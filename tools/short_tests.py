@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.benchmark.suite import DEFAULT_PROTOCOL
+from eai.results.lines import by_suite
 from eai.results.rate import Rate
-from eai.results.suites import by_suite
 from eai.studies.items import adaptive, short_tests
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between

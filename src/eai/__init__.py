@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from eai.benchmark.suite import Suite
     from eai.errors import DataError, DomainError, EaiError, InputError, ParseError
     from eai.scoring.batch import Scoring
-    from eai.scoring.reward import Grade, Reward, reward
-    from eai.scoring.shaping import Shaping
+    from eai.scoring.reward import Grade, Reward, Shaping, reward
     from eai.tasks.source import Source, given
 
 __version__ = "0.1.0"
@@ -41,7 +40,7 @@ _PLACES = {
     "Protocol": "eai.abilities.protocol",
     "Reward": "eai.scoring.reward",
     "Scoring": "eai.scoring.batch",
-    "Shaping": "eai.scoring.shaping",
+    "Shaping": "eai.scoring.reward",
     "Source": "eai.tasks.source",
     "Suite": "eai.benchmark.suite",
     "Task": "eai.abilities.task",

@@ -10,9 +10,9 @@ import eai as library
 from cli.conftest import Command
 from eai.abilities.record import Usage
 from eai.data.store import Store
-from eai.scoring.answer import Answer
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.scoring.trials import Answer
 from suites import answer_book, official_prompts
 
 SUITE = ("--domain", "behavior", "--ability", "action_sequencing")

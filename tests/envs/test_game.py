@@ -14,7 +14,7 @@ from eai.envs import TextEnvironment, make
 from eai.envs.game import stage_of
 from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import InputError
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.episode import Until
 from envs.switches import SWITCHES, WON

@@ -18,8 +18,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
-from eai.scoring.reward import Reward
-from eai.scoring.shaping import Shaping, gain
+from eai.scoring.reward import Reward, Shaping, gain
 from eai.tasks.source import Source
 from suites import answer_book
 

@@ -7,8 +7,8 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
+from eai.envs.game import View
 from eai.envs.rules import Observe
-from eai.envs.view import View
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source
 from eai.world.episode import Episode

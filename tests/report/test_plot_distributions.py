@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from eai.report.plot_distributions import binned, save
-from eai.results.data_set.distributions import Distribution
+from eai.results.data_set import Distribution
 
 pytest.importorskip("matplotlib")
 

@@ -13,7 +13,7 @@ from eai.report import plot_summary
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import summary_of
-from eai.results.plot_analyses import PAGE
+from eai.results.plots import PAGE
 from eai.scoring.runs import read_runs
 from report.samples import action_run, all_runs, write_runs
 

@@ -15,7 +15,7 @@ from eai.report import plot_difficulty
 from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, summary_of
-from eai.results.plot_analyses import PAGE
+from eai.results.plots import PAGE
 from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from report.samples import action_run, goal_run, subgoal_run

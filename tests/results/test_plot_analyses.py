@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import pytest
 
-from eai.results.plot_analyses import PAGE, draw_matrix, draw_names
+from eai.results.plots import PAGE, draw_matrix, draw_names
 from eai.results.table import Cell, Estimate
 from eai.studies.cofactors.plots import draw_effects
 from eai.studies.errors import plots as plot_leaves

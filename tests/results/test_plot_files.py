@@ -14,7 +14,7 @@ DRAWN = """
 import sys
 from pathlib import Path
 from matplotlib.figure import Figure
-from eai.results.plot_files import styled, write
+from eai.results.plots import styled, write
 with styled():
     figure = Figure(figsize=(3, 2), layout="constrained")
     panel = figure.subplots()

@@ -7,9 +7,7 @@ from dataclasses import replace
 from eai.abilities.task import make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set.distributions import distributions
-from eai.results.data_set.profiles import profiles_of
-from eai.results.data_set.statistics import table_of
+from eai.results.data_set import distributions, profiles_of, table_of
 from eai.tasks.source import Source, given
 from eai.world.execution import Action
 from world.toy import DOMAIN, at, initial, lit

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
-from eai.results.lines import Line
-from eai.results.suites import shares_by_kind
+from eai.results.lines import Line, shares_by_kind
 
 
 def line(task: str, name: str) -> Line:

@@ -11,9 +11,7 @@ from eai.data.store import Store
 from eai.households.packs import VIRTUALHOME, Pack
 from eai.households.virtualhome.benchmark import count_annotated
 from eai.households.virtualhome.records import VirtualHome, open_virtualhome
-from eai.results.data_set.distributions import distributions
-from eai.results.data_set.profiles import profiles_of
-from eai.results.data_set.statistics import StatRow, table_of
+from eai.results.data_set import StatRow, distributions, profiles_of, table_of
 from eai.tasks.source import ErrataChoice, Source
 from oracle import read_shared
 

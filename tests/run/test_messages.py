@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.run.messages import Parts, complete, part
+from eai.run.solver import Parts, complete, part
 
 
 @pytest.mark.parametrize(

@@ -116,7 +116,7 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(
 INTERRUPTED_AT = """
 import signal, sys
 from eai.cli import main
-from eai.run.state import Desk
+from eai.run.journal import Desk
 
 take, taken = Desk.take, []
 

@@ -11,9 +11,9 @@ import pytest
 from eai.abilities.record import ErrataUse, Usage
 from eai.cli.console import counted, dollars
 from eai.prompts.prompt import Prompt
-from eai.scoring.answer import Answer
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.scoring.trials import Answer
 from scoring.work import TASK_IDS, echo_suite
 
 

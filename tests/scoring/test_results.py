@@ -14,7 +14,7 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.results.rate import Rate
 from eai.scoring.batch import score_batch
-from eai.scoring.results import RECORDS, SUMMARY, write_results
+from eai.scoring.records import RECORDS, SUMMARY, write_results
 from scoring.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))

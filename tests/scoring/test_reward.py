@@ -24,8 +24,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
-from eai.scoring.reward import METRICS, Reward, reward_of
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import METRICS, Reward, Shaping, reward_of
 from eai.tasks.source import TaskReference
 from eai.world import Action, Constant, Episode, State
 from sweeps import examples

@@ -12,8 +12,7 @@ from eai.abilities.transition_modeling.declaration import OperatorReport, Operat
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.match import SideMatch
 from eai.pddl.offence import Offence, PddlFinding
-from eai.scoring.reward import METRICS, metrics_of
-from eai.scoring.shaping import Merit, Shaping, gain, merit
+from eai.scoring.reward import METRICS, Merit, Shaping, gain, merit, metrics_of
 from eai.world.fault import FaultKind
 
 Worth = tuple[float, float, float, float]

@@ -10,8 +10,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import ErrataUse, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.errors import InputError
-from eai.scoring.records import read_records
-from eai.scoring.shards import Shard, find_shards, merge, write_shard
+from eai.scoring.records import Shard, find_shards, merge, read_records, write_shard
 
 
 @pytest.mark.parametrize(

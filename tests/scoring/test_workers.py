@@ -20,8 +20,7 @@ from eai.data.store import Store
 from eai.errors import WorkerError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
-from eai.scoring.worker import Given
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Given, Workers, _Batch, _remove, _Worker, batches
 from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.results.suites import TOGETHER
+from eai.results.lines import TOGETHER
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.cofactors.analysis import bins_of, cofactor_tables
 from oracle import MODELS

@@ -9,7 +9,7 @@ from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.planning.planner import Planner
 from eai.planning.search import SearchResult
-from eai.results.suites import SuiteKey
+from eai.results.lines import SuiteKey
 from eai.results.table import Table
 from eai.studies.items.analysis import Flag, item_tables
 from eai.studies.items.item_flags import ItemFlags

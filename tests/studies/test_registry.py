@@ -16,7 +16,7 @@ from studies.told import read_table
 STRANGER = """
 from eai.abilities.options import Options, option
 from eai.results.table import Estimate, Table
-from eai.results.suites import case_of
+from eai.results.lines import case_of
 from eai.abilities.verdict import of_all
 from eai.studies.study import Analysis, Study
 

@@ -23,8 +23,7 @@ from evidence import (
 )
 
 from eai.benchmark.registry import find_benchmark
-from eai.results.lines import AnswerLine
-from eai.results.suites import goals_of, score_of
+from eai.results.lines import AnswerLine, goals_of, score_of
 from eai.results.table import Estimate
 
 SUITE = Suite(B, AS)

@@ -9,7 +9,7 @@ from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
 from eai.benchmark.registry import find_benchmark
-from eai.results.data_set.statistics import table_of
+from eai.results.data_set import table_of
 from eai.results.paper_tables import PaperColumn, paper_table
 from eai.results.rate import Rate
 from eai.results.summary import average_performance, average_weights

@@ -8,9 +8,8 @@ from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
 from eai.abilities.verdict import Share
-from eai.results.lines import AnswerLine
+from eai.results.lines import AnswerLine, case_of
 from eai.results.paper_tables import paper_models
-from eai.results.suites import case_of
 from eai.results.table import Estimate
 
 SEATED = ("the_character_is_sitting_or_lying",)

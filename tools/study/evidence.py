@@ -15,10 +15,9 @@ from eai.abilities.verdict import Share
 from eai.benchmark.suite import Suite as ScoredSuite
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.lines import AnswerLine, Line
+from eai.results.lines import AnswerLine, Line, case_of
 from eai.results.paper_tables import paper_models
 from eai.results.rate import Rate, rate_of
-from eai.results.suites import case_of
 from eai.results.table import Estimate
 from eai.results.tidy import TableMaker, Tables
 from eai.studies.cofactors.correlation import rank_correlation

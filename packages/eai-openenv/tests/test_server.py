@@ -24,8 +24,7 @@ import eai
 from eai.envs.rewards import PROMPT_NOT_FOUND
 from eai.envs.rules import Rules
 from eai.errors import InputError
-from eai.scoring.reward import METRICS
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import METRICS, Shaping
 from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
 from envs.switches import CASES_BY_SHAPING, reference
 

@@ -20,7 +20,7 @@ from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
 from eai.errors import EaiError, InputError, did_you_mean, how_to_install
 from eai.results.lines import TABLES
-from eai.results.plot_files import styled, write
+from eai.results.plots import styled, write
 from eai.results.table import Cell, Estimate, Table
 from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
 from eai.scoring.collector import collecting_seldom

@@ -21,9 +21,7 @@ from eai.households.packs import fetch_published, published_packs
 from eai.households.packs import validate as check
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
-from eai.results.data_set.distributions import distributions
-from eai.results.data_set.profiles import profiles_of
-from eai.results.data_set.statistics import StatRow, StatTable, table_of
+from eai.results.data_set import StatRow, StatTable, distributions, profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import csv_text
 from eai.results.terminal import print_table

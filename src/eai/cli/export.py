@@ -27,9 +27,8 @@ from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet
 from eai.scoring.records import read_records
-from eai.scoring.reward import Reward
+from eai.scoring.reward import Reward, Shaping
 from eai.scoring.runs import find_record_files
-from eai.scoring.shaping import Shaping
 from eai.scoring.training_data import (
     LeftOut,
     Rewarded,

@@ -14,7 +14,7 @@ from eai.cli.options import AsJson, Wide
 from eai.cli.table import Result, print_rates, result_json
 from eai.results.coverage import coverage_of, errata_effect
 from eai.results.summary import summarise
-from eai.scoring.shards import find_shards, merge
+from eai.scoring.records import find_shards, merge
 
 
 def merge_shards(

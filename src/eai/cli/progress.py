@@ -16,7 +16,7 @@ from typing_extensions import ParamSpec
 
 from eai.cli.console import errors
 from eai.errors import InterruptError
-from eai.run.state import Count, Watch, unwatched
+from eai.run.journal import Count, Watch, unwatched
 from eai.scoring.batch import Told, untold
 
 PATIENCE = 5

@@ -59,9 +59,7 @@ from eai.results.summary import summarise
 from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.records import read_records
-from eai.scoring.results import RECORDS, write_results
-from eai.scoring.shards import Shard, write_shard
+from eai.scoring.records import RECORDS, Shard, read_records, write_results, write_shard
 from eai.studies.pipeline.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
 from eai.tasks.source import ErrataChoice, Source
 

@@ -12,8 +12,7 @@ from ray.exceptions import RayActorError
 
 from eai.errors import InputError, WorkerError
 from eai.scoring.batch import Scoring
-from eai.scoring.worker import loaded
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, SMALLEST, batches
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, SMALLEST, batches, loaded
 
 LOCAL = "local"
 """The address of a cluster that is started on this machine, and ends with the program."""

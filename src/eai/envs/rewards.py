@@ -15,8 +15,7 @@ from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
 from eai.envs.game import RULES, Game, stage_of
-from eai.scoring.reward import METRICS, Grade, reward_of
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
 from eai.tasks.source import TaskReference
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]

@@ -9,7 +9,7 @@ from typing_extensions import Self
 
 from eai.abilities.options import Options, option
 from eai.errors import InputError
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import Shaping
 from eai.world.episode import Until
 
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from eai.report.run_summary import RunSummary
 from eai.results.breakdown import Breakdown
 from eai.results.certainty import Case, Cases, certainty_of_rate
-from eai.results.palette import LINES, RULE
-from eai.results.plot_text import clipped
+from eai.results.plots import LINES, RULE, clipped
 from eai.results.rate import rate_of
 
 if TYPE_CHECKING:

@@ -6,10 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
-from eai.results.data_set.distributions import Distribution
-from eai.results.palette import ACCENT, INK, RULE
-from eai.results.plot_files import styled, write
-from eai.results.plot_text import clipped
+from eai.results.data_set import Distribution
+from eai.results.plots import ACCENT, INK, RULE, clipped, styled, write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,11 +17,9 @@ from eai.abilities.protocol import Ability
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results.breakdown import Flow
-from eai.results.palette import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE
-from eai.results.plot_analyses import Band, draw_band, draw_matrix
-from eai.results.plot_text import clipped
+from eai.results.lines import MODEL
+from eai.results.plots import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE, Band, clipped, draw_band, draw_matrix
 from eai.results.rate import Rate
-from eai.results.suites import MODEL
 from eai.results.table import Cell, Estimate
 
 if TYPE_CHECKING:

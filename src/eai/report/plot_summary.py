@@ -11,9 +11,7 @@ from eai.abilities.declaration import GRAMMAR, RUNTIME
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import Cell, Ranking, Row, RowSource
 from eai.report.table_specs import ColumnSpec, ability_title, domain_title
-from eai.results.palette import LINES, MUTED, RULE
-from eai.results.plot_analyses import PAGE
-from eai.results.plot_text import clipped
+from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -17,7 +17,7 @@ from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
 from eai.results.markdown import escaped
-from eai.results.plot_files import entitle, styled, write
+from eai.results.plots import entitle, styled, write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

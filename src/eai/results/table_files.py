@@ -14,9 +14,8 @@ from typing import get_type_hints
 from eai.abilities.verdict import Json
 from eai.data.files import parquet, printable, write_whole
 from eai.errors import InputError
-from eai.results.lines import Line
+from eai.results.lines import MODEL, SUITE, TOGETHER, Line, SuiteKey
 from eai.results.markdown import rows_markdown
-from eai.results.suites import MODEL, SUITE, TOGETHER, SuiteKey
 from eai.results.table import Cell, Estimate, Label, Plain, Table
 
 _FORMULA = re.compile(r"[=+\-@\t\r].")

@@ -19,14 +19,11 @@ from eai.abilities.options import misfit
 from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.job import Endpoint, Job, Requests
-from eai.run.journal import Journal
+from eai.run.journal import Desk, Journal, Watch, unwatched
 from eai.run.logs import JOB, find_log
-from eai.run.messages import without_odd_usage
-from eai.run.solver import ask
-from eai.run.state import Desk, Watch, unwatched
+from eai.run.solver import ask, without_odd_usage
 from eai.run.tasks import build_scene_task, build_task
-from eai.scoring.answer import Answer, Place
-from eai.scoring.trials import Tried
+from eai.scoring.trials import Answer, Place, Tried
 
 
 def read_prices(path: Path) -> Mapping[str, ModelCost]:

@@ -13,8 +13,8 @@ from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.run.job import Requests
 from eai.run.scorer import score_of
-from eai.scoring.answer import Place
 from eai.scoring.majority import majority
+from eai.scoring.trials import Place
 from eai.tasks.source import Source
 
 SUFFIX = ".eval"

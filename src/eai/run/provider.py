@@ -46,7 +46,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
 from eai.planning.search import Limits
 from eai.run.job import EYES, PROVIDER, check_model
-from eai.run.messages import ERRATA
+from eai.run.solver import ERRATA
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
 from eai.studies.perception.belief import perceiving, scene_words

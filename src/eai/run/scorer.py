@@ -41,10 +41,9 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.breakdown import outcome
 from eai.results.summary import summarise
 from eai.run.solver import ANSWERS
-from eai.scoring.answer import Place
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
-from eai.scoring.trials import record_of_trial, replay
+from eai.scoring.trials import Place, record_of_trial, replay
 from eai.studies.perception.scenes import SCENE
 from eai.studies.perception.showing import told_scene
 from eai.studies.pipeline.stage_one import STATED, Interpretations, believe

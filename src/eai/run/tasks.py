@@ -35,9 +35,8 @@ from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
 from eai.run.job import EYES
-from eai.run.messages import ERRATA, messages_of, part
 from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.solver import ask_as_published
+from eai.run.solver import ERRATA, ask_as_published, messages_of, part
 from eai.run.spec import read_spec, study_of
 from eai.scoring.trials import Trials, open_trials
 from eai.studies.attempts.study import Attempts

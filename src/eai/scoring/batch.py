@@ -16,8 +16,8 @@ from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite
+from eai.scoring.records import Shard
 from eai.scoring.reward import Reward
-from eai.scoring.shards import Shard
 from eai.scoring.workers import LARGEST, SMALLEST, Workers
 
 NO_ROW = "the response file has no row of the task"

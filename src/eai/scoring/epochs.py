@@ -18,11 +18,10 @@ from eai.prompts.prompt import Prompt
 from eai.results.coverage import Coverage, coverage_of, errata_effect
 from eai.results.rate import Rate
 from eai.results.summary import summarise
-from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import Settings, Told, score_run, untold
 from eai.scoring.majority import majority
-from eai.scoring.results import write_results
-from eai.scoring.trials import Trials, Tried, record_of_trial
+from eai.scoring.records import write_results
+from eai.scoring.trials import Answer, Place, Trials, Tried, record_of_trial
 
 
 class _Believed(Shape):

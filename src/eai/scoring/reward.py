@@ -1,19 +1,217 @@
-"""Rewards: what an answer is worth to a training loop, and why."""
+"""Rewards: the worth of an answer to a training loop, and the reasons.
+
+Shapings are functions of what a verdict says. All that an answer is worth lies between 0 and 1, and these
+hold of every answer (``docs/training.md`` has the definitions, and what they keep a policy from learning):
+
+    success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
+
+Episodes are paid by the same definitions: a turn pays by how much it changes what its episode is worth.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cache, partial
 
+from typing_extensions import assert_never
+
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol, member, protocol_of
-from eai.abilities.verdict import ErrorReport, Verdict
+from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.verdict import ALL, Confusion, ErrorReport, PlanVerdict, Verdict, add
 from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.pddl.offence import Offence
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.shaping import Merit, Shaping, merit
 from eai.tasks.source import Source, TaskReference
 from eai.world.fault import FaultKind
+
+
+class Shaping(str, Enum):
+    """The merit that an answer is paid for."""
+
+    SUCCESS = "success"
+    """1 for an answer that is right as a whole, else 0; of subgoals divided as all that they earn."""
+    GOALS = "goals"
+    """The gain, if no error ended it; else 0."""
+    PROGRESS = "progress"
+    """The gain, up to the error that ended it if one did."""
+    DIAGNOSIS = "diagnosis"
+    """``progress`` divided by one more than the number of faults that were diagnosed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Merit:
+    """The merits in a verdict that an answer may be paid for.
+
+    Attributes:
+        gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
+            goals and for operators F1. Between 0 and 1.
+        success: whether the answer is right as a whole, which takes a gain of 1.
+        ended: whether an error ended it: its last action, if it has any, could not be carried out.
+        faults: how often each kind of fault was diagnosed; kinds that were not are left out.
+        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
+            one more, so that the goal copied as a subgoal is not paid for what the search did.
+    """
+
+    gain: float
+    success: bool
+    ended: bool
+    faults: Mapping[FaultKind, int]
+    added: int = 0
+
+    def worth(self, shaping: Shaping) -> float:
+        """The pay of the answer."""
+        return self._earned(shaping) / (1 + self.added)
+
+    def _earned(self, shaping: Shaping) -> float:
+        """The pay of the answer with all that was done for it."""
+        match shaping:
+            case Shaping.SUCCESS:
+                return float(self.success)
+            case Shaping.GOALS:
+                return 0.0 if self.ended else self.gain
+            case Shaping.PROGRESS:
+                return self.gain
+            case Shaping.DIAGNOSIS:
+                return self.gain / (1 + sum(self.faults.values()))
+            case _:
+                assert_never(shaping)
+
+
+def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
+    """The merit of an answer, or None where there is nothing to earn.
+
+    Nothing is to be earned in a task that is in no statistics, that asks for nothing, or all of whose goals
+    hold before anything is done.
+
+    Args:
+        verdict: the verdict on the answer.
+        at_start: for each goal of the task, in order, whether it is reached where nothing is done.
+    """
+    if verdict.excluded is not None:
+        return None
+    match verdict:
+        case PlanVerdict():
+            return _of_trajectory(verdict, at_start)
+        case GoalVerdict():
+            strangers = len(verdict.hallucinated) + verdict.ill_formed
+            return _of_parts(
+                verdict, (verdict.counts or {}).get(ALL, _NONE), strangers, _faults_of_goals(verdict)
+            )
+        case OperatorVerdict():
+            sides = (verdict.counts or {}).values()
+            counts = add([side.get(ALL) or add(side.values()) for side in sides])
+            return _of_parts(verdict, counts, 0, _faults_of_operators(verdict.operators))
+        case _:
+            raise TypeError(f"{type(verdict).__name__} is the verdict of no ability")
+
+
+_NONE = Confusion(0, 0, 0)
+
+
+def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
+    """How much of what there is to gain is gained, from 0 to 1; None where there is nothing.
+
+    A goal that holds at the start earns nothing, and costs one that is reached if it is undone.
+
+    Args:
+        reached: for each goal, in order, whether it is reached at the end; none if nothing was carried out.
+        at_start: whether it is reached where nothing is done.
+    """
+    held = sum(at_start)
+    to_gain = len(at_start) - held
+    return max(0, sum(reached) - held) / to_gain if to_gain else None
+
+
+def merit_of_actions(
+    reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
+) -> Merit | None:
+    """The merit of actions, as a plan or one a turn; None where there is nothing to earn.
+
+    Args:
+        reached: for each goal, in order, whether it is reached now; none if nothing was carried out.
+        at_start: whether it is reached where nothing is done.
+        ended: whether the last action could not be carried out.
+        faults: how often each kind of fault was made.
+    """
+    gained = gain(reached, at_start)
+    return None if gained is None else Merit(gained, gained == 1 and not ended, ended, faults)
+
+
+def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
+    """Of what is carried out."""
+    earned = merit_of_actions(
+        verdict.goals_satisfied, at_start, ended=not verdict.executable, faults=_faults_on_the_way(verdict)
+    )
+    if earned is None:
+        return None
+    added = (verdict.added_actions or 0) if isinstance(verdict, SubgoalVerdict) else 0
+    return replace(earned, success=bool(verdict.success) and earned.gain == 1, added=added)
+
+
+def _of_parts(
+    verdict: Verdict, counts: Confusion, strangers: int, faults: Mapping[FaultKind, int]
+) -> Merit | None:
+    """Of what is compared part by part; what means nothing (``strangers``) is as wrong as what is not so."""
+    hit, extra, missed = counts
+    if not hit + missed:
+        return None
+    ended = verdict.error is not None
+    if verdict.error is not None:
+        faults = Counter(faults) + Counter((verdict.error.kind,))
+    return Merit(
+        gain=2 * hit / (2 * hit + extra + strangers + missed),
+        success=not extra and not missed and not faults,
+        ended=ended,
+        faults=faults,
+    )
+
+
+def _faults_on_the_way(verdict: PlanVerdict) -> Counter[FaultKind]:
+    """The error that ended it, and additional steps; of subgoals all errors of the way that is reported."""
+    if isinstance(verdict, SubgoalVerdict) and verdict.errors:
+        return Counter(verdict.errors)
+    faults = Counter({FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0})
+    if verdict.error is not None:
+        faults[verdict.error.kind] += 1
+    return +faults
+
+
+def _faults_of_goals(verdict: GoalVerdict) -> Counter[FaultKind]:
+    """Goals that lack a part, and those that name what there is not."""
+    return +Counter(
+        {FaultKind.PARSING: verdict.ill_formed, FaultKind.HALLUCINATION: len(verdict.hallucinated)}
+    )
+
+
+def _faults_of_operators(reports: Sequence[OperatorReport]) -> Counter[FaultKind]:
+    """Operators that cannot be read or were not asked for, and what is wrong with the others."""
+    faults = Counter([_STATUS_FAULTS[r.status] for r in reports if r.status in _STATUS_FAULTS])
+    for report in reports:
+        if report.status is OperatorStatus.COMPARED:
+            faults.update([_OFFENCE_FAULTS.get(f.offence, FaultKind.PARSING) for f in report.offences])
+    return faults
+
+
+_STATUS_FAULTS = {
+    OperatorStatus.UNREADABLE: FaultKind.PARSING,
+    OperatorStatus.HALLUCINATED: FaultKind.HALLUCINATION,
+}
+_OFFENCE_FAULTS = {
+    Offence.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
+    Offence.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
+    Offence.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
+    Offence.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
+    Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
+    Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
+}
+"""The kind of an operator's offence in the taxonomy of plans; any other is one of writing."""
+
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
 """The names of what is measured beside a reward, in order; the same for every ability."""

@@ -1,23 +1,67 @@
-"""The tasks of a suite as they are put to a model: once each, or tried again and again in an experiment."""
+"""The tasks of a suite as they are put to a model, once each or again and again, and its answers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Protocol as Shape
+from typing import TypeAlias
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
+from eai.abilities.verdict import Json
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
-from eai.scoring.answer import Answer
 from eai.world.execution import Action
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """An answer of a model.
+
+    Attributes:
+        task_id: the data set's id.
+        epoch: which of several answers to the task it is, from 1 on.
+        request_sha256: digest of all that decides the answer: model, prompt, parameters.
+        prompt_sha256: digest of the prompt alone.
+        text: the answer without reasoning.
+        reasoning: what the model thought before it, or empty.
+        stop_reason: why it ended, as Inspect says it: ``stop``, ``max_tokens``, ...
+        repairs: names of what was done to the text to separate or complete the answer.
+        usage: what it took.
+        attempt: in which attempt at the task it was given, from 1 on.
+    """
+
+    task_id: str
+    epoch: int
+    request_sha256: str
+    prompt_sha256: str
+    text: str
+    reasoning: str
+    stop_reason: str
+    repairs: tuple[str, ...]
+    usage: Usage
+    attempt: int = 1
+
+    @property
+    def truncated(self) -> bool:
+        """Whether a limit of length cut it off."""
+        return self.stop_reason in ("max_tokens", "model_length")
+
+    def to_json(self) -> dict[str, Json]:
+        """The answer as a line of the journal has it."""
+        fields: dict[str, Json] = {name: getattr(self, name) for name in self.__slots__}
+        return {**fields, "usage": self.usage.to_json()}
+
+
+Place: TypeAlias = tuple[str, int]
+"""Id of the task, and epoch."""
 
 
 class Inquiry(Shape):

@@ -1,30 +1,120 @@
-"""Work spread over processes that stay: results in order, and a process that dies costs nothing but time."""
+"""Work spread over processes that stay: results in order, and a process that dies costs nothing but time.
+
+To a worker batches come through a pipe of its own, and results leave through it; without it the worker ends.
+The standard library's pools do not keep this: `ProcessPoolExecutor` waits for ever for a worker that is
+killed while it sends a result, and fails all batches at once without saying which killed its worker.
+"""
 
 from __future__ import annotations
 
 import multiprocessing
+import os
 import pickle
 import signal
+import sys
+import tempfile
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import islice
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.forkserver import ensure_running
+from multiprocessing.pool import ExceptionWithTraceback  # type: ignore[attr-defined] # not in its stub
 from multiprocessing.process import BaseProcess
 from pathlib import Path
+from queue import SimpleQueue
 from tempfile import TemporaryDirectory
-from types import TracebackType
-from typing import Any, TypeVar
+from types import FrameType, TracebackType
+from typing import Any, NamedTuple, TypeVar
 
 from typing_extensions import Self
 
 from eai.errors import WorkerError
-from eai.scoring.worker import CLEANING_SECONDS, Given, serve
+from eai.scoring.collector import collect_seldom
+
+ENDED = 128 + signal.SIGTERM
+"""The exit status of a worker that is ended, as a shell has it."""
+
+CLEANING_SECONDS = 1
+"""How long a worker may take to end its planners and to remove their files before it is killed."""
+
+
+class Given(NamedTuple):
+    """The input of a worker: some pickled work, which it keeps, and what to do it on."""
+
+    work: bytes
+    items: Sequence[Any]
+
+
+def serve(connection: Connection, folder: str) -> None:
+    """Do what comes, until whoever sends it has ended or is done with this process.
+
+    Results are sent as one pickle a batch: the results, or the exception that there was.
+
+    Args:
+        connection: where batches come from, and where results go.
+        folder: where temporary files are made, which another process removes.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a terminal interrupts all processes at once
+    signal.signal(signal.SIGTERM, _end)
+    tempfile.tempdir = folder
+    collect_seldom()
+    given: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_receive, args=(connection, given), daemon=True).start()
+    while True:
+        result = _done(given.get())
+        try:
+            connection.send_bytes(result)
+        except OSError:  # nobody is there to read it
+            return
+
+
+def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
+    """Take what comes while the worker is at work, so that who sends never waits; then end the process."""
+    try:
+        while True:
+            given.put(connection.recv_bytes())
+    except (EOFError, OSError):
+        os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(CLEANING_SECONDS)
+    os._exit(ENDED)
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End as an exception does, so that planners are ended and their folders removed."""
+    sys.exit(ENDED)
+
+
+def _done(content: bytes) -> bytes:
+    """The results of some work on a batch, pickled plainly: as a connection does it takes twice as long."""
+    try:
+        given: Given = pickle.loads(content)  # noqa: S301 - of a process of this program
+        return pickle.dumps(loaded(given.work)(given.items))
+    except Exception as error:
+        return _error_bytes(error)
+
+
+def _error_bytes(error: Exception) -> bytes:
+    """An exception with its traceback, to be raised elsewhere; in words if it cannot be sent."""
+    try:
+        content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))
+        pickle.loads(content)  # noqa: S301 - some can be pickled and not loaded
+    except Exception:
+        return pickle.dumps(WorkerError(f"{type(error).__name__}: {error}"))
+    return content
+
+
+@lru_cache(maxsize=8)
+def loaded(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
+    """Work as it was pickled; opening the tasks that it is about takes long."""
+    known: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
+    return known
+
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.options import Options
-from eai.results.plot_files import entitle
-from eai.results.plot_text import clipped
-from eai.results.suites import SuiteKey
+from eai.results.lines import SuiteKey
+from eai.results.plots import clipped, entitle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,7 @@ import uvicorn
 from eai.envs.game import RULES
 from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import EaiError
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import Shaping
 from eai_openenv.connections import PromptProtocol
 from eai_openenv.limits import Limits
 from eai_openenv.server import create_app

@@ -10,8 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.envs.rewards import answer_of
 from eai.generator.spec import Split, Tier
 from eai.prompts.prompt import PromptSet
-from eai.scoring.reward import Grade, Reward, reward_of
-from eai.scoring.shaping import Shaping
+from eai.scoring.reward import Grade, Reward, Shaping, reward_of
 from eai.tasks.source import TaskReference
 from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from eai.results.palette import ACCENT, INK
-from eai.results.plot_text import clipped
+from eai.results.plots import ACCENT, INK, clipped
 from eai.studies.annotation.ratings import Quality
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from math import nan
 from typing import TYPE_CHECKING
 
 from eai.abilities.experiment import Feedback
-from eai.results.palette import LINES, MUTED, RULE
-from eai.results.plot_text import clipped
+from eai.results.plots import LINES, MUTED, RULE, clipped
 from eai.studies.attempts.analysis import Arm, success_by_attempt
 
 if TYPE_CHECKING:

@@ -16,9 +16,21 @@ from typing import NamedTuple
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
-from eai.results.lines import AnswerLine, GoalLine, Line, StepLine
+from eai.results.lines import (
+    MEASURES,
+    MODEL,
+    SUITE,
+    AnswerLine,
+    GoalLine,
+    Line,
+    Measure,
+    StepLine,
+    SuiteKey,
+    by_model,
+    by_suite,
+    case_of,
+)
 from eai.results.rate import Rate
-from eai.results.suites import MEASURES, MODEL, SUITE, Measure, SuiteKey, by_model, by_suite, case_of
 from eai.results.table import Cell, Estimate, Table
 from eai.results.tidy import Tables
 from eai.studies.cofactors.correlation import rank_correlation

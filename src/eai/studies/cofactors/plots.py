@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eai.results.palette import INK, MUTED, RULE
-from eai.results.plot_analyses import COLUMN, draw_estimate, value_of
+from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, value_of
 from eai.results.table import Cell, Estimate
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
-from eai.results.suites import Measure
+from eai.results.lines import Measure
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 
 def _figures(found: Sequence[Table], measure: Measure) -> Figures:
-    from eai.results.plot_analyses import draw_names, rows_of
+    from eai.results.plots import draw_names, rows_of
     from eai.studies.cofactors import plots
 
     adjusted, _, curves, by_action, by_predicate = found

@@ -10,8 +10,16 @@ from urllib.parse import urlencode
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.verdict import Share, of_all
 from eai.results.certainty import Case
-from eai.results.lines import AnswerLine, ClauseLine
-from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of, shares_by_kind
+from eai.results.lines import (
+    MODEL,
+    SUITE,
+    AnswerLine,
+    ClauseLine,
+    by_model,
+    by_suite,
+    case_of,
+    shares_by_kind,
+)
 from eai.results.table import Cell, Estimate, Label, Table
 
 RUNTIME = (

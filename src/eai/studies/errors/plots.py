@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.results.palette import INK, MUTED, OUTCOME_COLORS
-from eai.results.plot_analyses import COLUMN, Band, cases_of, draw_band, value_of
-from eai.results.plot_text import clipped
+from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, Band, cases_of, clipped, draw_band, value_of
 from eai.results.table import Cell
 
 if TYPE_CHECKING:

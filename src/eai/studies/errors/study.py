@@ -47,7 +47,7 @@ def _address(explorer: Path | None, folder: Path) -> str | None:
 
 
 def _figures(found: Sequence[Table]) -> Figures:
-    from eai.results.plot_analyses import draw_matrix, draw_names, rows_of
+    from eai.results.plots import draw_matrix, draw_names, rows_of
     from eai.studies.errors import plots
 
     leaves, why = found[:2]

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
-from eai.results.lines import AtomLine
-from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of, shares_by_kind
+from eai.results.lines import MODEL, SUITE, AtomLine, by_model, by_suite, case_of, shares_by_kind
 from eai.results.table import Cell, Estimate, Table
-from eai.results.wrong_goals import Reason
+from eai.results.tidy import Reason
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
 _VERDICTS = (MATCHED, WRONG, MISSING)

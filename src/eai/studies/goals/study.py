@@ -21,7 +21,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 
 def _figures(found: Sequence[Table]) -> Figures:
-    from eai.results.plot_analyses import draw_matrix, draw_names, rows_of
+    from eai.results.plots import draw_matrix, draw_names, rows_of
 
     by_predicate, reasons = found[:2]
     for suite, rows in rows_of(by_predicate).items():

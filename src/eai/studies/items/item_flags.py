@@ -18,7 +18,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd, SearchResult
-from eai.results.suites import SuiteKey
+from eai.results.lines import SuiteKey
 from eai.studies.items.analysis import Flag
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action

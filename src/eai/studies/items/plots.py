@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eai.results.palette import INK, MUTED, RULE
-from eai.results.plot_analyses import COLUMN, draw_estimate, value_of
-from eai.results.plot_text import clipped
+from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, value_of
 from eai.results.table import Cell, Estimate
 
 if TYPE_CHECKING:

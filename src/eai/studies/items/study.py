@@ -25,7 +25,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 
 def _figures(found: Sequence[Table]) -> Figures:
-    from eai.results.plot_analyses import rows_of
+    from eai.results.plots import rows_of
     from eai.studies.items import plots
 
     abilities = rows_of(found[1])

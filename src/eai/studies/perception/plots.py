@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eai.results.palette import ACCENT, MUTED, RULE
-from eai.results.plot_analyses import COLUMN, cases_of
+from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, cases_of
 from eai.results.table import Estimate
 from eai.studies.perception.analysis import PerceptionRuns, perception_tables
 

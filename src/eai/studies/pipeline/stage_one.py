@@ -25,8 +25,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.prompt import Belief
-from eai.scoring.records import read_records
-from eai.scoring.results import RECORDS
+from eai.scoring.records import RECORDS, read_records
 from eai.tasks.source import Source
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eai.results.palette import INK
-from eai.results.plot_text import clipped
+from eai.results.plots import INK, clipped
 from eai.studies.prompts.analysis import Matrix
 
 if TYPE_CHECKING:

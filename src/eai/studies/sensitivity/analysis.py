@@ -19,8 +19,7 @@ from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import Share
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
-from eai.results.lines import Line
-from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
+from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
 from eai.results.table import Cell, Estimate, Table
 from eai.results.tidy import beginning_of
 

@@ -83,7 +83,7 @@ def _tried(
 
 
 def _figures(tables: Sequence[Table], ways: Sequence[Replaced]) -> Figures:
-    from eai.results.plot_analyses import draw_matrix, rows_of
+    from eai.results.plots import draw_matrix, rows_of
     from eai.studies.sensitivity.analysis import OVERALL
 
     for suite, rows in rows_of(tables[0]).items():

@@ -1,21 +1,140 @@
-"""The common parts of plots of analyses: estimates as dots with intervals, and shares as a matrix."""
+"""The common parts of all plots: colours, names as labels, files, estimates with intervals, matrices, bands.
+
+Rights are green, misses ochre, errors of words violet, of steps warm.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib import resources
 from itertools import accumulate
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.results.palette import ACCENT, INK, MUTED, RULE
-from eai.results.plot_files import say_above
-from eai.results.plot_text import clipped, wrapped
-from eai.results.suites import MODEL, SuiteKey
+from eai.abilities.declaration import AnswerOutcome
+from eai.errors import EaiError, how_to_install
+from eai.results.lines import MODEL, SuiteKey
 from eai.results.table import Cell, Estimate, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+
+OUTCOME_COLORS = {
+    AnswerOutcome.SUCCESS: "#3f7f62",
+    AnswerOutcome.PARTLY_RIGHT: "#a3bf8f",
+    AnswerOutcome.GOAL_MISSED: "#d8b455",
+    AnswerOutcome.PARSING: "#5d5f72",
+    AnswerOutcome.HALLUCINATION: "#8a64a0",
+    AnswerOutcome.ARGUMENT_NUMBER: "#b99cc8",
+    AnswerOutcome.AFFORDANCE: "#e0905a",
+    AnswerOutcome.MISSING_STEP: "#bf5348",
+    AnswerOutcome.WRONG_ORDER: "#6f94bd",
+    AnswerOutcome.ADDITIONAL_STEP: "#a9a9a2",
+    AnswerOutcome.UNCATEGORISED: "#c9c6bd",
+    AnswerOutcome.SLIP: "#7fb5b5",
+    AnswerOutcome.NOT_ANSWERED: "#b8a98c",
+    AnswerOutcome.EXCLUDED: "#e6e3db",
+}
+INK = "#2b2d33"
+MUTED = "#8b8d94"
+RULE = "#dcdad3"
+ACCENT = "#2f6690"
+LINES = ("#2f6690", "#bf5348", "#3f7f62", "#d8b455", "#8a64a0", "#e0905a", "#5d5f72", "#6f94bd", "#a3bf8f")
+"""The colours of models that share an axis, used again from the start if there are more."""
+
+
+_LONGEST = 30
+_MOST_LINES = 3
+_LAST_LETTER = "\u058f"
+"""The plots' font has the letters up to here (Latin, Greek, Cyrillic, Armenian)."""
+
+
+def wrapped(name: str) -> str:
+    """A name as a label of up to three lines, so that a check's can be read in full."""
+    text = "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
+    return textwrap.fill(text, _LONGEST, max_lines=_MOST_LINES, placeholder="...")
+
+
+def clipped(name: str) -> str:
+    """A name as a label: one short line of characters that the plots' font has."""
+    text = "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
+FORMATS = ("svg", "png", "pdf")
+_UNDATED: dict[str, dict[str, None]] = {
+    "svg": {"Date": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""The metadata of a format on the day and the program, by format."""
+
+_DOTS_PER_INCH = 150
+_STYLE = "plots.mplstyle"
+_TITLE = 0.2
+"""The height of a title, in inches."""
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Within it, figures are drawn and written in the style of all plots.
+
+    Raises:
+        EaiError: matplotlib is not installed.
+    """
+    try:
+        import matplotlib as mpl
+    except ImportError as error:
+        raise EaiError(f"plots need matplotlib: {how_to_install('plots')}") from error
+    style = resources.files("eai.results") / _STYLE
+    with resources.as_file(style) as path, mpl.rc_context(fname=path):
+        yield
+
+
+def entitle(figure: Figure, title: str) -> None:
+    """Say above a figure, and above what it says there of itself, what it is of; it grows by as much."""
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width, height + _TITLE)
+    say_above(figure, f"{title}\n{figure.get_suptitle()}".strip())
+
+
+def say_above(figure: Figure, text: str) -> None:
+    """Say something above a figure, from its left edge on, where there is the room of all of its width."""
+    figure.suptitle(text, x=0.01, ha="left", fontsize=7.5)
+
+
+def write(figure: Figure, path: Path) -> tuple[Path, ...]:
+    """Write a figure as ``path``.svg, ``.png`` and ``.pdf``, without the date and the program's version.
+
+    It is laid out once, for the picture of dots. No letters are joined: for joined ones a PDF embeds a second
+    font, and a search of its text misses them.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and hasattr(text, "set_fontfeatures"):
+            text.set_fontfeatures(("-liga",))
+    figure.dpi = _DOTS_PER_INCH
+    canvas = FigureCanvasAgg(figure)
+    canvas.print_png(_target(path, "png"), metadata=_UNDATED["png"])  # type: ignore[no-untyped-call]
+    figure.set_layout_engine(None)
+    for kind in ("svg", "pdf"):
+        figure.savefig(_target(path, kind), metadata=_UNDATED[kind])
+    return tuple(_target(path, kind) for kind in FORMATS)
+
+
+def _target(path: Path, kind: str) -> Path:
+    return path.with_name(f"{path.name}.{kind}")
+
 
 COLUMN = 3.4
 """The width of a column of a page, in inches, so that letters have the size that they say."""

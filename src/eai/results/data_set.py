@@ -1,7 +1,7 @@
-"""The paper's Table 2 of any benchmark, counted from its tasks: each figure with what it counts.
+"""Figures of a data set: how many tasks, how long, about what (paper, Table 2).
 
-Beside a figure stands what the paper prints (Table 2, and in its text), and why that is another number where
-it is one.
+Profiles say what each task is like, distributions how many tasks have so many steps, goals and options.
+Statistics are the paper's Table 2 of any benchmark, each figure with the paper's beside it.
 """
 
 from __future__ import annotations
@@ -9,27 +9,161 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib import resources
 from statistics import fmean, median
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.task import Category, OperatorLibrary
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
-from eai.benchmark.features import Features
+from eai.benchmark.features import FeatureBook, Features
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
-from eai.results.data_set.profiles import Profile, names_of, profiles_of
 from eai.tasks.source import ErrataChoice, Source
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The features of a task, from its data set and its declaration alone.
+
+    Attributes:
+        task: its id.
+        name: the name that tasks of a kind share.
+        features: what can be counted of any task.
+        operators: the distinct actions of the data set's own plan, sorted.
+        scene_objects: all objects of its scene, the agent included.
+        asked_operators: how many operators transition modeling asks for; None where it is not asked.
+        categories: the task's categories in transition modeling, the more telling one first.
+    """
+
+    task: str
+    name: str
+    features: Features
+    operators: tuple[str, ...]
+    scene_objects: int
+    asked_operators: int | None
+    categories: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Json]:
+        """The profile as a flat row; several words in one field are separated by spaces."""
+        return {
+            "task": self.task,
+            "name": self.name,
+            **asdict(self.features),
+            "operators": " ".join(self.operators),
+            "scene_objects": self.scene_objects,
+            "asked_operators": self.asked_operators,
+            "categories": " ".join(self.categories),
+        }
+
+
+def profiles_of(benchmark: Benchmark, source: Source) -> tuple[Profile, ...]:
+    """The profiles of all tasks, in the order of the data set.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    book, asked = FeatureBook(benchmark), benchmark.operators(source)
+    return tuple(
+        _profile(task, book.of(task), asked.get(task_id)) for task_id, task in benchmark.tasks(source).items()
+    )
+
+
+def names_of(profiles: Iterable[Profile]) -> frozenset[str]:
+    """The names that tasks share."""
+    return frozenset(each.name for each in profiles)
+
+
+def _profile(task: Task, features: Features, asked: TransitionTask | None) -> Profile:
+    return Profile(
+        task=task.id,
+        name=task.title,
+        features=features,
+        operators=tuple(sorted({action.operator for action in task.script})),
+        scene_objects=len(task.scene.objects),
+        asked_operators=None if asked is None else len(asked.operators),
+        categories=() if asked is None else tuple(each.value for each in asked.categories),
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Distribution:
+    """How often each value occurs.
+
+    Attributes:
+        name: its name in files.
+        title: what is counted, in words.
+        of: what `counts` counts: ``tasks``, ``steps``, or ``mentions`` of objects in steps.
+        counts: value -> how often, by value if values are numbers, else the most frequent first.
+        decades: whether the numbers are so unlike that only their decade (1 to 9, 10 to 99, ...) tells.
+    """
+
+    name: str
+    title: str
+    of: str
+    counts: Mapping[int, int] | Mapping[str, int]
+    decades: bool = False
+
+
+def distributions(benchmark: Benchmark, source: Source) -> tuple[Distribution, ...]:
+    """The distributions of a benchmark, over its tasks with goals; those without any case are left out.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    tasks = benchmark.tasks(source)
+    asked = [each for each in profiles_of(benchmark, source) if each.features.goals]
+    found = (
+        *_of_features([each.features for each in asked]),
+        *_of_steps(tasks[each.task] for each in asked),
+    )
+    return tuple(each for each in found if each.counts)
+
+
+def _of_features(features: list[Features]) -> Iterator[Distribution]:
+    lengths = (each.annotated_steps for each in features if each.annotated_steps)
+    yield Distribution("annotated_steps", "Steps of the annotated plan", "tasks", _sorted(lengths))
+    yield Distribution("goals", "Goals (conjuncts)", "tasks", _sorted(each.goals for each in features))
+    ground = _sorted(each.ground_goals for each in features)
+    yield Distribution("ground_goals", "Ground goals", "tasks", ground)
+    options = _sorted(each.goal_options for each in features)
+    yield Distribution("goal_options", "Ways to meet the goals", "tasks", options, decades=True)
+    objects = _sorted(each.objects for each in features)
+    yield Distribution("objects", "Objects the task is about", "tasks", objects)
+
+
+def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:
+    """The actions of annotated plans' steps, and with what category of object."""
+    actions: Counter[str] = Counter()
+    objects: Counter[str] = Counter()
+    pairs: Counter[str] = Counter()
+    for task in tasks:
+        for step in task.script:
+            categories = [task.scene.objects[i].category for i in step.arguments]
+            actions[step.operator] += 1
+            objects.update(categories)
+            pairs.update(f"{step.operator} {category}" for category in categories)
+    yield Distribution("actions", "Actions of annotated plans", "steps", _ranked(actions))
+    yield Distribution("categories", "Objects of those steps, by category", "mentions", _ranked(objects))
+    yield Distribution("pairs", "Actions with objects", "mentions", _ranked(pairs))
+
+
+def _sorted(values: Iterable[int]) -> dict[int, int]:
+    return dict(sorted(Counter(values).items()))
+
+
+def _ranked(counts: Mapping[str, int]) -> dict[str, int]:
+    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
 LONG = 10

@@ -1,1 +1,0 @@
-"""Figures of a data set: how many tasks, how long, about what (paper, Table 2)."""
