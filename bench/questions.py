@@ -12,8 +12,8 @@ import time
 
 from eai.benchmark.registry import FIRST, find_benchmark
 from eai.questions.question import Form, Kind
-from eai.questions.shortcuts import balance_of, best_chance, chances_of, guesses_of
-from eai.questions.writer import Wanted, Writer
+from eai.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
+from eai.questions.writer import Writer
 
 WARM = 1_000
 
@@ -27,10 +27,10 @@ def main() -> None:
     arguments = parser.parse_args()
     for domain in arguments.domain:
         writer = Writer(find_benchmark(domain))
-        list(writer.write(Wanted(number=WARM)))
+        list(writer.write(number=WARM))
         for kind in Kind:
             start = time.process_time()
-            questions = list(writer.write(Wanted([kind], number=arguments.n)))
+            questions = list(writer.write([kind], number=arguments.n))
             seconds = time.process_time() - start
             guesses = guesses_of(questions)
             chances = [
@@ -38,7 +38,7 @@ def main() -> None:
                 for form in Form
             ]
             best = [f"{each[name].percent:.0f} ({name})" for each in chances for name in [best_chance(each)]]
-            even = [balance_of(questions, kind, form).entropy or 0.0 for form in Form]
+            even = [entropy_of(questions, kind, form) or 0.0 for form in Form]
             size = sum(len(question.prompt) for question in questions) / max(1, len(questions))
             print(
                 f"{domain} {kind.value}: {len(questions)} questions, {len(questions) / seconds:.0f} a CPU s, "

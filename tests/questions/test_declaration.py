@@ -12,9 +12,9 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
-from eai.questions.declaration import QuestionVerdict, open_questions
+from eai.questions.declaration import _QuestionVerdict, open_questions
 from eai.questions.question import Accept, Form, Kind, Question, questions_content
-from eai.questions.shortcuts import balance_of
+from eai.questions.shortcuts import entropy_of
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate
@@ -134,7 +134,7 @@ def test_a_record_says_what_was_asked_and_is_read_as_it_was_written(tmp_path: Pa
     assert [record.task_id for record in records] == [question.id for question in QUESTIONS]
     assert [record_from_json(record_to_json(record)) for record in records] == records
     verdict = records[4].verdict
-    assert isinstance(verdict, QuestionVerdict)
+    assert isinstance(verdict, _QuestionVerdict)
     assert (verdict.counts, verdict.gold, verdict.kind) == ((1, 0, 1), ("1", "2"), Kind.STATE)
     assert records[0].task is not None
     assert records[0].task.name == QUESTIONS[0].task
@@ -158,17 +158,16 @@ def test_a_file_of_questions_is_asked_of_nothing_else(tmp_path: Path) -> None:
 
 
 def test_how_even_answers_are() -> None:
-    even = balance_of(QUESTIONS, Kind.STATE, Form.YES_NO)
-    assert (even.number, even.entropy) == (2, 1.0)
-    assert balance_of(QUESTIONS, Kind.STATE, Form.CHOICE).entropy == 0.5
-    assert balance_of(QUESTIONS, Kind.BACKWARD, Form.OPEN).entropy is None
+    assert entropy_of(QUESTIONS, Kind.STATE, Form.YES_NO) == 1.0
+    assert entropy_of(QUESTIONS, Kind.STATE, Form.CHOICE) == 0.5
+    assert entropy_of(QUESTIONS, Kind.BACKWARD, Form.OPEN) is None
     same = [asked(n, Form.YES_NO, ("yes",)) for n in range(3)]
-    assert balance_of(same, Kind.STATE, Form.YES_NO).entropy == 0.0
+    assert entropy_of(same, Kind.STATE, Form.YES_NO) == 0.0
     plans = [
         asked(n, Form.OPEN, answer, kind=Kind.VALIDATION)
         for n, answer in enumerate([("works",), ("goal 1",), ("step 2", "requirement 1")])
     ]
-    assert balance_of(plans, Kind.VALIDATION, Form.OPEN).entropy == pytest.approx(1.0)
+    assert entropy_of(plans, Kind.VALIDATION, Form.OPEN) == pytest.approx(1.0)
 
 
 def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_does() -> None:
@@ -177,7 +176,7 @@ def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_d
             QUESTIONS[0].model_copy(update={"kind": kind, "form": Form.OPEN, "answer": (a,), "options": 0})
             for a in told
         ]
-        return balance_of(asked, kind, Form.OPEN).entropy
+        return entropy_of(asked, kind, Form.OPEN)
 
     for kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
         assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0

@@ -13,7 +13,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.logic.traversal import objects
 from eai.questions.question import Form, Kind, Question
-from eai.questions.writer import Wanted, Writer
+from eai.questions.writer import Writer
 from eai.tasks.source import Source
 from questions.naive import answer_of, read_world
 from sweeps import swept
@@ -32,9 +32,9 @@ def recomputed(question: Question, benchmark: Benchmark, source: Source) -> froz
     return answer_of(question, benchmark.domain, goals)
 
 
-def differing(benchmark: Benchmark, source: Source, wanted: Wanted) -> list[str]:
-    questions = list(Writer(benchmark, source).write(wanted))
-    assert {question.kind for question in questions} == set(wanted.kinds)
+def differing(benchmark: Benchmark, source: Source, number: int, seed: int = 0) -> list[str]:
+    questions = list(Writer(benchmark, source).write(number=number, seed=seed))
+    assert {question.kind for question in questions} == set(Kind)
     return [
         f"{question.id}: {sorted(question.answer)} is {sorted(naive)}"
         for question in questions
@@ -43,7 +43,7 @@ def differing(benchmark: Benchmark, source: Source, wanted: Wanted) -> list[str]
 
 
 def test_in_a_world_of_ones_own(lamps: Benchmark) -> None:
-    assert differing(lamps, Source(), Wanted(number=4 * CELLS)) == []
+    assert differing(lamps, Source(), 4 * CELLS) == []
 
 
 DOMAIN = """
@@ -73,16 +73,15 @@ def test_in_pddl(tmp_path: Path) -> None:
     (tmp_path / "domain.pddl").write_text(DOMAIN)
     (tmp_path / "p1.pddl").write_text(PROBLEM)
     blocks = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path / 'p1.pddl'}")
-    assert differing(blocks, Source(), Wanted(number=3 * CELLS)) == []
+    assert differing(blocks, Source(), 3 * CELLS) == []
 
 
 @pytest.mark.parametrize("kind", [Kind.FORWARD, Kind.STATE])
 def test_what_held_before_does_not_tell(kind: Kind, data_store: Store) -> None:
     """Who says that all is as it was is right about half the time."""
     behavior = find_benchmark("behavior")
-    wanted = Wanted((kind,), (Form.YES_NO,), 160)
     right = 0
-    for question in Writer(behavior, Source(data_store)).write(wanted):
+    for question in Writer(behavior, Source(data_store)).write((kind,), (Form.YES_NO,), 160):
         world = read_world(question.prompt, behavior.domain)
         (statement,) = re.findall(r"Does (.+) hold a", question.prompt)
         held = world.fact(statement) in world.start
@@ -92,4 +91,4 @@ def test_what_held_before_does_not_tell(kind: Kind, data_store: Store) -> None:
 
 @pytest.mark.parametrize("domain", ["virtualhome", *swept("behavior")])
 def test_in_households(domain: str, data_store: Store) -> None:
-    assert differing(find_benchmark(domain), Source(data_store), Wanted(number=CELLS, seed=1)) == []
+    assert differing(find_benchmark(domain), Source(data_store), CELLS, seed=1) == []

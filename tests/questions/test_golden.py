@@ -12,7 +12,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.questions.question import Form, Kind, Question, questions_content
-from eai.questions.writer import Wanted, Writer
+from eai.questions.writer import Writer
 from golden_files import assert_golden
 
 CELLS = len(Kind) * len(Form)
@@ -27,7 +27,7 @@ def told(questions: Sequence[Question]) -> list[str]:
 
 
 def written(benchmark: Benchmark, each: int) -> list[str]:
-    return told(list(Writer(benchmark).write(Wanted(number=each * CELLS, seed=1))))
+    return told(list(Writer(benchmark).write(number=each * CELLS, seed=1)))
 
 
 def test_of_a_world_of_ones_own(lamps: Benchmark) -> None:

@@ -13,12 +13,19 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.planning.planner import Planner
-from eai.questions.phrasing import pose
 from eai.questions.question import Form, Kind, Question
-from eai.questions.rules import Rules
-from eai.questions.setting import Item, open_setting, with_counterparts
-from eai.questions.shortcuts import Glance, Ledger, Posed, _Shortcut, best_chance, chances_of, guesses_of
-from eai.questions.writer import Wanted, Writer
+from eai.questions.setting import Item, Rules, open_setting, with_counterparts
+from eai.questions.shortcuts import (
+    Ledger,
+    Posed,
+    _Shortcut,
+    best_chance,
+    chances_of,
+    glance_at,
+    guesses_of,
+    pose,
+)
+from eai.questions.writer import Writer
 from eai.tasks.source import Source
 from questions.naive import CHOICE
 from sweeps import swept
@@ -28,7 +35,7 @@ SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
 
 
 def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()) -> Posed:
-    return Posed(shown, right, Glance(asked, holding))
+    return Posed(shown, right, glance_at(asked, holding))
 
 
 @pytest.mark.parametrize(
@@ -64,7 +71,7 @@ def test_what_was_right_before_is_learned() -> None:
 
 def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     shown = ["A(1)", "B(1)", "C(1)", "nothing"]
-    glance = Glance("", (), {"nothing": ()})
+    glance = glance_at("", (), {"nothing": ()})
     ledger = Ledger()
     for right in (0, 1, 2):
         ledger.add(Posed(shown, right, glance))
@@ -103,11 +110,12 @@ EACH = 40
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
-    wanted = Wanted(KINDS, (Form.CHOICE, Form.YES_NO), 2 * EACH * len(KINDS), seed=5)
-    questions = list(Writer(find_benchmark(domain), Source(data_store)).write(wanted))
+    forms = Form.CHOICE, Form.YES_NO
+    writer = Writer(find_benchmark(domain), Source(data_store))
+    questions = list(writer.write(KINDS, forms, 2 * EACH * len(KINDS), seed=5))
     guesses = guesses_of(questions)
     for kind in KINDS:
-        for form in wanted.forms:
+        for form in forms:
             some = [each for each in questions if (each.kind, each.form) == (kind, form)]
             assert len(some) == EACH
             chances = chances_of(some, guesses)
@@ -136,9 +144,9 @@ def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answe
 
 def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
     """No step to touch or to look at a thing is needed: these are not asked about."""
-    wanted = Wanted([Kind.JUSTIFICATION], [Form.YES_NO], 2 * EACH, seed=5)
     asked: dict[str, list[str]] = {}
-    for question in Writer(find_benchmark("virtualhome"), Source(data_store)).write(wanted):
+    writer = Writer(find_benchmark("virtualhome"), Source(data_store))
+    for question in writer.write([Kind.JUSTIFICATION], [Form.YES_NO], 2 * EACH, seed=5):
         (number,) = re.findall(r"left out: step (\d+)\?", question.prompt)
         (operator, *_) = re.findall(rf"^{number}\. ([\w-]+)\(", question.prompt, re.MULTILINE)
         asked.setdefault(operator, []).extend(question.answer)

@@ -13,8 +13,8 @@ from eai.cli.questions import questions as command
 from eai.data.store import Store
 from eai.prompts.template import Templates, template_names
 from eai.questions.question import Form, Kind, questions_content
-from eai.questions.shortcuts import balance_of
-from eai.questions.writer import Wanted, Writer
+from eai.questions.shortcuts import entropy_of
+from eai.questions.writer import Writer
 from eai.tasks.source import Source
 from sweeps import swept
 
@@ -22,22 +22,20 @@ CELLS = [(kind, form) for kind in Kind for form in Form]
 
 
 def test_equal_arguments_give_equal_bytes_and_other_seeds_other_questions(lamps: Benchmark) -> None:
-    first, again, other = (
-        questions_content(Writer(lamps).write(Wanted(number=72, seed=seed))) for seed in (3, 3, 4)
-    )
+    first, again, other = (questions_content(Writer(lamps).write(number=72, seed=seed)) for seed in (3, 3, 4))
     assert first == again
     assert first != other
 
 
 def test_what_was_written_before_changes_nothing(lamps: Benchmark) -> None:
     writer = Writer(lamps)
-    list(writer.write(Wanted(number=20, seed=1)))
-    again = questions_content(writer.write(Wanted(number=40, seed=3)))
-    assert again == questions_content(Writer(lamps).write(Wanted(number=40, seed=3)))
+    list(writer.write(number=20, seed=1))
+    again = questions_content(writer.write(number=40, seed=3))
+    assert again == questions_content(Writer(lamps).write(number=40, seed=3))
 
 
 def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
-    questions = list(Writer(lamps).write(Wanted(number=108)))
+    questions = list(Writer(lamps).write(number=108))
     for number in (36, 72, 108):
         counts = Counter((question.kind, question.form) for question in questions[:number])
         assert max(counts.values()) - min(counts.values()) <= 1
@@ -46,8 +44,7 @@ def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
 
 
 def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
-    wanted = Wanted((Kind.STATE, Kind.WHY_NOT), (Form.OPEN,), 9, 0)
-    questions = list(Writer(lamps).write(wanted))
+    questions = list(Writer(lamps).write((Kind.STATE, Kind.WHY_NOT), (Form.OPEN,), 9, 0))
     assert len(questions) == 9
     assert {(question.kind, question.form) for question in questions} == {
         (Kind.STATE, Form.OPEN),
@@ -56,12 +53,15 @@ def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
 
 
 def test_where_the_tasks_give_no_more_there_are_fewer(lamps: Benchmark) -> None:
-    questions = list(Writer(lamps).write(Wanted((Kind.WHY_NOT,), (Form.OPEN,), 100_000)))
+    questions = list(Writer(lamps).write((Kind.WHY_NOT,), (Form.OPEN,), 100_000))
     assert 10 < len(questions) < 100_000
 
 
 def test_the_command_asks_for_as_many_as_the_library_where_nobody_says_how_many() -> None:
-    assert Wanted().number == signature(command).parameters["n"].default == 500
+    numbers = [
+        signature(each).parameters[n].default for each, n in ((Writer.write, "number"), (command, "n"))
+    ]
+    assert numbers == [500, 500]
 
 
 def test_what_gives_no_question_five_times_in_a_row_is_given_up(
@@ -71,18 +71,18 @@ def test_what_gives_no_question_five_times_in_a_row_is_given_up(
     monkeypatch.setattr(
         Writer, "_drafts", lambda self, tasks, cell, number, seed: tried.append(cell.kind) or ()
     )
-    assert list(Writer(lamps).write(Wanted((Kind.STATE, Kind.FORWARD), (Form.OPEN,)))) == []
+    assert list(Writer(lamps).write((Kind.STATE, Kind.FORWARD), (Form.OPEN,))) == []
     assert tried == [Kind.STATE, Kind.FORWARD] * 5
 
 
 @pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_answers_are_even(domain: str, data_store: Store) -> None:
-    questions = list(Writer(find_benchmark(domain), Source(data_store)).write(Wanted(number=12 * len(CELLS))))
+    questions = list(Writer(find_benchmark(domain), Source(data_store)).write(number=12 * len(CELLS)))
     assert len(questions) == 12 * len(CELLS)
     uneven = [
-        (kind.value, form.value, balance.entropy)
+        (kind.value, form.value, entropy)
         for kind, form in CELLS
-        if (balance := balance_of(questions, kind, form)).entropy is None or balance.entropy < 0.8
+        if (entropy := entropy_of(questions, kind, form)) is None or entropy < 0.8
     ]
     assert uneven == []
 
@@ -93,14 +93,13 @@ def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
     assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= template_names()
     (tmp_path / "questions").mkdir()
     (tmp_path / "questions" / "answer.yes_no.txt").write_text("Ja oder nein?")
-    wanted = Wanted((Kind.FORWARD,), (Form.YES_NO,), 1)
-    (question,) = Writer(lamps, templates=Templates(tmp_path)).write(wanted)
+    (question,) = Writer(lamps, templates=Templates(tmp_path)).write((Kind.FORWARD,), (Form.YES_NO,), 1)
     assert question.prompt.endswith("Ja oder nein?")
 
 
 def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
-    told = {question.id: question for question in Writer(lamps).write(Wanted(number=108))}
-    closed = {question.id: question for question in Writer(lamps).write(Wanted(number=93, rules=False))}
+    told = {question.id: question for question in Writer(lamps).write(number=108)}
+    closed = {question.id: question for question in Writer(lamps).write(number=93, rules=False)}
     assert (len(told), len(closed)) == (108, 93)
     left_out = {(told[each].kind, told[each].form) for each in told.keys() - closed.keys()}
     assert left_out == {
@@ -115,7 +114,7 @@ def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
         assert all(
             head in question.prompt for head in rules if head.partition("(")[0] in lamps.domain.arities
         )
-    assert list(Writer(lamps).write(Wanted((Kind.WHY_NOT,), rules=False))) == []
+    assert list(Writer(lamps).write((Kind.WHY_NOT,), rules=False)) == []
 
 
 PROMPT = """\
@@ -132,4 +131,4 @@ and p(a, c):
 
 
 def test_a_prompt_begins_with_the_world(lamps: Benchmark) -> None:
-    assert all(question.prompt.startswith(PROMPT) for question in Writer(lamps).write(Wanted(number=36)))
+    assert all(question.prompt.startswith(PROMPT) for question in Writer(lamps).write(number=36))

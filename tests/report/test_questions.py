@@ -10,7 +10,7 @@ import pytest
 from cli.conftest import Command, eai
 from eai.benchmark.registry import find_benchmark
 from eai.questions.question import gold_text, questions_content
-from eai.questions.writer import Wanted, Writer
+from eai.questions.writer import Writer
 
 __all__ = ["eai"]
 
@@ -22,7 +22,7 @@ def scored(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     """The records of a model that is always right about the example world, and of one that mostly is."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(LAMPS)
-    asked = list(Writer(find_benchmark("lamps:lamps")).write(Wanted(number=36)))
+    asked = list(Writer(find_benchmark("lamps:lamps")).write(number=36))
     file = tmp_path / "questions.jsonl"
     file.write_bytes(questions_content(asked))
     for name, kept in (("sure", 36), ("unsure", 20)):

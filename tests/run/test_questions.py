@@ -11,7 +11,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.questions.question import Kind, questions_content
-from eai.questions.writer import Wanted, Writer
+from eai.questions.writer import Writer
 from eai.run.registry import TASKS
 from eai.tasks.source import Source
 
@@ -19,8 +19,8 @@ pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
 
 
 def test_a_task_asks_the_questions_of_a_file_and_scores_in_the_log(data_store: Store, tmp_path: Path) -> None:
-    wanted = Wanted((Kind.FORWARD, Kind.WHY_NOT), number=12)
-    questions = list(Writer(find_benchmark("behavior"), Source(data_store)).write(wanted))
+    writer = Writer(find_benchmark("behavior"), Source(data_store))
+    questions = list(writer.write((Kind.FORWARD, Kind.WHY_NOT), number=12))
     file = tmp_path / "questions.jsonl"
     file.write_bytes(questions_content(questions))
     task = TASKS["world_model"](domain=str(file))

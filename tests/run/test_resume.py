@@ -17,7 +17,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import EaiError
 from eai.questions.question import questions_content
-from eai.questions.writer import Wanted, Writer
+from eai.questions.writer import Writer
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
 from eai.tasks.source import Source
@@ -142,7 +142,7 @@ def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(
     """A plan may take seconds, and tens of them were found between an interrupt and the end."""
     domain = "virtualhome"
     if ability == "world_model":
-        questions = Writer(find_benchmark(domain), Source(data_store)).write(Wanted(number=TASKS))
+        questions = Writer(find_benchmark(domain), Source(data_store)).write(number=TASKS)
         file = tmp_path / "questions.jsonl"
         file.write_bytes(questions_content(list(questions)))
         domain = str(file)

@@ -25,8 +25,8 @@ from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.prompts.template import Templates
 from eai.questions.question import Form, Kind, Question, questions_content
-from eai.questions.shortcuts import Balance, balance_of, best_chance, chances_of, guesses_of
-from eai.questions.writer import Wanted, Writer
+from eai.questions.shortcuts import best_chance, chances_of, entropy_of, guesses_of
+from eai.questions.writer import Writer
 from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
@@ -60,8 +60,7 @@ def questions(
     """
     with data_progress() as report:
         writer = Writer(find_benchmark(domain), Source(store(data), report), Templates(prompts))
-        wanted = Wanted(tuple(kind or Kind), tuple(form or Form), n, seed, rules)
-        found = list(writer.write(wanted))
+        found = list(writer.write(kind or tuple(Kind), form or tuple(Form), n, seed, rules=rules))
     if not found:
         raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
     write_whole({out: questions_content(found)})
@@ -83,10 +82,10 @@ def _print_balance(questions: Sequence[Question]) -> None:
     columns: list[NamedCells] = [
         (
             Column(f"{form.value}\n{heading}", number=True),
-            [_cell(balance_of(questions, kind, form), field) for kind in kinds],
+            [cell(questions, kind, form) for kind in kinds],
         )
         for form in dict.fromkeys([question.form for question in questions])
-        for heading, field in (("n", "number"), ("entropy", "entropy"))
+        for heading, cell in (("n", _number), ("entropy", _entropy))
     ]
     title = "Questions, and how even their answers are (1: entirely)"
     print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *columns]))
@@ -123,6 +122,10 @@ def _best(chances: Mapping[str, Rate], heading: str) -> Cell:
     return best if heading == "by" else Estimate.of_rate(chances[best])
 
 
-def _cell(balance: Balance, field: str) -> str:
-    value = getattr(balance, field)
-    return "-" if value is None else f"{value:g}" if isinstance(value, int) else f"{value:.2f}"
+def _number(questions: Sequence[Question], kind: Kind, form: Form) -> str:
+    return str(sum((each.kind, each.form) == (kind, form) for each in questions))
+
+
+def _entropy(questions: Sequence[Question], kind: Kind, form: Form) -> str:
+    entropy = entropy_of(questions, kind, form)
+    return "-" if entropy is None else f"{entropy:.2f}"

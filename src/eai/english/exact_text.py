@@ -124,7 +124,7 @@ class ExactText:
 
     def spoken_of(self, predicates: Sequence[str], operators: Iterable[Operator]) -> Sequence[str]:
         """Some predicates, those that operators ask for, and those by which these are derived, each once."""
-        formulas = [formula for operator in operators for formula in _conditions_of(operator)]
+        formulas = [formula for operator in operators for formula in conditions_of(operator)]
         pending = [*predicates, *chain(*map(_predicates, formulas))]
         found: dict[str, None] = {}
         while pending:
@@ -157,7 +157,7 @@ def is_property(predicate: Predicate | None) -> bool:
     return predicate is not None and predicate.static and predicate.arity == 1
 
 
-def _conditions_of(operator: Operator) -> Iterator[f.Formula]:
+def conditions_of(operator: Operator) -> Iterator[f.Formula]:
     """All conditions of an operator."""
     yield from (check.condition for check in operator.checks)
     yield from _conditions(operator.effects)

@@ -35,8 +35,6 @@ DEPTHS = {"1": (1, 1), "2-3": (2, 3), "4-7": (4, 7), "8+": (8, 10**6)}
 WAYS = (GUESS, *SHORTCUTS)
 """How answers are had without knowing the world."""
 
-_NONE = Confusion(0, 0, 0)
-
 
 class _AskedQuestion(NamedTuple):
     """A question of a file, and how often guessing hits it: at random, or with the most common answer."""
@@ -45,8 +43,11 @@ class _AskedQuestion(NamedTuple):
     guess: float
 
 
+_NONE = Confusion(0, 0, 0)
+
+
 @dataclass(frozen=True, slots=True)
-class QuestionVerdict(Verdict):
+class _QuestionVerdict(Verdict):
     """How right an answer to a question is, with what comparing and tabulating need of the question.
 
     Attributes:
@@ -79,7 +80,7 @@ class _QuestionScorer(Scorer):
         """The verdict; an answer that cannot be read is wrong."""
         question, graded = self._question, grade(self._question, text)
         error = ErrorReport(FaultKind.PARSING, None, f"there is no answer of the form {question.form.value}")
-        verdict = QuestionVerdict(
+        verdict = _QuestionVerdict(
             error=None if graded.readable else error,
             repairs=graded.repairs,
             success=graded.exact,
@@ -98,7 +99,7 @@ def _explanation(question: Question, repairs: Sequence[str]) -> Explanation:
     return Explanation(notes=(wanted, *repair_notes(repairs)))
 
 
-def contributions(verdict: QuestionVerdict) -> dict[str, Share]:
+def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     """The contributions of one answer to each rate.
 
     It is right or not among all, among those of its kind and of its form, and of each kind among those of its
@@ -128,7 +129,7 @@ def contributions(verdict: QuestionVerdict) -> dict[str, Share]:
     }
 
 
-def outcome(verdict: QuestionVerdict) -> AnswerOutcome:
+def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     """The outcome of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
@@ -136,13 +137,13 @@ def outcome(verdict: QuestionVerdict) -> AnswerOutcome:
     return error_outcome(verdict) or partly
 
 
-def alike(one: QuestionVerdict, other: QuestionVerdict) -> bool:
+def alike(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:
     """Whether two verdicts are on the same question, be it with the rules or without."""
     return (one.kind, one.form, one.depth, one.gold) == (other.kind, other.form, other.depth, other.gold)
 
 
 _QUESTION = re.compile(rb'\{"id":(?!.*?"base":)')
-"""How a file of questions begins. That of a task file, which begins alike, goes on with whose world it is."""
+"""How a file of questions begins. That of a task file, which begins alike, says next whose world it is."""
 
 
 def open_questions(path: Path) -> OwnTasks | None:
@@ -154,10 +155,10 @@ def open_questions(path: Path) -> OwnTasks | None:
     with path.open("rb") as file:
         if not _QUESTION.match(file.readline()):
             return None
-    found = read_questions(path)
-    guesses = guesses_of(found.questions)
-    asked = {each.id: _AskedQuestion(each, guesses[each.id]) for each in found.questions}
-    return OwnTasks(f"{found.questions[0].domain}-{path.stem}", asked, found.sha256)
+    questions, sha256 = read_questions(path)
+    guesses = guesses_of(questions)
+    asked = {each.id: _AskedQuestion(each, guesses[each.id]) for each in questions}
+    return OwnTasks(f"{questions[0].domain}-{path.stem}", asked, sha256)
 
 
 def _pose(world: AskedWorld, asked: _AskedQuestion) -> Posed:
@@ -184,7 +185,7 @@ WORLD_MODEL = AbilityDeclaration(
     ),
     title="World-model questions",
     short="questions",
-    verdict=QuestionVerdict,
+    verdict=_QuestionVerdict,
     contributions=contributions,
     outcome=outcome,
     columns=(

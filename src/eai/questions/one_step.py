@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 
 from eai.questions.question import Accept
@@ -35,9 +35,10 @@ _CHOICES = 3
 
 def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """The facts that hold after an action; in open form, those that are different."""
-    state, action = _moment(setting, rng)
-    if action is None or (after := setting.after(state, action)) is None:
+    moment = _moment(setting, rng)
+    if moment is None:
         return None
+    state, action, after = moment
     changes = setting.changes(state, after)
     if not changes and rng.random() > _IDLE:
         return None
@@ -49,38 +50,36 @@ def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
 
 def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which single action makes something true that is not."""
-    state, action = _moment(setting, rng)
-    if action is None or (after := setting.after(state, action)) is None:
+    moment = _moment(setting, rng)
+    if moment is None:
         return None
+    state, action, after = moment
     added, removed = setting.added(state, after), setting.added(after, state)
     if not added and not removed:
         return None
     fact = rng.choice([*added, *removed])
-    wanted = fact in added
-    shown = [operator.name for operator in setting.rules.operators]
-    candidates = [name for name in shown if fact.predicate in setting.rules.written(name)]
-    outcomes = _outcomes(setting, state, candidates)
-    right = [each for each, reached in outcomes if _holds(reached, fact) is wanted]
-    literal = setting.text_of(fact) if wanted else f"not {setting.text_of(fact)}"
-    wrong = _others(setting, rng, state, action, lambda s: s is None or _holds(s, fact) is not wanted)
-    return _which_action(setting, state, right, wrong, {"fact": literal})
+    literal = setting.text_of(fact) if fact in added else f"not {setting.text_of(fact)}"
+
+    def is_right(reached: State) -> bool:
+        return reached.has(fact.predicate, *fact.arguments) is (fact in added)
+
+    values = {"fact": literal}
+    return _which_action(setting, rng, state, action, {fact.predicate}, is_right, values)
 
 
 def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which single action made these changes, and no others."""
-    state, action = _moment(setting, rng)
-    if action is None or (after := setting.after(state, action)) is None:
+    moment = _moment(setting, rng)
+    if moment is None:
         return None
+    state, action, after = moment
     changed = {fact.predicate for fact in (*setting.added(state, after), *setting.added(after, state))}
     if not changed:
         return None
-    shown = [operator.name for operator in setting.rules.operators]
-    candidates = [name for name in shown if changed <= setting.rules.written(name)]
-    outcomes = _outcomes(setting, state, candidates)
-    right = [each for each, reached in outcomes if setting.alike(reached, after)]
-    wrong = _others(setting, rng, state, action, lambda s: s is None or not setting.alike(s, after))
-    changes = setting.changes(state, after)
-    return _which_action(setting, state, right, wrong, {"changes": listed(changes)})
+    values = {"changes": listed(setting.changes(state, after))}
+    return _which_action(
+        setting, rng, state, action, changed, lambda reached: setting.alike(reached, after), values
+    )
 
 
 def applicability(setting: Setting, rng: random.Random, number: int) -> Item | None:
@@ -90,15 +89,15 @@ def applicability(setting: Setting, rng: random.Random, number: int) -> Item | N
     if len(right) < _CANDIDATES // 2 or len(wrong) < _CANDIDATES // 2:
         return None
     together = rng.sample([*right, *wrong], _CANDIDATES)
-    said = [setting.text_of(action) for action in right]
+    said = setting.texts(right)
     return Item(
         state,
         {action.operator for action in together},
         1,
         said,
-        [setting.text_of(action) for action in wrong],
+        setting.texts(wrong),
         said,
-        values={"actions": listed([setting.text_of(action) for action in together])},
+        values={"actions": listed(setting.texts(together))},
         actions=True,
     )
 
@@ -155,7 +154,7 @@ def statements(setting: Setting, rng: random.Random, states: Sequence[State]) ->
     right = [*some(rng, sorted(now - always), 2), *some(rng, sorted(always), 2)]
     wrong = some(rng, sorted(ever - now), 2)
     wrong += never_true(setting, rng, ever, max(2, _CHOICES - len(wrong)))
-    return [setting.text_of(fact) for fact in right], [setting.text_of(fact) for fact in wrong]
+    return setting.texts(right), setting.texts(wrong)
 
 
 def never_true(setting: Setting, rng: random.Random, ever: frozenset[Fact], number: int) -> list[Fact]:
@@ -173,34 +172,41 @@ def never_true(setting: Setting, rng: random.Random, ever: frozenset[Fact], numb
     return found[:number]
 
 
-def _moment(setting: Setting, rng: random.Random) -> tuple[State, Action | None]:
-    """A state of the way and an action that is possible in it: the next of the way, or any, equally often."""
+def _moment(setting: Setting, rng: random.Random) -> tuple[State, Action, State] | None:
+    """A state of the way, an action that is possible in it, and the state after it; None if none is found.
+
+    The action is the next of the way, or any, equally often.
+    """
     step = rng.randrange(len(setting.states))
     state = setting.states[step]
     if step < len(setting.way) and rng.random() < 0.5:
-        return state, setting.way[step]
-    return state, setting.some_action(rng, state, possible=True)
+        return state, setting.way[step], setting.states[step + 1]
+    action = setting.some_action(rng, state, possible=True)
+    after = None if action is None else setting.after(state, action)
+    return None if action is None or after is None else (state, action, after)
 
 
-def _outcomes(setting: Setting, state: State, operators: Sequence[str]) -> Iterator[tuple[Action, State]]:
-    """Every action by some operators that is possible in a state, and what it leads to."""
-    things = range(len(setting.scene.objects))
-    for name in operators:
-        for arguments in product(things, repeat=setting.domain.arities[name]):
-            action = Action(name, arguments)
-            reached = setting.after(state, action)
-            if reached is not None:
-                yield action, reached
-
-
-def _others(
+def _which_action(
     setting: Setting,
     rng: random.Random,
     state: State,
     action: Action,
-    is_wrong: Callable[[State | None], bool],
-) -> list[Action]:
-    """Wrong actions that look like a right one, or like each other, and some that are possible."""
+    changed: set[str],
+    is_right: Callable[[State], bool],
+    values: Mapping[str, str],
+) -> Item:
+    """Which action changes these predicates, among others, so that the state after it is right.
+
+    All actions on all objects are tried. Wrong ones look like a right one, or like each other, and some are
+    possible.
+    """
+    right: list[Action] = []
+    for name in [
+        each.name for each in setting.rules.operators if changed <= setting.rules.written[each.name]
+    ]:
+        every = product(range(len(setting.scene.objects)), repeat=setting.domain.arities[name])
+        actions = [Action(name, arguments) for arguments in every]
+        right += [each for each in actions if (s := setting.after(state, each)) is not None and is_right(s)]
     number = len(action.arguments)
     alike = [operator.name for operator in setting.rules.operators if operator.arity == number]
     drawn: list[Action] = []
@@ -208,7 +214,21 @@ def _others(
         name, things = rng.choice(alike), tuple(rng.sample(setting.things, number))
         drawn += [Action(name, action.arguments), Action(action.operator, things), Action(name, things)]
     drawn += _drawn(setting, rng, state, _CHOICES, possible=True)
-    return [each for each in dict.fromkeys(drawn) if is_wrong(setting.after(state, each))]
+    reached = {each: setting.after(state, each) for each in drawn}
+    wrong = setting.texts([each for each, after in reached.items() if after is None or not is_right(after)])
+    answer = setting.texts(right)
+    return Item(
+        state,
+        setting.rules.names,
+        1,
+        answer,
+        wrong,
+        answer,
+        Accept.ANY,
+        values,
+        actions=True,
+        yes_no=with_counterparts(answer, wrong, lambda text: text.partition("(")[0]),
+    )
 
 
 def _alternatives(
@@ -237,25 +257,6 @@ def _alternatives(
     return list(dict.fromkeys(right)), list(dict.fromkeys(wrong))
 
 
-def _which_action(
-    setting: Setting, state: State, right: Sequence[Action], wrong: Sequence[Action], values: dict[str, str]
-) -> Item:
-    said = [setting.text_of(action) for action in right]
-    others = [setting.text_of(action) for action in wrong]
-    return Item(
-        state,
-        setting.rules.names,
-        1,
-        said,
-        others,
-        said,
-        Accept.ANY,
-        values,
-        actions=True,
-        yes_no=with_counterparts(said, others, lambda text: text.partition("(")[0]),
-    )
-
-
 def _drawn(
     setting: Setting, rng: random.Random, state: State, number: int, *, possible: bool
 ) -> list[Action]:
@@ -268,7 +269,3 @@ def _drawn(
         if len(found) == number:
             break
     return list(found)
-
-
-def _holds(state: State, fact: Fact) -> bool:
-    return state.has(fact.predicate, *fact.arguments)

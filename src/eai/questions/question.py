@@ -101,26 +101,13 @@ class Question(BaseModel):
     shortcuts: Mapping[str, Annotated[float, Field(ge=0, le=1)]] = Field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class _QuestionFile:
-    """The questions of a file.
-
-    Attributes:
-        questions: in the order of the file.
-        sha256: digest of its content.
-    """
-
-    questions: tuple[Question, ...]
-    sha256: str
-
-
 def questions_content(questions: Iterable[Question]) -> bytes:
     """Questions as the content of a file; equal questions give equal bytes."""
     return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
 
 
-def read_questions(file: Path) -> _QuestionFile:
-    """The questions of a file.
+def read_questions(file: Path) -> tuple[Sequence[Question], str]:
+    """The questions of a file in order, and the digest of its content.
 
     Raises:
         InputError: it cannot be read, has none, or a line is no question; names file, line and field.
@@ -141,7 +128,7 @@ def read_questions(file: Path) -> _QuestionFile:
         questions[question.id] = question
     if not questions:
         raise InputError(f"{file}: expected at least one question")
-    return _QuestionFile(tuple(questions.values()), hashlib.sha256(content).hexdigest())
+    return tuple(questions.values()), hashlib.sha256(content).hexdigest()
 
 
 _THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
@@ -188,12 +175,8 @@ def grade(question: Question, text: str) -> _Graded:
 
 def gold_text(question: Question) -> str:
     """A right answer, as a model would write it."""
-    named = question.answer[:1] if question.accept is Accept.ANY else question.answer
-    return _written(question.form, named)
-
-
-def _written(form: Form, parts: Sequence[str]) -> str:
-    if form is not Form.OPEN:
+    parts = question.answer[:1] if question.accept is Accept.ANY else question.answer
+    if question.form is not Form.OPEN:
         return parts[0]
     return "[" + ", ".join([f'"{part}"' for part in parts]) + "]"
 

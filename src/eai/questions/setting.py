@@ -1,33 +1,41 @@
-"""The settings of questions: a task's world cut down to what is shown, and a way through it.
+"""The settings of questions: a task's world cut down to what is shown, its rules, and a way through it.
 
+The rules of a domain are what its actions need and do, in words and formulas, exactly as they are declared.
 An `Item` is what a question is made of before it is put into words in one of its forms.
 """
 
 from __future__ import annotations
 
+import math
 import random
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import takewhile
+from itertools import groupby, takewhile
 from typing import TypeAlias, TypeVar
 
+import eai.logic.formula as f
 from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, GoalKind, Task
+from eai.english.exact_text import conditions_of
 from eai.generator.scene import restricted
-from eai.logic.formula import Formula
-from eai.logic.traversal import objects
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.traversal import objects, walk, with_parts
+from eai.planning.effect_schema import written
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.wording import subjects
 from eai.questions.question import Accept
-from eai.questions.rules import Repertoire, Rules
+from eai.world.derived import Defined, Lookup, meaning, stored_sources
 from eai.world.domain import Domain
+from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
-from eai.world.operator import Check
+from eai.world.operator import Check, Operator
+from eai.world.reading import Readings
 from eai.world.state import Fact, Scene, State, change
+from eai.world.vocabulary import DerivedPredicate
 
 _STEPS = 24
 """The longest plan that questions are about."""
@@ -42,6 +50,201 @@ _ABSURD = 0.25
 """How often an action is taken for an impossible one that its objects are not made for."""
 
 _LIMITS = Limits(60)
+
+K = TypeVar("K", bound=Hashable)
+T = TypeVar("T")
+
+_INDENT = "  "
+_BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes false"}
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The rules of a domain without a word that no prompt may say: nothing of invisible memory.
+
+    Operators that read what cannot be seen and changes, that try several things, or that need a predicate
+    which no formula defines, cannot be shown; no question is about them.
+
+    Attributes:
+        domain: the declaration.
+    """
+
+    domain: Domain
+
+    @cached_property
+    def operators(self) -> tuple[Operator, ...]:
+        """The operators that can be shown."""
+        return tuple([each for each in self.domain.operators if self._can_be_shown(each)])
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The names of these."""
+        return frozenset([operator.name for operator in self.operators])
+
+    @cached_property
+    def readings(self) -> Readings:
+        """Formulas as functions of states."""
+        return Readings(self.domain.vocabulary)
+
+    @cached_property
+    def memory(self) -> frozenset[str]:
+        """The stored predicates that change and are never shown."""
+        predicates = self.domain.vocabulary.predicates
+        return frozenset([p.name for p in predicates if not p.visible and not p.static])
+
+    @cached_property
+    def fluents(self) -> frozenset[str]:
+        """The stored predicates that can be shown and can change."""
+        predicates = self.domain.vocabulary.predicates
+        return frozenset([p.name for p in predicates if p.visible and not p.static])
+
+    @cached_property
+    def written(self) -> Mapping[str, frozenset[str]]:
+        """By operator the predicates that it changes and that can be shown."""
+        return {each.name: frozenset(written(each.effects)) - self.memory for each in self.operators}
+
+    def predicates(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> frozenset[str]:
+        """The stored predicates that operators read or change, or that decide formulas."""
+        decisive = stored_sources(_read(formulas), self.domain.vocabulary)
+        return frozenset(decisive).union(*(self._about[name] for name in operators))
+
+    @cached_property
+    def _about(self) -> Mapping[str, frozenset[str]]:
+        """The stored predicates that each operator reads or changes."""
+        vocabulary = self.domain.vocabulary
+        return {
+            name: self.written[name].union(stored_sources(read, vocabulary))
+            for name, read in self._reads.items()
+        }
+
+    def text(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
+        """The rules of some operators, and the definitions of what they and some formulas speak of."""
+        shown = [each for each in self.operators if each.name in operators]
+        named = list(
+            dict.fromkeys([*_read(formulas), *(n for each in shown for n in self._reads[each.name])])
+        )
+        lines = [
+            *(self._texts[each.name] for each in shown),
+            *(self._definitions[name] for name in self._derived(named)),
+        ]
+        return "\n".join(lines)
+
+    def heads(self, operators: Collection[str]) -> str:
+        """Some operators with their parameters, and nothing about them."""
+        return "\n".join([_head(each) for each in self.operators if each.name in operators])
+
+    @cached_property
+    def _texts(self) -> Mapping[str, str]:
+        """The text of each operator, by name."""
+        return {operator.name: self._operator(operator) for operator in self.operators}
+
+    @cached_property
+    def _reads(self) -> Mapping[str, Sequence[str]]:
+        """The predicates that the conditions of each operator name."""
+        return {operator.name: _read(conditions_of(operator)) for operator in self.operators}
+
+    def _can_be_shown(self, operator: Operator) -> bool:
+        vocabulary = self.domain.vocabulary
+        read = _read(conditions_of(operator))
+        derived = [vocabulary.derived_by_name[name] for name in self._derived(read)]
+        undefined = any(meaning(each) is None for each in derived)
+        reads_memory = not self.memory.isdisjoint(stored_sources(read, vocabulary))
+        return not (operator.tries or undefined or reads_memory)
+
+    def _derived(self, names: Iterable[str]) -> list[str]:
+        """The derived predicates among these and in their definitions, each once."""
+        found: dict[str, None] = {}
+        pending = list(names)
+        while pending:
+            name = pending.pop(0)
+            derived = self.domain.vocabulary.derived_by_name.get(name)
+            if derived is None or name in found:
+                continue
+            found[name] = None
+            defined = meaning(derived)
+            pending += [] if defined is None else _read([defined.definition])
+        return list(found)
+
+    def _operator(self, operator: Operator) -> str:
+        head = _head(operator)
+        lines = [f"{head}: {operator.description}" if operator.description else head]
+        names = {parameter.name: parameter.name for parameter in operator.parameters}
+        for number, check in enumerate(operator.checks, 1):
+            lines.append(
+                f"{_INDENT}requirement {number}: {_text_of(check.condition)}"
+                f'   [otherwise "{check.reason.format_map(names)}"]'
+            )
+        effects = list(self._effects(operator.effects, _INDENT))
+        return "\n".join([*lines, *(effects or [f"{_INDENT}changes nothing"])])
+
+    def _effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
+        """The effects in order; what becomes true, or false, one after the other stands on one line."""
+        for kind, run in groupby(effects, type):
+            if kind in (Add, Delete):
+                atoms = [each.atom for each in run if isinstance(each, Add | Delete)]
+                shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.memory]
+                yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
+                continue
+            for effect in run:
+                yield from self._compound(effect, indent)
+
+    def _compound(self, effect: Effect, indent: str) -> Iterator[str]:
+        match effect:
+            case When(condition, effects, otherwise):
+                yield from self._block(f"if {_text_of(condition)}", effects, indent)
+                yield from self._block(f"if {_text_of(f.Not(condition))}", otherwise, indent)
+            case ForEach(variable, condition, effects):
+                yield from self._block(
+                    f"for each {variable.name} with {_text_of(condition)}", effects, indent
+                )
+            case Let(variable, condition, effects):
+                first = f"for the first {variable.name} with {_text_of(condition)}"
+                yield from self._block(first, effects, indent)
+
+    def _block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
+        """A heading with the effects below it; neither where there is nothing to say."""
+        lines = list(self._effects(effects, indent + _INDENT))
+        yield from [f"{indent}{heading}:", *lines] if lines else []
+
+    @cached_property
+    def _definitions(self) -> Mapping[str, str]:
+        """The meaning of each derived predicate that a formula defines."""
+        meanings = [(each, meaning(each)) for each in self.domain.vocabulary.derived]
+        return {each.name: _definition(each, defined) for each, defined in meanings if defined is not None}
+
+
+def _head(operator: Operator) -> str:
+    return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
+
+
+def _definition(derived: DerivedPredicate, defined: Defined) -> str:
+    remark = derived.open_in_meaning if isinstance(derived, Lookup) else ""
+    head = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
+    return f"{head}{_text_of(defined.definition)}{f' ({remark})' if remark else ''}"
+
+
+def _read(formulas: Iterable[f.Formula]) -> list[str]:
+    """The predicates that formulas name, each once."""
+    parts = (part for formula in formulas for part in walk(formula))
+    return list(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
+
+
+def _text_of(formula: f.Formula) -> str:
+    """A formula as text, in which a membership reads ``is_a(x, lamp)``, without empty parts."""
+    return print_ltl(_simplified(formula))
+
+
+def _simplified(formula: f.Formula) -> f.Formula:
+    match formula:
+        case f.Exists(f.Variable(name, category), f.Equals(left, right)) if category is not None:
+            other = right if left.name == name else left
+            return f.Atom("is_a", (other, f.Constant(category)))
+        case f.And(parts) if f.TRUE in parts:
+            return _simplified(f.And(tuple([part for part in parts if part != f.TRUE])))
+        case f.Not(f.Not(operand)):
+            return _simplified(operand)
+        case _:
+            return with_parts(formula, _simplified)
 
 
 @dataclass(frozen=True)
@@ -75,7 +278,7 @@ class Setting:
         return self.task.scene
 
     @cached_property
-    def goals(self) -> tuple[Formula, ...]:
+    def goals(self) -> tuple[f.Formula, ...]:
         """The goals of the task at the end."""
         return tuple([goal.formula for goal in self.task.goals])
 
@@ -116,7 +319,7 @@ class Setting:
     def changes(self, before: State, after: State) -> tuple[str, ...]:
         """The difference of one state from another, as ``lit(lamp)`` and ``not lit(lamp)``."""
         removed = [f"not {self.text_of(fact)}" for fact in self.added(after, before)]
-        return (*map(self.text_of, self.added(before, after)), *removed)
+        return (*self.texts(self.added(before, after)), *removed)
 
     def alike(self, one: State, other: State) -> bool:
         """Whether two states are the same, as far as can be shown."""
@@ -129,6 +332,10 @@ class Setting:
     def text_of(self, what: Fact | Action) -> str:
         """A fact or an action as text."""
         return action_text(what, self.scene) if isinstance(what, Action) else fact_text(what, self.scene)
+
+    def texts(self, those: Iterable[Fact] | Iterable[Action]) -> list[str]:
+        """The text of each of some facts or actions."""
+        return list(map(self.text_of, those))
 
     def some_action(
         self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
@@ -220,7 +427,102 @@ def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ..
     return tuple(taken)
 
 
-T = TypeVar("T")
+@dataclass(frozen=True)
+class Repertoire:
+    """Some actions, each of which may be taken as often as one likes, and everything they lead to.
+
+    It is exhausted, so that what is out of reach is proved to be.
+
+    Attributes:
+        actions: the actions.
+        states: every state that can be reached, the start first, nearer ones before farther ones.
+        edges: for every state the actions that are possible in it, each with the state that it leads to; both
+            by number.
+        depths: for every state how many actions it takes to get there.
+        gained: for every state the facts that hold in it and not at the start.
+    """
+
+    actions: tuple[Action, ...]
+    states: tuple[State, ...]
+    edges: tuple[tuple[tuple[int, int], ...], ...]
+    depths: tuple[int, ...]
+    gained: tuple[tuple[Fact, ...], ...]
+
+    @property
+    def becoming_true(self) -> frozenset[Fact]:
+        """All facts that do not hold at the start and do at some time."""
+        return frozenset().union(*self.gained)
+
+    def within(self, actions: Sequence[int]) -> Repertoire:
+        """The states that some of the actions, by their numbers, lead to."""
+        place = {number: n for n, number in enumerate(actions)}
+
+        def successors(n: int) -> Iterator[tuple[int, int]]:
+            return ((place[action], target) for action, target in self.edges[n] if action in place)
+
+        kept, edges, depths = _explored(0, successors)
+        return Repertoire(
+            tuple([self.actions[number] for number in actions]),
+            tuple([self.states[n] for n in kept]),
+            edges,
+            depths,
+            tuple([self.gained[n] for n in kept]),
+        )
+
+    def distance(self, is_goal: Callable[[int], bool]) -> int | None:
+        """The fewest actions from the start to a goal, a state by its number; None if none lead there."""
+        return next((depth for n, depth in enumerate(self.depths) if is_goal(n)), None)
+
+    def distances_to(self, is_goal: Callable[[int], bool]) -> Mapping[int, int]:
+        """The fewest actions from each state to a goal; states from which none lead there are left out."""
+        sources: list[list[int]] = [[] for _ in self.states]
+        for n, edges in enumerate(self.edges):
+            for _, target in edges:
+                sources[target].append(n)
+        level = [n for n in range(len(self.states)) if is_goal(n)]
+        found = dict.fromkeys(level, 0)
+        depth = 0
+        while level:
+            depth += 1
+            level = [n for n in dict.fromkeys([s for t in level for s in sources[t]]) if n not in found]
+            found.update(dict.fromkeys(level, depth))
+        return found
+
+
+def exhaust(setting: Setting, start: State, actions: Sequence[Action], most: int) -> Repertoire | None:
+    """All that some actions lead to from a state; None if that is more states than ``most``."""
+
+    def successors(state: State) -> Iterator[tuple[int, State]]:
+        for number, action in enumerate(actions):
+            after = setting.after(state, action)
+            if after is not None:
+                yield number, after
+
+    states, edges, depths = _explored(start, successors, most)
+    if len(states) > most:
+        return None
+    gained = [tuple(setting.added(start, state)) for state in states]
+    return Repertoire(tuple(actions), tuple(states), edges, depths, tuple(gained))
+
+
+def _explored(
+    start: K, successors: Callable[[K], Iterator[tuple[int, K]]], most: float = math.inf
+) -> tuple[list[K], tuple[tuple[tuple[int, int], ...], ...], tuple[int, ...]]:
+    """All nodes in breadth-first order, their numbered edges and their depths, until there are too many."""
+    numbers, nodes, depths = {start: 0}, [start], [0]
+    edges: list[tuple[tuple[int, int], ...]] = []
+    for n, node in enumerate(nodes):  # which grows on the way
+        found = []
+        for action, after in successors(node):
+            if after not in numbers:
+                numbers[after] = len(nodes)
+                nodes.append(after)
+                depths.append(depths[n] + 1)
+            found.append((action, numbers[after]))
+        edges.append(tuple(found))
+        if len(nodes) > most:
+            break
+    return nodes, tuple(edges), tuple(depths)
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,7 +553,7 @@ class Item:
     answer: Sequence[str]
     accept: Accept = Accept.ALL
     values: Mapping[str, str] = field(default_factory=dict)
-    formulas: tuple[Formula, ...] = ()
+    formulas: tuple[f.Formula, ...] = ()
     about: Mapping[str, Sequence[str]] = field(default_factory=dict)
     actions: bool = False
     yes_no: Collection[str] | None = None

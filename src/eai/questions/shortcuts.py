@@ -6,17 +6,28 @@ The balance of gold answers says how even they are, and what can be had of them 
 from __future__ import annotations
 
 import math
+import random
 import re
 from bisect import bisect_left, bisect_right, insort
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
+from functools import cache
 from typing import NamedTuple
 
 from eai.abilities.verdict import Share
 from eai.questions.question import Form, Kind, Question, gold_text, grade
+from eai.questions.setting import Item, Setting
 from eai.results.rate import Rate, rate_of
+
+LETTERS = "ABCD"
+"""The letters of choices."""
+
+_TEMPTING = 0.5
+"""How often a statement is the most tempting one there is."""
+
+_DRAWS = 24
+"""How often choices are drawn to find some that no shortcut gains by."""
 
 _NAME = re.compile(r"\w+(?:[.-]\w+)*")
 
@@ -55,39 +66,6 @@ SHORTCUTS = tuple(shortcut.value for shortcut in _Shortcut)
 """The names of the shortcuts."""
 
 
-class Glance:
-    """A view of statements beside a question without thinking of the world.
-
-    Args:
-        asked: the text of the question without them.
-        holding: the facts that hold when it is asked.
-        about: the labels of texts that do not begin with their operator or predicate.
-    """
-
-    def __init__(
-        self, asked: str, holding: Collection[str] = (), about: Mapping[str, Sequence[str]] | None = None
-    ) -> None:
-        self._about = about or {}
-        self._mentioned = Counter(_NAME.findall(asked))
-        self._holding = holding
-        self._known: dict[str, _Look] = {}
-
-    def at(self, text: str) -> _Look:
-        """The look of a statement."""
-        if text not in self._known:
-            names = frozenset(_NAME.findall(text))
-            labels = tuple(self._about.get(text, (text.partition("(")[0],)))
-            self._known[text] = _Look(
-                names,
-                sum([name in self._mentioned for name in names]),
-                sum([self._mentioned[name] for name in names]),
-                len(text),
-                text in self._holding,
-                labels,
-            )
-        return self._known[text]
-
-
 class _Look(NamedTuple):
     """The look of a statement.
 
@@ -108,6 +86,33 @@ class _Look(NamedTuple):
     labels: tuple[str, ...]
 
 
+def glance_at(
+    asked: str, holding: Collection[str] = (), about: Mapping[str, Sequence[str]] | None = None
+) -> Callable[[str], _Look]:
+    """The look of statements beside a question without thinking of the world.
+
+    Args:
+        asked: the text of the question without them.
+        holding: the facts that hold when it is asked.
+        about: the labels of texts that do not begin with their operator or predicate.
+    """
+    mentioned = Counter(_NAME.findall(asked))
+
+    @cache
+    def look(text: str) -> _Look:
+        names = frozenset(_NAME.findall(text))
+        return _Look(
+            names,
+            sum([name in mentioned for name in names]),
+            sum([mentioned[name] for name in names]),
+            len(text),
+            text in holding,
+            tuple((about or {}).get(text, (text.partition("(")[0],))),
+        )
+
+    return look
+
+
 class Posed(NamedTuple):
     """A question in closed form.
 
@@ -119,7 +124,7 @@ class Posed(NamedTuple):
 
     shown: Sequence[str]
     right: int | None
-    glance: Glance
+    glance: Callable[[str], _Look]
 
 
 class _Trait(NamedTuple):
@@ -206,7 +211,7 @@ class Ledger:
 
     def _traits(self, posed: Posed) -> list[dict[_Trait, int]]:
         """The traits of each statement, with the part that it has of each."""
-        looks = [posed.glance.at(text) for text in posed.shown]
+        looks = [posed.glance(text) for text in posed.shown]
         found = [
             dict.fromkeys([_Trait(_Shortcut.OPERATOR, label) for label in look.labels], _WHOLE)
             for look in looks
@@ -263,35 +268,89 @@ def _share(part: float, whole: float) -> float:
     return Rate(part, whole).share or 0.0
 
 
+def pose(
+    item: Item, setting: Setting, form: Form, asked: str, ledger: Ledger, rng: random.Random, turn: int
+) -> tuple[int, Posed] | None:
+    """The choices that are shown, drawn so that no shortcut gains; None if an item has too few.
+
+    Args:
+        item: what is asked.
+        setting: what it is asked of.
+        form: yes or no, or a choice.
+        asked: the text of the question without this.
+        ledger: what shortcuts get of the questions before.
+        rng: draws.
+        turn: which answer's turn it is to be the right one.
+    """
+    is_right, place = turn % 2 == 0, turn % len(LETTERS)
+    among = item.right if is_right else item.wrong
+    if item.yes_no is not None:
+        among = [text for text in among if text in item.yes_no]
+    if form is Form.YES_NO and not among:
+        return None
+    if form is Form.CHOICE and not (item.right and len(item.wrong) >= len(LETTERS) - 1):
+        return None
+    holding = () if item.actions or item.about else frozenset(map(setting.text_of, setting.facts(item.state)))
+    glance = glance_at(asked, holding, item.about)
+    best: tuple[int, Posed] | None = None
+    for _ in range(_DRAWS):
+        if form is Form.YES_NO:
+            posed = Posed([_statement(among, rng)], 0 if is_right else None, glance)
+        else:
+            posed = Posed(_choices(item, rng, place), place, glance)
+        excess = ledger.excess(posed)
+        if best is None or excess < best[0]:
+            best = excess, posed
+        if not excess:
+            break
+    return best
+
+
+def _statement(among: Sequence[str], rng: random.Random) -> str:
+    return rng.choice(among[:1] if rng.random() < _TEMPTING else among)
+
+
+def _choices(item: Item, rng: random.Random, place: int) -> list[str]:
+    """A right text at a place among wrong ones that have as much in common with it as with each other."""
+    right = rng.choice(item.right)
+    alike = [each for each in _alike(right, item.wrong, rng) if len(each) >= len(LETTERS) - 1]
+    shown = rng.sample(rng.choice(alike) if alike else item.wrong, len(LETTERS) - 1)
+    shown.insert(place, right)
+    return shown
+
+
+def _alike(right: str, wrong: Sequence[str], rng: random.Random) -> Iterator[Sequence[str]]:
+    """Wrong texts that differ from each other as they do from the right one.
+
+    All have its name, or all its arguments; or two names and two arguments are combined in all four ways.
+    """
+    name, _, arguments = right.partition("(")
+    far = rng.choice(wrong)
+    other, _, others = far.partition("(")
+    yield [each for each in wrong if each.partition("(")[0] == name]
+    yield [each for each in wrong if each.partition("(")[2] == arguments]
+    if other != name and others != arguments:
+        yield [each for each in (far, f"{name}({others}", f"{other}({arguments}") if each in wrong]
+
+
 GUESS = "guess"
 """The name of guessing beside the shortcuts."""
 
 
-@dataclass(frozen=True, slots=True)
-class Balance:
-    """How even the answers to the questions of one kind and form are.
+def entropy_of(questions: Sequence[Question], kind: Kind, form: Form) -> float | None:
+    """The entropy of the answers to the questions of a kind and form; None if there are fewer than two.
 
-    Attributes:
-        number: how many there are.
-        entropy: of their answers, as a share of what it would be if all were equally frequent that could be:
-            yes and no, the letters, what can become of a plan, else in open form as many different ones as
-            there are. None if there are fewer than two questions.
+    It is a share of what it would be if all possible answers were equally frequent: yes and no, the letters,
+    what can become of a plan, else in open form as many different ones as there are.
     """
-
-    number: int
-    entropy: float | None
-
-
-def balance_of(questions: Sequence[Question], kind: Kind, form: Form) -> Balance:
-    """How even the answers of a kind and form are."""
     chosen = [question for question in questions if question.kind is kind and question.form is form]
     if len(chosen) < 2:
-        return Balance(len(chosen), None)
+        return None
     counts = Counter(map(_label, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
     entropy = 0.0 - sum([share * math.log2(share) for share in shares])
-    return Balance(len(chosen), Rate(entropy, math.log2(most)).share if most > 1 else 0.0)
+    return Rate(entropy, math.log2(most)).share if most > 1 else 0.0
 
 
 def _label(question: Question) -> tuple[str, ...]:

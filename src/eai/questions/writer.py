@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count, cycle, islice
+from itertools import count, cycle, groupby, islice
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -15,13 +15,18 @@ from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
 from eai.questions.one_step import applicability, backward, forward, inverse, why_not
-from eai.questions.phrasing import Phrased, can_be_closed, phrase, pose, question_text, turns
-from eai.questions.plans import counterfactual, justification, state_tracking, validation
-from eai.questions.question import Form, Kind, Question
-from eai.questions.rules import Rules
-from eai.questions.setting import Item, Maker, Setting, open_setting
-from eai.questions.shortcuts import Ledger, Posed
-from eai.questions.ways import landmarks, next_action, reachability
+from eai.questions.plans import (
+    counterfactual,
+    justification,
+    landmarks,
+    next_action,
+    reachability,
+    state_tracking,
+    validation,
+)
+from eai.questions.question import Accept, Form, Kind, Question
+from eai.questions.setting import Item, Maker, Rules, Setting, listed, open_setting
+from eai.questions.shortcuts import LETTERS, Ledger, Posed, pose
 from eai.tasks.source import Source
 
 MAKERS: Mapping[Kind, Maker] = {
@@ -53,24 +58,18 @@ _GIVEN_UP = 5
 """How often in a row none of these gives a question, until there are no more of its kind and form."""
 
 
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """Which questions are wanted.
+_BLOCKS = 16
+"""After how many times all letters their order repeats itself."""
 
-    Attributes:
-        kinds: what is asked about.
-        forms: how answers are given.
-        number: how many, as evenly spread over kinds and forms as can be.
-        seed: of all that is random.
-        rules: whether prompts tell the rules. Questions without them are the same, by id; those about the
-            numbers of requirements are left out.
-    """
+_ABOUT_RULES = frozenset(
+    [*((Kind.WHY_NOT, form) for form in Form), (Kind.COUNTERFACTUAL, Form.OPEN), (Kind.VALIDATION, Form.OPEN)]
+)
+"""The kinds and forms that ask of requirements by their numbers, which the rules alone tell."""
 
-    kinds: Sequence[Kind] = tuple(Kind)
-    forms: Sequence[Form] = tuple(Form)
-    number: int = 500
-    seed: int = 0
-    rules: bool = True
+
+def _can_be_closed(kind: Kind, form: Form) -> bool:
+    """Whether questions of a kind and form can be asked without the rules."""
+    return (kind, form) not in _ABOUT_RULES
 
 
 @dataclass(slots=True)
@@ -117,57 +116,56 @@ class Writer:
         self._planner = Planner(benchmark.domain)
         self._settings: dict[tuple[str, int], Setting] = {}
 
-    def write(self, wanted: Wanted) -> Iterator[Question]:
+    def write(
+        self,
+        kinds: Sequence[Kind] = tuple(Kind),
+        forms: Sequence[Form] = tuple(Form),
+        number: int = 500,
+        seed: int = 0,
+        *,
+        rules: bool = True,
+    ) -> Iterator[Question]:
         """The questions, each as good as the next: any first part of them is as evenly spread.
 
         There are fewer where the tasks do not give as many. Equal arguments give equal questions.
+
+        Args:
+            kinds: what is asked about.
+            forms: how answers are given.
+            number: how many, as evenly spread over kinds and forms as can be.
+            seed: of all that is random.
+            rules: whether prompts state the rules. Questions without them are the same, by id; those about
+                the numbers of requirements are left out.
         """
-        order = _generator(wanted.seed, "tasks").sample(list(self._tasks), len(self._tasks))
+        order = _generator(seed, "tasks").sample(list(self._tasks), len(self._tasks))
         tasks = cycle(order) if order else iter(())
-        cells = [_Cell(kind, form, Ledger()) for form in wanted.forms for kind in wanted.kinds]
+        cells = [_Cell(kind, form, Ledger()) for form in forms for kind in kinds]
         written, seen = 0, set[str]()
-        for number in count():
+        for turn in count():
             cells = [cell for cell in cells if cell.failed < _GIVEN_UP]
-            if not any(wanted.rules or can_be_closed(cell.kind, cell.form) for cell in cells):
+            if not any(rules or _can_be_closed(cell.kind, cell.form) for cell in cells):
                 return
             for cell in cells:
-                if written == wanted.number:
+                if written == number:
                     return
-                drafts = self._drafts(islice(tasks, _TASKS_TRIED), cell, number, wanted.seed)
-                said = ((draft, self._phrased(draft, cell)) for draft in drafts)
-                found = next((each for each in said if each[1].prompt not in seen), None)
+                drafts = self._drafts(islice(tasks, _TASKS_TRIED), cell, turn, seed)
+                phrased = ((draft, *self._phrased(draft, cell, turn)) for draft in drafts)
+                found = next((each for each in phrased if each[1].prompt not in seen), None)
                 cell.failed = cell.failed + 1 if found is None else 0
                 if found is None:
                     continue
-                draft, phrased = found
-                seen.add(phrased.prompt)
+                draft, question, closed = found
+                seen.add(question.prompt)
                 shortcuts = {} if draft.posed is None else cell.ledger.add(draft.posed)
-                prompt = phrased.prompt if wanted.rules else phrased.closed
-                if prompt is None:
-                    continue
-                written += 1
-                yield Question(
-                    id=f"{cell.kind.value}-{cell.form.value}-{number}",
-                    domain=self._benchmark.name,
-                    task=draft.setting.task.id,
-                    title=draft.setting.task.title,
-                    kind=cell.kind,
-                    form=cell.form,
-                    depth=draft.item.depth,
-                    options=phrased.options,
-                    prompt=prompt,
-                    answer=phrased.answer,
-                    accept=phrased.accept,
-                    shortcuts=shortcuts,
-                )
-
-    def _phrased(self, draft: _Draft, cell: _Cell) -> Phrased:
-        return phrase(draft.item, draft.setting, cell.kind, cell.form, self._templates, draft.posed)
+                prompt = question.prompt if rules else closed
+                if prompt is not None:
+                    written += 1
+                    yield question.model_copy(update={"prompt": prompt, "shortcuts": shortcuts})
 
     def _drafts(self, tasks: Iterator[str], cell: _Cell, number: int, seed: int) -> Iterator[_Draft]:
         """Drafts about tasks: those that keep shortcuts near chance, then the others, best first."""
         rng = _generator(seed, cell.kind.value, cell.form.value, number)
-        order = turns(f"{seed} {cell.kind.value} {cell.form.value}")
+        order = _turns(f"{seed} {cell.kind.value} {cell.form.value}")
         others: list[tuple[int, _Draft]] = []
         for task in (self._tasks[each] for each in tasks for _ in range(_ITEMS)):
             setting = self._setting(task, seed)
@@ -178,7 +176,7 @@ class Writer:
                 continue
             posed, excess = None, 0
             if cell.form is not Form.OPEN:
-                asked = question_text(item, setting, cell.kind, cell.form, self._templates)
+                asked = _question_text(item, setting, cell, self._templates)
                 best = pose(item, setting, cell.form, asked, cell.ledger, rng, order[number % len(order)])
                 if best is None:
                     continue
@@ -190,11 +188,105 @@ class Writer:
         for _, draft in sorted(others, key=itemgetter(0)):
             yield draft
 
+    def _phrased(self, draft: _Draft, cell: _Cell, turn: int) -> tuple[Question, str | None]:
+        """A draft as a question, and its prompt without the rules; None where it needs their numbers."""
+        setting, item, posed = draft
+        form, shown = cell.form, [] if posed is None else posed.shown
+        right = None if posed is None else posed.right
+        match form:
+            case Form.OPEN:
+                choices, answer = "", tuple(item.answer)
+            case Form.YES_NO:
+                choices, answer = shown[0], ("no" if right is None else "yes",)
+            case Form.CHOICE:
+                choices = "\n".join(
+                    [f"{letter}. {text}" for letter, text in zip(LETTERS, shown, strict=True)]
+                )
+                answer = (LETTERS[right or 0],)
+        accept = item.accept if form is Form.OPEN else Accept.ALL
+        values = self._values(draft, cell, choices, accept)
+        question = Question(
+            id=f"{cell.kind.value}-{form.value}-{turn}",
+            domain=self._benchmark.name,
+            task=setting.task.id,
+            title=setting.task.title,
+            kind=cell.kind,
+            form=form,
+            depth=item.depth,
+            options=2 if form is Form.YES_NO else len(shown),
+            prompt=self._templates.fill("question.txt", values),
+            answer=answer,
+            accept=accept,
+        )
+        closed = _can_be_closed(cell.kind, form)
+        return question, self._templates.fill("closed_book.txt", values) if closed else None
+
+    def _values(self, draft: _Draft, cell: _Cell, choices: str, accept: Accept) -> Mapping[str, str]:
+        """The values of the templates of prompts."""
+        setting, item, posed = draft
+        operators = item.operators
+        if item.actions and posed is not None:
+            operators = {text.partition("(")[0] for text in posed.shown}
+        form = "any" if accept is Accept.ANY else cell.form.value
+        return {
+            "objects": _objects(setting),
+            "facts": _facts(setting, item, operators),
+            "rules": setting.rules.text(operators, item.formulas),
+            "actions": setting.rules.heads(operators),
+            "question": _question_text(item, setting, cell, self._templates, choices),
+            "answer": self._templates.text(f"questions/answer.{form}.txt"),
+        }
+
     def _setting(self, task: Task, seed: int) -> Setting:
         if (task.id, seed) not in self._settings:
             own = _seed(seed, "way", task.id)
             self._settings[task.id, seed] = open_setting(task, self._rules, self._planner, own)
         return self._settings[task.id, seed]
+
+
+def _question_text(item: Item, setting: Setting, cell: _Cell, templates: Templates, choices: str = "") -> str:
+    """The text of a question, with what there is to choose from if that is given."""
+    fluents = ", ".join(sorted(setting.rules.fluents))
+    values = {**item.values, "statement": choices, "choices": choices, "fluents": fluents}
+    return templates.fill(f"questions/{cell.kind.value}.{cell.form.value}.txt", values)
+
+
+def _objects(setting: Setting) -> str:
+    agent = setting.scene.agent
+    return listed(
+        [
+            f"{thing.name} [{thing.category}]{', the agent' if i == agent else ''}"
+            for i, thing in enumerate(setting.scene.objects)
+        ]
+    )
+
+
+def _facts(setting: Setting, item: Item, operators: Collection[str]) -> str:
+    """The facts that hold: all that can change, and of the rest those that decide the rules.
+
+    A predicate has a line, in which ``p(a, {b, c})`` stands for ``p(a, b)`` and ``p(a, c)``.
+    """
+    shown = setting.rules.fluents | setting.rules.predicates(operators, item.formulas)
+    names = [thing.name for thing in setting.scene.objects]
+    lines: dict[str, list[str]] = {}
+    facts = [fact for fact in item.state.facts() if fact.predicate in shown]
+    for (predicate, first), alike in groupby(facts, lambda fact: (fact.predicate, fact.arguments[:-1])):
+        last = [[names[i] for i in fact.arguments[-1:]] for fact in alike]
+        if first and len(last) > 1:
+            last = [["{" + ", ".join([name for (name,) in last]) + "}"]]
+        before = [names[i] for i in first]
+        texts = [f"{predicate}({', '.join([*before, *each])})" for each in last]
+        lines.setdefault(predicate, []).extend(texts)
+    return listed([", ".join(texts) for texts in lines.values()]) or "- nothing"
+
+
+def _turns(seed: str) -> list[int]:
+    """The order in which answers have their turn, over and over.
+
+    Of each four turns two are yes and two no, and each letter has one.
+    """
+    rng = random.Random(seed)  # noqa: S311 - chance, not secrets
+    return [turn for _ in range(_BLOCKS) for turn in rng.sample(range(len(LETTERS)), len(LETTERS))]
 
 
 def _generator(*parts: object) -> random.Random:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from eai.questions import ways as module
+from eai.questions import plans as module
 from eai.world.state import Fact
 
 
