@@ -32,7 +32,7 @@ from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior, kinds_of
 from eai.generator.sets import Seeds
 from eai.generator.spec import Generated, Spec, Tier
-from eai.pddl.val import Val
+from eai.pddl.val import installed_val
 from eai.tasks.source import Source
 from eai.tasks.task_files import open_task_files
 from eai.tasks.task_lines import written
@@ -127,18 +127,18 @@ def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
 
 
 def validated(file: Path, like: str, number: int) -> dict[str, object]:
-    """What VAL says of some certificates, and of the same without their last step."""
+    """The verdicts of VAL on some certificates, and on the same without their last step."""
     try:
-        val = Val.installed()
+        val = installed_val()
     except DataError as error:
         return {"VAL": str(error)}
     domain = find_benchmark(like).domain
     tasks = [task for task in _tasks(file, domain) if not any(goal.is_over_time for goal in task.goals)]
-    told = Counter[str]()
+    verdicts = Counter[str]()
     for task in random.Random(0).sample(tasks, min(number, len(tasks))):  # noqa: S311 - a sample, no secret
-        told[f"whole: {verdict_of_val(val, domain, task, task.script).value}"] += 1
-        told[f"without its last step: {verdict_of_val(val, domain, task, task.script[:-1]).value}"] += 1
-    return {"VAL": told}
+        verdicts[f"whole: {verdict_of_val(val, domain, task, task.script)}"] += 1
+        verdicts[f"without its last step: {verdict_of_val(val, domain, task, task.script[:-1])}"] += 1
+    return {"VAL": verdicts}
 
 
 def _tasks(file: Path, domain: Domain) -> Iterator[Task]:

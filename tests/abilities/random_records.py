@@ -13,7 +13,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.transition_modeling.declaration import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
-from eai.pddl.match import SideMatch
+from eai.pddl.matching import SideMatch
 from eai.world.fault import FaultKind
 
 T = TypeVar("T")

@@ -19,8 +19,8 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
 from eai.errors import InputError
-from eai.pddl.match import SideMatch
-from eai.pddl.offence import Offence, PddlFinding
+from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 

@@ -27,8 +27,7 @@ from eai.data.store import Store
 from eai.errors import DataError, InputError
 from eai.logic.formula import Atom, Constant
 from eai.logic.traversal import walk
-from eai.pddl.check import check_problem
-from eai.pddl.offence import Offence
+from eai.pddl.check import Offence, check_problem
 from eai.pddl.planning import PlannerChoice
 from eai.results.coverage import errata_effect
 from eai.scoring.batch import Settings, score_run

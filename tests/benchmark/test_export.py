@@ -16,8 +16,7 @@ from eai.households.behavior.domain import as_meant as behavior
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.domain import as_meant as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
-from eai.pddl.evaluation import PddlState
-from eai.pddl.execute import Executor
+from eai.pddl.execute import Executor, PddlState
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PlannerOutcome, PlanningTask

@@ -11,7 +11,7 @@ from cli.conftest import Command
 from eai.generator.fingerprint import Prints
 from eai.generator.generator import Generator
 from eai.generator.spec import Outcome
-from eai.pddl.val import Val, ValVerdict
+from eai.pddl.val import VALID
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -195,12 +195,12 @@ def test_val_is_asked_where_that_is_wanted(
     outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--val", "--over-time")
     assert (outcome.status, outcome.out) == (2, "")
     plain = made(eai, tmp_path / "plain")
-    monkeypatch.setattr(Val, "installed", lambda: Val(Path("Validate")))
-    for verdict, status in ((ValVerdict.VALID, 0), (ValVerdict.NO_ANSWER, 1)):
-        monkeypatch.setattr(Val, "verdict", lambda *_, told=verdict: told)
-        outcome = eai("generate", "--like", "behavior", "--n", 3, "--val", "--out", tmp_path / verdict.name)
+    monkeypatch.setattr("eai.cli.generate.installed_val", lambda: Path("Validate"))
+    for verdict, status in ((VALID, 0), ("no answer in time", 1)):
+        monkeypatch.setattr("eai.cli.generate.val_verdict", lambda *_, verdict=verdict: verdict)
+        outcome = eai("generate", "--like", "behavior", "--n", 3, "--val", "--out", tmp_path / verdict)
         assert (outcome.status == 0) == (status == 0)
-        assert (tmp_path / verdict.name / "tasks.jsonl").exists() == (status == 0)
+        assert (tmp_path / verdict / "tasks.jsonl").exists() == (status == 0)
     assert "VAL says of the certificate: no answer in time; nothing is written" in outcome.err
-    text = (tmp_path / "VALID" / "tasks.jsonl").read_text()
+    text = (tmp_path / VALID / "tasks.jsonl").read_text()
     assert [json.loads(line) for line in text.splitlines()] == plain

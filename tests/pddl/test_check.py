@@ -2,8 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pddl.check import Declarations, check_action, check_domain, check_problem
-from eai.pddl.offence import Offence, PddlFinding
+from eai.pddl.check import Declarations, Offence, PddlFinding, check_action, check_domain, check_problem
 from eai.pddl.reader import read_action, read_domain, read_problem
 
 DOMAIN = read_domain(

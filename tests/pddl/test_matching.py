@@ -4,9 +4,15 @@ import pytest
 
 from eai.data.store import Store
 from eai.households.published import open_behavior, open_virtualhome
-from eai.pddl.clauses import condition_clause, effect_clause, predicates_in, write_clause
-from eai.pddl.match import LiteralMatch, SideMatch
-from eai.pddl.matching import match_operators, missing_operator
+from eai.pddl.matching import (
+    SideMatch,
+    condition_clause,
+    effect_clause,
+    match_operators,
+    missing_operator,
+    predicates_in,
+    write_clause,
+)
 from eai.pddl.model import PddlAction
 from eai.pddl.reader import read_action
 
@@ -79,7 +85,7 @@ def test_a_clause_is_matched_with_all_that_is_in_it_and_literals_one_by_one(
     for parts, expected in zip((side.matched, side.additional, side.missing), clauses, strict=True):
         assert len(parts) == len(expected)
         assert all(text in (part, 1) for part, text in zip(parts, expected, strict=True))
-    assert found.precondition_literals == LiteralMatch(*in_literals)
+    assert found.precondition_literals == in_literals
 
 
 @pytest.mark.parametrize(
@@ -112,7 +118,7 @@ def test_a_conditional_effect_is_matched_as_a_whole_and_gives_partial_credit_in_
         additional=("(forall (?z - object) (when (p ?z ?a) (and (not (r ?z)) (s))))",),
         missing=("(forall (?o - object) (when (p ?o ?a) (not (r ?o))))",),
     )
-    assert found.effect_literals == LiteralMatch(2, 1, 0)
+    assert found.effect_literals == (2, 1, 0)
 
 
 def test_names_of_parameters_mean_nothing() -> None:

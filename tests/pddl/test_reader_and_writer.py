@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from eai.data.store import Store
 from eai.households.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
+from eai.pddl.check import Offence, PddlError
 from eai.pddl.model import NO_EFFECT, AddEffect, DeleteEffect, PddlDomain, PddlProblem, TypedName, WhenEffect
-from eai.pddl.offence import Offence, PddlError
 from eai.pddl.reader import (
     MAX_DEPTH,
     Group,

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.data.store import Store
 from eai.households.published import open_behavior, open_virtualhome
+from eai.logic.formula import TRUE
 from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.grounding import GroundCondition, Grounder
-from eai.pddl.literals import Literals, Successors
+from eai.pddl.grounding import Grounder, GroundProblem
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
@@ -243,17 +243,16 @@ def test_a_plan_that_takes_too_long_to_execute_is_not_judged() -> None:
 @settings(max_examples=examples(100), deadline=None, suppress_health_check=list(HealthCheck))
 @given(DOMAINS, PROBLEMS)
 def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: PddlProblem) -> None:
-    grounder = Grounder(domain, problem)
-    actions = list(grounder.actions())
-    initial, atoms = grounder.initial, grounder.atoms
-    pairs = _Pairs(actions, atoms, initial, Effort())
-    literals = Literals(atoms, Effort())
-    successors = Successors(actions, literals, Effort())
-    waiting, seen = [initial], {initial}
+    grounder = Grounder(domain, replace(problem, goal=TRUE))
+    goal, actions = grounder.goal(), list(grounder.actions())
+    assert goal is not None
+    ground = GroundProblem(grounder, actions, goal, Effort())
+    pairs = _Pairs(ground, Effort())
+    waiting, seen = [ground.initial], {ground.initial}
     while waiting and len(seen) < 200:
         state = waiting.pop()
-        assert pairs.allow(GroundCondition(state, ~state & (1 << atoms) - 1, ()))
-        found = {after for _, after in successors.of(state, literals.of(state))} - seen
+        assert pairs.allow(ground.of(state))
+        found = {after for _, after in ground.successors(state, ground.of(state))} - seen
         seen |= found
         waiting += sorted(found)
 
@@ -287,10 +286,10 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
     grounder = Grounder(HOUSE, problem)
     condition = grounder.goal()
     assert condition is not None
-    actions = list(grounder.actions())
+    ground = GroundProblem(grounder, list(grounder.actions()), condition, Effort())
     looks = Effort()
-    assert _Pairs(actions, grounder.atoms, grounder.initial, looks).allow(condition) is is_allowed
-    assert _Pairs(actions, grounder.atoms, grounder.initial, Effort(looks.used // 2)).allow(condition)
+    assert _Pairs(ground, looks).allow(ground.goal) is is_allowed
+    assert _Pairs(ground, Effort(looks.used // 2)).allow(ground.goal)
 
 
 @pytest.mark.parametrize(

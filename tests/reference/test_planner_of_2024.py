@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain
-from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search

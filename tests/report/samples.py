@@ -14,8 +14,8 @@ from eai.abilities.record import Origin, Record, TaskFeatures
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
-from eai.pddl.match import SideMatch
-from eai.pddl.offence import Offence, PddlFinding
+from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.scoring.records import write_records
 from eai.world.fault import FaultKind

@@ -12,7 +12,7 @@ from eai.abilities.record import TaskFeatures
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, PlanVerdict, Share
 from eai.households.behavior.tasks import BehaviorTasks
-from eai.pddl.match import SideMatch
+from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.results.breakdown import Flow, break_down, outcome
 from eai.results.certainty import Case

@@ -10,8 +10,8 @@ from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
-from eai.pddl.match import SideMatch
-from eai.pddl.offence import Offence, PddlFinding
+from eai.pddl.check import Offence, PddlFinding
+from eai.pddl.matching import SideMatch
 from eai.scoring.reward import METRICS, Merit, Shaping, gain, merit, metrics_of
 from eai.world.fault import FaultKind
 

@@ -29,7 +29,7 @@ from eai.pddl.model import (
     Both,
     DeleteEffect,
     PddlAction,
-    elementary_effects,
+    effect_atoms,
     parents,
     supertypes,
     type_of,
@@ -169,7 +169,7 @@ def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     """Random operators."""
     gold = [action for task in tasks.values() for action in task.gold.values()]
     lengths = [len([part for part in walk(each.precondition) if isinstance(part, Atom)]) for each in gold]
-    changes = [len(list(elementary_effects(each.effect))) for each in gold]
+    changes = [len(list(effect_atoms(each.effect))) for each in gold]
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task, rng = tasks[task_id], _chance(seed, task_id)

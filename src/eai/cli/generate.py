@@ -24,7 +24,7 @@ from eai.generator.sets import Seeds, Shape, manifest_entry, sets_in, write_mani
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Rejected, Spec, Split, Tier
 from eai.generator.splits import Overlap, Rivals, is_before
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
-from eai.pddl.val import Val, ValVerdict
+from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.source import Source
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import written
@@ -32,15 +32,15 @@ from eai.world.domain import Domain
 from eai.world.execution import Action
 
 
-def verdict_of_val(val: Val, domain: Domain, task: Task, plan: Sequence[Action]) -> ValVerdict:
-    """What VAL says of a plan.
+def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
+    """The verdict of VAL on a plan.
 
     Raises:
         DomainError: a goal is about more than the end, of which PDDL says nothing.
     """
     source = ProblemSource("task", task.initial, tuple([goal.formula for goal in task.goals]))
     (exported,) = export_problems(domain, [source], ExportOptions())
-    return val.verdict(exported.domain, exported.problem, [exported.step(action) for action in plan])
+    return val_verdict(val, exported.domain, exported.problem, [exported.step(action) for action in plan])
 
 
 def generate_tasks(
@@ -129,7 +129,7 @@ def generate_tasks(
 
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
     """
-    validator = Val.installed() if val else None
+    validator = installed_val() if val else None
     if over_time and (val or planner_steps):
         what = "--val: VAL knows" if val else "--planner-steps: the planner knows"
         raise InputError(f"{what} no goals over time; leave out --over-time")
@@ -212,7 +212,7 @@ def _asked_for(
     return outcomes, None
 
 
-def _validate(val: Val, domain: Domain, tasks: Sequence[Task]) -> None:
+def _validate(val: Path, domain: Domain, tasks: Sequence[Task]) -> None:
     """Have VAL check all certificates.
 
     Raises:
@@ -221,8 +221,8 @@ def _validate(val: Val, domain: Domain, tasks: Sequence[Task]) -> None:
     with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
         for task in bar.track(tasks, description="validating"):
             verdict = verdict_of_val(val, domain, task, task.script)
-            if verdict is not ValVerdict.VALID:
-                raise EaiError(f"{task.id}: VAL says of the certificate: {verdict.value}; nothing is written")
+            if verdict != VALID:
+                raise EaiError(f"{task.id}: VAL says of the certificate: {verdict}; nothing is written")
 
 
 def _between(text: str) -> tuple[float, float]:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.logic.traversal import walk
-from eai.pddl.evaluation import DerivedPredicates
+from eai.logic.traversal import walk, with_parts
+from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
@@ -177,24 +177,14 @@ class _Types:
     def convert(self, formula: f.Formula) -> f.Formula:
         """The formula, in which variables range over categories or are of a kind by a static predicate."""
         match formula:
-            case f.Not(operand):
-                return f.Not(self.convert(operand))
-            case f.And(operands):
-                return f.And(tuple(map(self.convert, operands)))
-            case f.Or(operands):
-                return f.Or(tuple(map(self.convert, operands)))
-            case f.Implies(premise, conclusion):
-                return f.Implies(self.convert(premise), self.convert(conclusion))
             case f.ForAll(variable, body) if m.type_of(variable) in self.predicates:
                 kind = self.membership(variable)
                 return f.ForAll(f.Variable(variable.name), f.Implies(kind, self.convert(body)))
             case f.Exists(variable, body) if m.type_of(variable) in self.predicates:
                 kind = self.membership(variable)
                 return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
-            case f.ForAll(variable, body) | f.Exists(variable, body):
-                return type(formula)(variable, self.convert(body))
             case _:
-                return formula
+                return with_parts(formula, self.convert)
 
 
 def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:

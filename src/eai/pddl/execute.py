@@ -1,19 +1,265 @@
 """Executing operators on explicit states: the plain semantics of PDDL, against which every plan is checked.
 
-A state is the set of the atoms that are true and not derived. Nothing here is shared with the search
-(`grounding`, `search`), so that a mistake there cannot hide itself.
+A state is the set of the atoms that are true and not derived. A quantifier looks only at the objects that
+the body's atoms leave open, found by an index of the state; the truth of a condition does not depend on it.
+Derived predicates that depend on themselves are computed as least fixpoints. The search (`grounding`,
+`search`) has its own semantics of conditions and effects, so that a mistake there cannot hide itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.signature import takes
-from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
+from eai.logic.traversal import walk
 from eai.planning.search import Effort
+
+PddlState = frozenset[f.Atom]
+Valuation = Mapping[str, str]
+"""The objects that variables stand for, by name."""
+
+_Row = tuple[str, ...]
+
+
+class DerivedPredicates:
+    """The axioms of a domain.
+
+    Attributes:
+        axioms: those of every derived predicate; it holds if the condition of any of them does.
+        circles: for a predicate that depends on itself, all those that depend on each other with it.
+    """
+
+    def __init__(self, axioms: Iterable[m.PddlAxiom]) -> None:
+        self.axioms: dict[str, list[m.PddlAxiom]] = {}
+        for axiom in axioms:
+            self.axioms.setdefault(axiom.name, []).append(axiom)
+        below = {name: self._reachable(name) for name in self.axioms}
+        self.circles = {
+            name: tuple([other for other in below[name] if name in below[other]])
+            for name in self.axioms
+            if name in below[name]
+        }
+
+    def _reachable(self, predicate: str) -> tuple[str, ...]:
+        """The derived predicates on which one depends; itself only if through itself or another."""
+        found: dict[str, None] = {}
+        waiting = [predicate]
+        while waiting:
+            for axiom in self.axioms[waiting.pop()]:
+                names = [each.predicate for each in walk(axiom.condition) if isinstance(each, f.Atom)]
+                new = [name for name in names if name in self.axioms and name not in found]
+                found |= dict.fromkeys(new)
+                waiting += new
+        return tuple(found)
+
+
+class Evaluation:
+    """One state, ready to answer whether conditions hold.
+
+    Args:
+        state: the atoms of predicates that are not derived and are true.
+        derived: the derived predicates.
+        objects: the objects of every type.
+        looks: what quantifiers may look at, also in other states; any number of objects by default.
+    """
+
+    def __init__(
+        self,
+        state: PddlState,
+        derived: DerivedPredicates,
+        objects: Mapping[str, tuple[str, ...]],
+        looks: Effort | None = None,
+    ) -> None:
+        self._looks = looks or Effort()
+        self._axioms = derived.axioms
+        self._circles = derived.circles
+        self._objects = objects
+        self._rows: dict[str, set[_Row]] = {}
+        self._indexed: dict[tuple[str, int], dict[str, list[_Row]]] = {}
+        self._known: dict[tuple[str, _Row], bool] = {}
+        for atom in state:
+            self._rows.setdefault(atom.predicate, set()).add(tuple([term.name for term in atom.arguments]))
+
+    def holds(self, formula: f.Formula, binding: Valuation) -> bool:
+        """Whether a condition holds.
+
+        Raises:
+            ValueError: a part of the formula has no meaning in a single state, or a variable is unbound.
+        """
+        match formula:
+            case f.Atom(predicate, arguments):
+                return self._has(predicate, tuple([object_of(term, binding) for term in arguments]))
+            case f.Equals(left, right):
+                return object_of(left, binding) == object_of(right, binding)
+            case f.Not(operand):
+                return not self.holds(operand, binding)
+            case f.And(operands):
+                return all(self.holds(operand, binding) for operand in operands)
+            case f.Or(operands):
+                return any(self.holds(operand, binding) for operand in operands)
+            case f.Implies(premise, conclusion):
+                return not self.holds(premise, binding) or self.holds(conclusion, binding)
+            case f.ForAll(variable, body):
+                counter = self.extensions(variable, f.Not(body), binding)
+                return all(self.holds(body, inner) for inner in counter)
+            case f.Exists(variable, body):
+                return any(self.holds(body, inner) for inner in self.extensions(variable, body, binding))
+            case _:
+                raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
+
+    def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
+        """The binding with each value of a variable for which a body may hold, in order of declaration."""
+        members = self._objects.get(m.type_of(variable), ())
+        inner = {name: value for name, value in binding.items() if name != variable.name}
+        found = self._candidates(body, variable.name, inner, positive=True)
+        names = [name for name in members if found is None or name in found]
+        return ({**inner, variable.name: name} for name in self._looks.at(names))
+
+    def _has(self, predicate: str, row: _Row) -> bool:
+        if predicate not in self._axioms:
+            return row in self._rows.get(predicate, ())
+        self._complete(predicate)
+        if predicate in self._rows:
+            return row in self._rows[predicate]
+        key = (predicate, row)
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = any(self._follows(axiom, row) for axiom in self._axioms[predicate])
+        return known
+
+    def _follows(self, axiom: m.PddlAxiom, row: _Row) -> bool:
+        binding = {parameter.name: name for parameter, name in zip(axiom.parameters, row, strict=True)}
+        return self.holds(axiom.condition, binding)
+
+    def _complete(self, predicate: str) -> None:
+        """Compute all rows of a derived predicate that depends on itself, and of those it depends on so."""
+        circle = self._circles.get(predicate)
+        if circle is None or predicate in self._rows:
+            return
+        for name in circle:
+            self._rows[name] = set()
+        grown = True
+        while grown:
+            grown = False
+            for name in circle:
+                new = {row for axiom in self._axioms[name] for row in self._consequences(axiom)}
+                grown = grown or not new <= self._rows[name]
+                self._rows[name] |= new
+                self._indexed.clear()
+                self._known.clear()
+
+    def _consequences(self, axiom: m.PddlAxiom) -> Iterator[_Row]:
+        bindings: list[Valuation] = [{}]
+        for parameter in axiom.parameters:
+            bindings = [each for b in bindings for each in self.extensions(parameter, axiom.condition, b)]
+        for binding in bindings:
+            if self.holds(axiom.condition, binding):
+                yield tuple([binding[parameter.name] for parameter in axiom.parameters])
+
+    def _candidates(
+        self, formula: f.Formula, name: str, binding: Valuation, *, positive: bool
+    ) -> set[str] | None:
+        """Objects among which all are for which a formula can be true, or false; None for any object.
+
+        Variables that are not in the binding may stand for anything.
+        """
+        match formula:
+            case f.Atom() if positive:
+                return self._atom_candidates(formula, name, binding)
+            case f.Equals(left, right) if positive:
+                for one, other in ((left, right), (right, left)):
+                    if one == f.Variable(name) and (value := _value(other, binding)) is not None:
+                        return {value}
+                return None
+            case f.Not(operand):
+                return self._candidates(operand, name, binding, positive=not positive)
+            case f.Implies(premise, conclusion):
+                return self._candidates(f.Or((f.Not(premise), conclusion)), name, binding, positive=positive)
+            case f.And(operands) | f.Or(operands):
+                found = [self._candidates(each, name, binding, positive=positive) for each in operands]
+                return _smallest(found) if isinstance(formula, f.And) is positive else _all_of(found)
+            case f.Exists(variable, body) | f.ForAll(variable, body) if (
+                isinstance(formula, f.Exists) is positive
+            ):
+                if variable.name == name:
+                    return None
+                inner = {key: value for key, value in binding.items() if key != variable.name}
+                return self._candidates(body, name, inner, positive=positive)
+            case _:
+                return None
+
+    def _atom_candidates(self, atom: f.Atom, name: str, binding: Valuation) -> set[str] | None:
+        places = [i for i, term in enumerate(atom.arguments) if term == f.Variable(name)]
+        if not places:
+            return None
+        values = [_value(term, binding) for term in atom.arguments]
+        if atom.predicate in self._axioms:
+            self._complete(atom.predicate)
+            if atom.predicate not in self._rows:
+                return self._derived_candidates(atom.predicate, places[0], values)
+        return {row[places[0]] for row in self._matching(atom.predicate, values)}
+
+    def _derived_candidates(
+        self, predicate: str, place: int, values: Sequence[str | None]
+    ) -> set[str] | None:
+        found = []
+        for axiom in self._axioms[predicate]:
+            names = [parameter.name for parameter in axiom.parameters]
+            binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
+            found.append(self._candidates(axiom.condition, names[place], binding, positive=True))
+        return _all_of(found)
+
+    def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
+        """The rows of a predicate that have these values, None standing for any."""
+        rows: Iterable[_Row] = self._rows.get(predicate, ())
+        for place, value in enumerate(values):
+            if value is not None:
+                rows = self._index(predicate, place).get(value, ())
+                break
+        return (row for row in rows if all(value in (None, x) for value, x in zip(values, row, strict=True)))
+
+    def _index(self, predicate: str, place: int) -> Mapping[str, list[_Row]]:
+        found = self._indexed.get((predicate, place))
+        if found is None:
+            found = self._indexed[predicate, place] = {}
+            for row in self._rows.get(predicate, ()):
+                found.setdefault(row[place], []).append(row)
+        return found
+
+
+def object_of(term: f.Term, binding: Valuation) -> str:
+    """The object that a term stands for.
+
+    Raises:
+        ValueError: it is an unbound variable.
+    """
+    if isinstance(term, f.Constant):
+        return term.name
+    bound = binding.get(term.name)
+    if bound is None:
+        raise ValueError(f"unbound variable ?{term.name}")
+    return bound
+
+
+def _value(term: f.Term, binding: Valuation) -> str | None:
+    return term.name if isinstance(term, f.Constant) else binding.get(term.name)
+
+
+def _smallest(found: Iterable[set[str] | None]) -> set[str] | None:
+    known = [each for each in found if each is not None]
+    return min(known, key=len) if known else None
+
+
+def _all_of(found: Sequence[set[str] | None]) -> set[str] | None:
+    together: set[str] = set()
+    for each in found:
+        if each is None:
+            return None
+        together |= each
+    return together
 
 
 @dataclass(frozen=True, slots=True)

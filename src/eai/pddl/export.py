@@ -16,12 +16,10 @@ import eai.pddl.model as m
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Constant, Formula, Variable
 from eai.logic.rewriting import rename_objects
-from eai.pddl.evaluation import PddlState
-from eai.pddl.execute import PlanStep
-from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, hidden_predicates, without
+from eai.pddl.execute import PddlState, PlanStep
+from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
 from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.ordered_effects import OrderedEffects
-from eai.pddl.simplify import conjunction
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action

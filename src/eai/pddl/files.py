@@ -11,22 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from eai.errors import InputError
-from eai.pddl.check import check_domain, check_problem
+from eai.pddl.check import Offence, PddlError, PddlFinding, check_domain, check_problem
 from eai.pddl.model import PddlDomain, PddlProblem
-from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, read_group
 
 _DOMAIN = frozenset(
-    {
-        "domain",
-        ":requirements",
-        ":types",
-        ":constants",
-        ":predicates",
-        ":functions",
-        ":derived",
-        ":action",
-    }
+    ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"],
 )
 _PROBLEM = frozenset({"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric"})
 _NUMERIC = frozenset({"<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"})

@@ -2,23 +2,27 @@
 
 What no effect can change is decided while grounding: what is true of predicates that are never deleted, and
 what is false of those that are never added. A state is an integer whose bit i says whether atom i is true.
+
+Conditions are masks over literals, so that many are looked at as one. With n atoms, bit i of a set of
+literals says that atom i may be true, and bit n + i that it may be false. A state has one of the two for each
+atom; in a relaxed state (`relaxation`) both may be so. Beyond them each choice that conditions leave is a
+literal of its own, equal choices the same one: it is there where one of its options is. So any condition is a
+mask of the literals that it needs, and all actions that are possible in a state are found at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import free_variables, objects
-from eai.pddl.evaluation import DerivedPredicates
-from eai.pddl.execute import PlanStep
+from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.planning.search import Effort
 
 
-class GroundCondition(NamedTuple):
+class _Condition(NamedTuple):
     """A ground condition: atoms that must be true, atoms that must be false, and one of each of the choices.
 
     ``true`` and ``false`` are bit masks.
@@ -26,27 +30,29 @@ class GroundCondition(NamedTuple):
 
     true: int
     false: int
-    choices: tuple[tuple[GroundCondition, ...], ...]
+    choices: tuple[tuple[_Condition, ...], ...]
 
 
-class GroundChange(NamedTuple):
+class _Effect(NamedTuple):
     """A ground conditional effect; ``add`` and ``delete`` are bit masks."""
 
-    condition: GroundCondition
+    condition: _Condition
     add: int
     delete: int
 
 
-@dataclass(frozen=True, slots=True)
-class GroundAction:
-    """An operator with its objects."""
+class _Instance(NamedTuple):
+    """An operator with its objects; what it does in any case is one effect, the first."""
 
     step: PlanStep
-    precondition: GroundCondition
-    changes: tuple[GroundChange, ...]
+    precondition: _Condition
+    effects: tuple[_Effect, ...]
 
 
-ALWAYS = GroundCondition(0, 0, ())
+_ALWAYS = _Condition(0, 0, ())
+
+_SUCCESSOR = 10
+"""How many looks it takes to apply an action."""
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
@@ -68,33 +74,28 @@ class Grounder:
         self._problem = problem
         self._objects = m.objects_by_type(domain, problem)
         self._facts = {_key(atom, {}) for atom in problem.initial}
-        effects = [part for action in domain.actions for part in m.elementary_effects(action.effect)]
+        effects = [part for action in domain.actions for part, _ in m.effect_parts(action.effect)]
         self._added = {part.atom.predicate for part in effects if isinstance(part, m.AddEffect)}
         self._deleted = {part.atom.predicate for part in effects if isinstance(part, m.DeleteEffect)}
         self._axioms = DerivedPredicates(domain.axioms).axioms
-        self._numbers: dict[_Key, int] = {}
-        self._ground: dict[tuple[object, ...], GroundAction | None] = {}
+        self.numbers: dict[_Key, int] = {}
+        self._ground: dict[tuple[object, ...], _Instance | None] = {}
 
     @property
     def initial(self) -> int:
         """The initial state over the atoms met so far: to be asked for when grounding is done."""
-        return sum(1 << number for key, number in self._numbers.items() if key in self._facts)
-
-    @property
-    def atoms(self) -> int:
-        """How many atoms have been met so far."""
-        return len(self._numbers)
+        return sum(1 << number for key, number in self.numbers.items() if key in self._facts)
 
     @property
     def objects(self) -> frozenset[str]:
         """All objects."""
         return frozenset(self._objects["object"])
 
-    def goal(self) -> GroundCondition | None:
+    def goal(self) -> _Condition | None:
         """The goal, or None if it is false in every state."""
         return self._condition(self._problem.goal, {}, negated=False)
 
-    def actions(self, allowed: frozenset[str] | None = None) -> Iterator[GroundAction]:
+    def actions(self, allowed: frozenset[str] | None = None) -> Iterator[_Instance]:
         """All ground actions that some state may admit and that change something.
 
         Args:
@@ -147,36 +148,34 @@ class Grounder:
     def _passes(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
         return all(_key(atom, binding) in self._facts for atom in tests)
 
-    def _action(self, action: m.PddlAction, binding: _Binding) -> GroundAction | None:
+    def _action(self, action: m.PddlAction, binding: _Binding) -> _Instance | None:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
-        found: list[GroundChange] = []
-        self._add_changes(action.effect, binding, ALWAYS, found)
+        found: list[_Effect] = []
+        self._add_changes(action.effect, binding, _ALWAYS, found)
         add = delete = 0
         conditional = []
         for change in found:
-            if change.condition is ALWAYS:
+            if change.condition is _ALWAYS:
                 add |= change.add
                 delete |= change.delete
             elif change.add or change.delete:
                 conditional.append(change)
-        changes = [GroundChange(ALWAYS, add, delete)] if add or delete else []
+        changes = [_Effect(_ALWAYS, add, delete)] if add or delete else []
         changes += conditional
         arguments = tuple(binding[parameter.name] for parameter in action.parameters)
-        return (
-            GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
-        )
+        return _Instance(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
 
     def _add_changes(
-        self, effect: m.PddlEffect, binding: _Binding, condition: GroundCondition, found: list[GroundChange]
+        self, effect: m.PddlEffect, binding: _Binding, condition: _Condition, found: list[_Effect]
     ) -> None:
         """Add the changes that an effect makes under a condition to those that were found."""
         match effect:
             case m.AddEffect(atom):
-                found.append(GroundChange(condition, self._bit(_key(atom, binding)), 0))
+                found.append(_Effect(condition, self._bit(_key(atom, binding)), 0))
             case m.DeleteEffect(atom):
-                found.append(GroundChange(condition, 0, self._bit(_key(atom, binding))))
+                found.append(_Effect(condition, 0, self._bit(_key(atom, binding))))
             case m.Both(parts):
                 for part in parts:
                     self._add_changes(part, binding, condition, found)
@@ -188,13 +187,13 @@ class Grounder:
                 if combined is not None:
                     self._add_changes(part, binding, combined, found)
 
-    def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+    def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> _Condition | None:
         """The ground condition, or None if it is false in every state."""
         match formula:
             case f.Atom():
                 return self._literal(formula, binding, negated=negated)
             case f.Equals(left, right):
-                return ALWAYS if (_name(left, binding) == _name(right, binding)) != negated else None
+                return _ALWAYS if (_name(left, binding) == _name(right, binding)) != negated else None
             case f.Not(operand):
                 return self._condition(operand, binding, negated=not negated)
             case f.And(operands) | f.Or(operands):
@@ -209,16 +208,16 @@ class Grounder:
             case _:
                 raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
-    def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+    def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _Condition | None:
         if atom.predicate in self._axioms:
             return self._derived(atom, binding, negated=negated)
         key = _key(atom, binding)
         bit = self._bit(key)
         if not bit:
-            return ALWAYS if (key in self._facts) != negated else None
-        return GroundCondition(0, bit, ()) if negated else GroundCondition(bit, 0, ())
+            return _ALWAYS if (key in self._facts) != negated else None
+        return _Condition(0, bit, ()) if negated else _Condition(bit, 0, ())
 
-    def _derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+    def _derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _Condition | None:
         """The condition of a derived predicate; one that depends on itself has none."""
         names = [_name(term, binding) for term in atom.arguments]
         parts = (
@@ -235,7 +234,7 @@ class Grounder:
         """The bit of an atom; none if it stays what it is."""
         if key[0] not in (self._deleted if key in self._facts else self._added):
             return 0
-        return 1 << self._numbers.setdefault(key, len(self._numbers))
+        return 1 << self.numbers.setdefault(key, len(self.numbers))
 
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
         """A binding for each object of a variable: the same one, so that each is used before the next."""
@@ -244,9 +243,9 @@ class Grounder:
             yield inner
 
 
-def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
+def _all_of(parts: Iterable[_Condition | None]) -> _Condition | None:
     true = false = 0
-    choices: list[tuple[GroundCondition, ...]] = []
+    choices: list[tuple[_Condition, ...]] = []
     for part in parts:
         if part is None:
             return None
@@ -255,19 +254,19 @@ def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
         choices += part.choices
     if true & false:
         return None
-    return GroundCondition(true, false, tuple(choices)) if true or false or choices else ALWAYS
+    return _Condition(true, false, tuple(choices)) if true or false or choices else _ALWAYS
 
 
-def _one_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
-    options: list[GroundCondition] = []
+def _one_of(parts: Iterable[_Condition | None]) -> _Condition | None:
+    options: list[_Condition] = []
     for part in parts:
-        if part is ALWAYS:
-            return ALWAYS
+        if part is _ALWAYS:
+            return _ALWAYS
         if part is not None:
             options.append(part)
     if len(options) < 2:
         return options[0] if options else None
-    return GroundCondition(0, 0, (tuple(options),))
+    return _Condition(0, 0, (tuple(options),))
 
 
 def _tests_by_variable(action: m.PddlAction, atoms: Sequence[f.Atom]) -> dict[str, list[f.Atom]]:
@@ -295,3 +294,173 @@ def _key(atom: f.Atom, binding: _Binding) -> _Key:
 
 def _name(term: f.Term, binding: _Binding) -> str:
     return binding[term.name] if isinstance(term, f.Variable) else term.name
+
+
+class _Choice(NamedTuple):
+    """A choice: its literal, its options in order, those of one literal as a mask, and the others."""
+
+    literal: int
+    options: tuple[int, ...]
+    simple: int
+    compound: tuple[int, ...]
+
+
+class GroundChange(NamedTuple):
+    """A conditional effect: the literals that it needs, and the atoms that it adds and deletes."""
+
+    needs: int
+    add: int
+    delete: int
+
+
+class GroundAction(NamedTuple):
+    """An operator with its objects: the literals that it needs, and its effects.
+
+    What it does in any case is one effect, the first, which needs nothing.
+    """
+
+    step: PlanStep
+    needs: int
+    changes: Sequence[GroundChange]
+
+
+class _Successor(NamedTuple):
+    """The set of the action, which has its number's bit alone, and the state after it."""
+
+    action: int
+    state: int
+
+
+class GroundProblem:
+    """The literals of one problem, what is needed for its goal, and the successors of its states.
+
+    Args:
+        grounder: has ground them.
+        actions: the ground actions, numbered in order.
+        goal: the ground goal.
+        looks: how many literals, options, conditions and effects may be looked at.
+
+    Attributes:
+        atoms: how many atoms there are; literals from 2 to 3 times that number on are left free.
+        initial: the state at the start.
+        goal: the literals that the goal needs.
+        actions: the ground actions.
+    """
+
+    def __init__(
+        self, grounder: Grounder, actions: Iterable[_Instance], goal: _Condition, looks: Effort
+    ) -> None:
+        self.atoms = len(grounder.numbers)
+        self.initial = grounder.initial
+        self._looks = looks
+        self._every_atom = (1 << self.atoms) - 1
+        self._choices: dict[tuple[int, ...], _Choice] = {}
+        self._effort = 0
+        self.goal = self._needs(goal)
+        self.actions = [self._compiled(action) for action in actions]
+        self._every_action = (1 << len(self.actions)) - 1
+        self._needing = grouped([action.needs for action in self.actions])
+        self._price = looks_for(len(self.actions)) * len(self._needing)
+
+    def _compiled(self, action: _Instance) -> GroundAction:
+        needs = self._needs(action.precondition)
+        changes = [GroundChange(self._needs(when), add, delete) for when, add, delete in action.effects]
+        return GroundAction(action.step, needs, changes)
+
+    def _needs(self, condition: _Condition) -> int:
+        """The literals that a condition needs."""
+        needed = condition.true | condition.false << self.atoms
+        for options in condition.choices:
+            needed |= self._choice(tuple([self._needs(option) for option in options])).literal
+        return needed
+
+    def _choice(self, options: tuple[int, ...]) -> _Choice:
+        choice = self._choices.get(options)
+        if choice is None:
+            literal = 1 << 3 * self.atoms + len(self._choices)
+            compound = tuple([option for option in options if option & option - 1])
+            simple = sum({*options}.difference(compound))
+            choice = self._choices[options] = _Choice(literal, options, simple, compound)
+            self._effort += 1 + len(compound)
+        return choice
+
+    def of(self, state: int) -> int:
+        """The literals in a state."""
+        return self.with_choices(state | (~state & self._every_atom) << self.atoms)
+
+    def with_choices(self, literals: int) -> int:
+        """Literals, and the choices with an option among them."""
+        self._looks.used += self._effort
+        choices = self._choices.values()  # the options of later ones may be earlier ones
+        for literal, _, simple, compound in choices:
+            if not literals & literal and (
+                simple & literals or any(not option & ~literals for option in compound)
+            ):
+                literals |= literal
+        return literals
+
+    def chosen(self, needed: int, literals: int) -> int:
+        """The literals needed where some are, with the first option that is there of each choice."""
+        if needed >> 3 * self.atoms:
+            for literal, options, _, _ in reversed(self._choices.values()):
+                if needed & literal:
+                    needed ^= literal
+                    needed |= next(option for option in options if not option & ~literals)
+        return needed
+
+    def mentioned(self, needed: int) -> int:
+        """All that may be needed, whatever is chosen: the literals, the choices and all of their options."""
+        for literal, options, _, _ in reversed(self._choices.values()):
+            if needed & literal:
+                for option in options:
+                    needed |= option
+        return needed
+
+    def successors(self, state: int, literals: int) -> Iterator[_Successor]:
+        """The successors of a state, in which these literals are, by the actions in their order."""
+        possible = self._every_action
+        for literal, needing in self._needing.items():
+            if not literals & literal:
+                possible &= ~needing
+        self._looks.used += self._price + _SUCCESSOR * possible.bit_count()
+        for action in bits(possible):
+            yield _Successor(action, self.after(action.bit_length() - 1, state, literals))
+
+    def after(self, number: int, state: int, literals: int) -> int:
+        """The state after the action of this number, whether or not it is possible."""
+        add = delete = 0
+        for needs, also_add, also_delete in self.actions[number].changes:
+            if not needs & ~literals:
+                add |= also_add
+                delete |= also_delete
+        return state & ~delete | add  # what is both deleted and added is true
+
+
+def looks_for(conditions: int) -> int:
+    """How many looks it takes to see which of so many conditions need a literal."""
+    return 1 + conditions // 2_000
+
+
+def grouped(masks: Iterable[int]) -> Mapping[int, int]:
+    """For each bit of any of the masks, as a mask, the set of the numbers of the masks that have it."""
+    numbers: dict[int, list[int]] = {}
+    for number, mask in enumerate(masks):
+        for bit in bits(mask):
+            numbers.setdefault(bit, []).append(number)
+    return {bit: _set_of(each) for bit, each in numbers.items()}
+
+
+def _set_of(numbers: Sequence[int]) -> int:
+    """The numbers, which ascend, as a mask."""
+    octets = bytearray(numbers[-1] // 8 + 1)
+    for number in numbers:
+        octets[number >> 3] |= 1 << (number & 7)
+    return int.from_bytes(octets, "little")
+
+
+def bits(mask: int) -> Iterator[int]:
+    """The bits of a mask, each as a mask, ascending."""
+    while mask:
+        bit = mask & -mask
+        yield bit
+        mask ^= bit

@@ -8,40 +8,83 @@ with their types, bound variables by their quantifiers.
 Besides, literals are counted with partial credit, each as often as it stands there. Parts of lists are paired
 so that as many literals as possible match (an assignment problem, level by level), so that one wrong literal
 inside a nested list costs one literal and not the list.
+
+Conditions and effects are compared in one shape, as formulas in which connectives are flattened and
+single-part lists opened: ``(and (p) (and (q)))`` is the same as ``(and (p) (q))``, and ``(and (p))`` the same
+as ``(p)``. Double negations vanish, and an implication is the disjunction that it means. A deletion is a
+negated atom; a conditional effect is an implication, which no condition has any more.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import permutations
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
-from eai.logic.formula import And, Constant, Term, Variable
+from typing_extensions import assert_never
+
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.logic.matching import heaviest_pairs
-from eai.pddl.clauses import (
-    Bound,
-    Clause,
-    Denied,
-    Guarded,
-    Joined,
-    Literal,
-    canonical,
-    condition_clause,
-    effect_clause,
-    literals,
-    parts_of,
-    write_clause,
-)
-from eai.pddl.match import LiteralMatch, OperatorMatch, SideMatch
-from eai.pddl.model import NO_EFFECT, PddlAction, type_of
+from eai.logic.traversal import walk, with_parts
+from eai.pddl.writer import write_formula
 
 _T = TypeVar("_T")
 
 MAX_PERMUTED = 5
 """Up to how many parameters all pairings are tried; above, only that by position."""
 
+Clause: TypeAlias = f.Formula
+"""A condition or an effect in the shape in which they are compared."""
+
 Renaming = Mapping[str, str]
 """The gold name of each variable of the answer; a variable without one matches nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class SideMatch:
+    """The comparison of one side of an operator (its precondition or its effect) with the gold one.
+
+    Each tuple holds clauses as PDDL, as `predicates_in` reads them, in the order in which they stand.
+
+    Attributes:
+        matched: the gold clauses that the answer has.
+        additional: the clauses of the answer that are none of them.
+        missing: the other gold clauses.
+    """
+
+    matched: tuple[str, ...] = ()
+    additional: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+
+
+NO_MATCH = SideMatch()
+"""The comparison of nothing with nothing."""
+
+
+class _LiteralMatch(NamedTuple):
+    """The numbers of literals of one side that are matched, additional and missing."""
+
+    matched: int
+    additional: int
+    missing: int
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorMatch:
+    """The comparison of an operator with the gold one: clause by clause, and literal by literal.
+
+    Attributes:
+        renamed: the parameters of the answer that stand for gold ones of another name, with that name.
+    """
+
+    precondition: SideMatch
+    effect: SideMatch
+    precondition_literals: _LiteralMatch
+    effect_literals: _LiteralMatch
+    renamed: tuple[tuple[str, str], ...] = ()
 
 
 class _Side(NamedTuple):
@@ -60,7 +103,113 @@ class _Found(NamedTuple):
     missing: list[Clause]
 
 
-def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
+def condition_clause(formula: f.Formula) -> Clause:
+    """The condition in the shape in which conditions are compared.
+
+    Raises:
+        ValueError: the formula has a part without a PDDL form.
+    """
+    match formula:
+        case f.Not(operand):
+            return _denied(condition_clause(operand))
+        case f.And(operands) | f.Or(operands):
+            return _joined(type(formula), map(condition_clause, operands))
+        case f.Implies(premise, conclusion):
+            return condition_clause(f.Or((f.Not(premise), conclusion)))
+        case f.Atom() | f.Equals() | f.ForAll() | f.Exists():
+            return with_parts(formula, condition_clause)
+        case _:
+            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+
+
+def effect_clause(effect: m.PddlEffect) -> Clause:
+    """The effect in the shape in which effects are compared."""
+    match effect:
+        case m.AddEffect(atom):
+            return atom
+        case m.DeleteEffect(atom):
+            return f.Not(atom)
+        case m.Both(parts):
+            return _joined(f.And, map(effect_clause, parts))
+        case m.Each(variable, part):
+            return f.ForAll(variable, effect_clause(part))
+        case m.WhenEffect(condition, part):
+            return f.Implies(condition_clause(condition), effect_clause(part))
+        case _:
+            assert_never(effect)
+
+
+def _denied(clause: Clause) -> Clause:
+    return clause.operand if isinstance(clause, f.Not) else f.Not(clause)
+
+
+def _joined(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
+    flat: list[Clause] = []
+    for part in parts:
+        flat.extend(part.operands if isinstance(part, connective) else (part,))
+    return flat[0] if len(flat) == 1 else connective(tuple(flat))
+
+
+def _parts_of(clause: Clause) -> tuple[Clause, ...]:
+    """The parts of a list; anything else is a list of one."""
+    return clause.operands if isinstance(clause, (f.And, f.Or)) else (clause,)
+
+
+def write_clause(clause: Clause) -> str:
+    """The clause as PDDL on one line."""
+    return write_formula(clause).replace("(imply ", "(when ")
+
+
+_HEAD = re.compile(r"\(([^\s()?]+)")
+_CONNECTIVES = frozenset({"and", "or", "forall", "exists", "not", "when"})
+
+
+def predicates_in(text: str) -> frozenset[str]:
+    """The predicates of a clause as `write_clause` prints it; a name that stands alone is a predicate."""
+    return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
+
+
+def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
+    """The text of all clauses that differ from this one in order of parts and names of variables only.
+
+    Args:
+        clause: the clause.
+        names: the names of the free variables; one that is not there is like no other clause's.
+        depth: how many quantifiers stand around it.
+    """
+    match clause:
+        case f.Not(part):
+            return f"(not {_canonical(part, names, depth)})"
+        case f.And(parts) | f.Or(parts):
+            word = "and" if isinstance(clause, f.And) else "or"
+            return f"({' '.join([word, *sorted([_canonical(part, names, depth) for part in parts])])})"
+        case f.ForAll(variable, part) | f.Exists(variable, part):
+            word, bound = "forall" if isinstance(clause, f.ForAll) else "exists", f"#{depth}"
+            body = _canonical(part, {**names, variable.name: bound}, depth + 1)
+            return f"({word} (?{bound} - {m.type_of(variable)}) {body})"
+        case f.Implies(guard, part):
+            return f"(when {_canonical(guard, names, depth)} {_canonical(part, names, depth)})"
+        case _:
+            predicate, terms = _predicate_and_terms(clause)
+            return f"({' '.join([predicate, *[_called(term, names) for term in terms]])})"
+
+
+def _called(term: f.Term, names: Renaming) -> str:
+    return f"?{names.get(term.name, f'?{term.name}')}" if isinstance(term, f.Variable) else term.name
+
+
+def _predicate_and_terms(leaf: Clause) -> tuple[str, tuple[f.Term, ...]]:
+    """The predicate of an atom or equation, and what it is about."""
+    match leaf:
+        case f.Atom(predicate, arguments):
+            return predicate, arguments
+        case f.Equals(left, right):
+            return "=", (left, right)
+        case _:
+            raise ValueError(f"{type(leaf).__name__} is no atom")
+
+
+def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     trees = (
@@ -68,7 +217,7 @@ def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
         (effect_clause(predicted.effect), effect_clause(gold.effect)),
     )
     sides = [
-        _Side(ours, theirs, tuple([canonical(part, names) for part in parts_of(theirs)]))
+        _Side(ours, theirs, tuple([_canonical(part, names) for part in _parts_of(theirs)]))
         for ours, theirs in trees
     ]
     renamings = _renamings(predicted, gold)
@@ -78,16 +227,16 @@ def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
     wanted = sum(_size(side.theirs) for side in sides)
     _, matched = _best(sides, renamings, _match_side_literals, int, wanted)
     of_precondition, of_effect = [
-        LiteralMatch(number, _size(side.ours) - number, _size(side.theirs) - number)
+        _LiteralMatch(number, _size(side.ours) - number, _size(side.theirs) - number)
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
     return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed)
 
 
-def missing_operator(gold: PddlAction) -> OperatorMatch:
+def missing_operator(gold: m.PddlAction) -> OperatorMatch:
     """The comparison with an operator that the answer does not have, or that cannot be read."""
-    return match_operators(PddlAction(gold.name, (), And(()), NO_EFFECT), gold)
+    return match_operators(m.PddlAction(gold.name, (), f.TRUE, m.NO_EFFECT), gold)
 
 
 def _best(
@@ -112,9 +261,9 @@ def _best(
 
 def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
     """The clauses of one side, each gold one paired with an identical one of the answer."""
-    left = [(canonical(part, renaming), part) for part in _clauses(side.ours, side.theirs)]
+    left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.theirs)]
     found = _Found([], [], [])
-    for part, same in zip(parts_of(side.theirs), side.wanted, strict=True):
+    for part, same in zip(_parts_of(side.theirs), side.wanted, strict=True):
         partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
             found.missing.append(part)
@@ -127,12 +276,12 @@ def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
 
 def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
     """The clauses of an answer; beside a gold list with the other connective its list is a single one."""
-    if isinstance(ours, Joined) and isinstance(theirs, Joined) and ours.parts and theirs.parts:
-        return ours.parts if ours.connective is theirs.connective else (ours,)
-    return parts_of(ours)
+    lists = isinstance(ours, (f.And, f.Or)) and isinstance(theirs, (f.And, f.Or))
+    unlike = lists and type(ours) is not type(theirs) and _parts_of(ours) and _parts_of(theirs)
+    return (ours,) if unlike else _parts_of(ours)
 
 
-def _renamings(predicted: PddlAction, gold: PddlAction) -> list[Renaming]:
+def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
     """The pairings of parameters that agree with most types, that by position first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
@@ -140,7 +289,7 @@ def _renamings(predicted: PddlAction, gold: PddlAction) -> list[Renaming]:
     candidates = []
     for order in orders:
         pairs = [(ours[i], theirs[j]) for i, j in enumerate(order) if i < len(ours) and j < len(theirs)]
-        agreeing = sum(type_of(a) == type_of(b) for a, b in pairs)
+        agreeing = sum(m.type_of(a) == m.type_of(b) for a, b in pairs)
         candidates.append((agreeing, {a.name: b.name for a, b in pairs}))
     most = max(agreeing for agreeing, _ in candidates)
     return [renaming for agreeing, renaming in candidates if agreeing == most]
@@ -153,49 +302,58 @@ def _match_side_literals(side: _Side, renaming: Renaming) -> int:
 def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """How many literals find a partner when one tree is laid upon the other as well as possible."""
     match ours, theirs:
-        case Literal(), Literal():
+        case ((f.Atom() | f.Equals()), (f.Atom() | f.Equals())):
             return int(_same(ours, theirs, renaming))
-        case Denied(a), Denied(b):
+        case f.Not(a), f.Not(b) if _is_leaf(a) == _is_leaf(b):
             return _match_literals(a, b, renaming)
-        case Bound(scope, name, category, part), Bound() if (scope, category) == (theirs.scope, theirs.type):
-            return _match_literals(part, theirs.part, {**renaming, name: theirs.name})
-        case Guarded(), Guarded():
-            guards = _match_literals(ours.guard, theirs.guard, renaming)
-            return guards + _match_literals(ours.part, theirs.part, renaming)
-        case Joined(), Joined() if ours.connective is not theirs.connective:
+        case (f.ForAll(own, a), f.ForAll(other, b)) | (f.Exists(own, a), f.Exists(other, b)) if m.type_of(
+            own
+        ) == m.type_of(other):
+            return _match_literals(a, b, {**renaming, own.name: other.name})
+        case f.Implies(guard, a), f.Implies(gold_guard, b):
+            return _match_literals(guard, gold_guard, renaming) + _match_literals(a, b, renaming)
+        case (f.And(), f.Or()) | (f.Or(), f.And()):
             return _match_unlike(ours, theirs, renaming)
-        case (Joined(), _) | (_, Joined()):
-            grid = [[_match_literals(a, b, renaming) for b in parts_of(theirs)] for a in parts_of(ours)]
+        case (f.And() | f.Or(), _) | (_, f.And() | f.Or()):
+            grid = [[_match_literals(a, b, renaming) for b in _parts_of(theirs)] for a in _parts_of(ours)]
             return sum(grid[row][column] for row, column in heaviest_pairs(grid))
         case _:
             return 0
 
 
-def _match_unlike(ours: Joined, theirs: Joined, renaming: Renaming) -> int:
+def _match_unlike(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """A conjunction and a disjunction match only as far as one of them is a part of the other."""
-    inside = [_match_literals(part, theirs, renaming) for part in ours.parts if isinstance(part, Joined)]
-    around = [_match_literals(ours, part, renaming) for part in theirs.parts if isinstance(part, Joined)]
+    inside = [_match_literals(part, theirs, renaming) for part in _lists_in(ours)]
+    around = [_match_literals(ours, part, renaming) for part in _lists_in(theirs)]
     return max([*inside, *around], default=0)
 
 
+def _lists_in(clause: Clause) -> list[Clause]:
+    return [part for part in _parts_of(clause) if isinstance(part, (f.And, f.Or))]
+
+
+def _is_leaf(clause: Clause) -> bool:
+    return isinstance(clause, (f.Atom, f.Equals))
+
+
 def _size(clause: Clause) -> int:
-    return sum(1 for _ in literals(clause))
+    return sum(map(_is_leaf, walk(clause)))
 
 
-def _same(ours: Literal, theirs: Literal, renaming: Renaming) -> bool:
+def _same(ours: Clause, theirs: Clause, renaming: Renaming) -> bool:
+    own, gold = _predicate_and_terms(ours), _predicate_and_terms(theirs)
     return (
-        ours.predicate == theirs.predicate
-        and ours.positive == theirs.positive
-        and len(ours.arguments) == len(theirs.arguments)
-        and all(_agree(a, b, renaming) for a, b in zip(ours.arguments, theirs.arguments, strict=True))
+        own[0] == gold[0]
+        and len(own[1]) == len(gold[1])
+        and all(_agree(a, b, renaming) for a, b in zip(own[1], gold[1], strict=True))
     )
 
 
-def _agree(ours: Term, theirs: Term, renaming: Renaming) -> bool:
+def _agree(ours: f.Term, theirs: f.Term, renaming: Renaming) -> bool:
     match ours, theirs:
-        case Variable(a), Variable(b):
+        case f.Variable(a), f.Variable(b):
             return renaming.get(a) == b
-        case Constant(a), Constant(b):
+        case f.Constant(a), f.Constant(b):
             return a == b
         case _:
             return False

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
+from eai.logic.traversal import with_parts
 
 OBJECT = "object"
 """The root of every type hierarchy."""
@@ -151,73 +152,63 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple
     return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
 
 
-def elementary_effects(effect: PddlEffect) -> Iterator[AddEffect | DeleteEffect]:
-    """The parts of an effect that add and delete, left to right."""
+def effect_parts(
+    effect: PddlEffect, conditions: tuple[f.Formula, ...] = ()
+) -> Iterator[tuple[AddEffect | DeleteEffect, tuple[f.Formula, ...]]]:
+    """The parts of an effect that add and delete, left to right, and the conditions of each from outside."""
     match effect:
         case AddEffect() | DeleteEffect():
-            yield effect
+            yield effect, conditions
         case Both(parts):
             for part in parts:
-                yield from elementary_effects(part)
-        case Each(part=part) | WhenEffect(part=part):
-            yield from elementary_effects(part)
+                yield from effect_parts(part, conditions)
+        case Each(part=part):
+            yield from effect_parts(part, conditions)
+        case WhenEffect(condition, part):
+            yield from effect_parts(part, (*conditions, condition))
 
 
 def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
     """The atoms that an effect adds or deletes, left to right."""
-    for part in elementary_effects(effect):
-        yield part.atom
+    return (part.atom for part, _ in effect_parts(effect))
 
 
 def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
-    """The conditions of an effect's conditional parts, left to right."""
-    match effect:
-        case Both(parts):
-            for part in parts:
-                yield from effect_conditions(part)
-        case Each(part=part):
-            yield from effect_conditions(part)
-        case WhenEffect(condition, part):
-            yield condition
-            yield from effect_conditions(part)
+    """The conditions of an effect's conditional parts, left to right, each as often as a part has it."""
+    return (condition for _, conditions in effect_parts(effect) for condition in conditions)
 
 
 def map_literals(formula: f.Formula, change: Callable[[f.Atom | f.Equals], f.Formula]) -> f.Formula:
     """The formula with every atom and equation replaced by what ``change`` makes of it."""
-    match formula:
-        case f.Atom() | f.Equals():
-            return change(formula)
-        case f.Not(operand):
-            return f.Not(map_literals(operand, change))
-        case f.And(operands):
-            return f.And(tuple(map_literals(operand, change) for operand in operands))
-        case f.Or(operands):
-            return f.Or(tuple(map_literals(operand, change) for operand in operands))
-        case f.Implies(premise, conclusion):
-            return f.Implies(map_literals(premise, change), map_literals(conclusion, change))
-        case f.ForAll(variable, body):
-            return f.ForAll(variable, map_literals(body, change))
-        case f.Exists(variable, body):
-            return f.Exists(variable, map_literals(body, change))
+    if isinstance(formula, (f.Atom, f.Equals)):
+        return change(formula)
+    return with_parts(formula, lambda part: map_literals(part, change))
+
+
+def with_effect_parts(
+    effect: PddlEffect,
+    change: Callable[[PddlEffect], PddlEffect],
+    condition: Callable[[f.Formula], f.Formula],
+) -> PddlEffect:
+    """The effect with its immediate parts and its own condition replaced."""
+    match effect:
+        case Both(parts):
+            return Both(tuple([change(part) for part in parts]))
+        case Each(variable, part):
+            return Each(variable, change(part))
+        case WhenEffect(premise, part):
+            return WhenEffect(condition(premise), change(part))
         case _:
-            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+            return effect
 
 
 def map_effect(
     effect: PddlEffect, condition: Callable[[f.Formula], f.Formula], atom: Callable[[f.Atom], f.Atom]
 ) -> PddlEffect:
     """The effect with its conditions and its added and deleted atoms replaced."""
-    match effect:
-        case AddEffect(target):
-            return AddEffect(atom(target))
-        case DeleteEffect(target):
-            return DeleteEffect(atom(target))
-        case Both(parts):
-            return Both(tuple(map_effect(part, condition, atom) for part in parts))
-        case Each(variable, part):
-            return Each(variable, map_effect(part, condition, atom))
-        case WhenEffect(premise, part):
-            return WhenEffect(condition(premise), map_effect(part, condition, atom))
+    if isinstance(effect, (AddEffect, DeleteEffect)):
+        return type(effect)(atom(effect.atom))
+    return with_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)
 
 
 @dataclass(frozen=True, slots=True)

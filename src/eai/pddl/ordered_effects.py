@@ -16,8 +16,17 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.pddl.glossary import ConditionWriter, TermScope, without
-from eai.pddl.simplify import conjunction, disjunction, equality, negation, substitute
+from eai.pddl.glossary import (
+    ConditionWriter,
+    TermScope,
+    conjunction,
+    disjunction,
+    equality,
+    negation,
+    substitute,
+    substitute_term,
+    without,
+)
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
@@ -224,11 +233,6 @@ def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary
                     return getattr(declared, "single", False)
         case _:
             return False
-
-
-def substitute_term(term: f.Term, terms: TermScope) -> f.Term:
-    """The term that stands for one."""
-    return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
 def _denies(condition: f.Formula, other: f.Formula) -> bool:

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Protocol
 
 from eai.logic.formula import Atom
+from eai.pddl.check import PddlFinding
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlDomain, PddlProblem
-from eai.pddl.offence import PddlFinding
 from eai.planning.search import Effort
 
 _LOOKS = 300_000

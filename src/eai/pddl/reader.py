@@ -11,12 +11,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import ClassVar, NamedTuple, TypeAlias
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.place import place
-from eai.pddl.offence import Offence, PddlError
+from eai.pddl.check import Offence, PddlError
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
@@ -24,27 +25,21 @@ MAX_DEPTH = 100
 """How deep parentheses may nest; the data set needs 9."""
 
 
+@dataclass(slots=True, eq=False)
 class Symbol:
     """A word, in lower case since PDDL does not distinguish case; ``offset`` counts characters from 0."""
 
-    __slots__ = ("offset", "text")
-    __match_args__: ClassVar = ("text",)
-
-    def __init__(self, text: str, offset: int) -> None:
-        self.text = text
-        self.offset = offset
+    text: str
+    offset: int
 
 
+@dataclass(slots=True, eq=False)
 class Group:
     """A parenthesised list from ``offset``, its opening parenthesis, to ``end``, behind the closing one."""
 
-    __slots__ = ("end", "items", "offset")
-    __match_args__: ClassVar = ("items",)
-
-    def __init__(self, items: tuple[SExpr, ...], offset: int, end: int) -> None:
-        self.items = items
-        self.offset = offset
-        self.end = end
+    items: tuple[SExpr, ...]
+    offset: int
+    end: int
 
 
 SExpr: TypeAlias = Symbol | Group
@@ -128,6 +123,9 @@ class PddlReader:
     def __init__(self, text: str) -> None:
         self._text = text
 
+    def _error(self, node: SExpr, expected: str, offence: Offence = Offence.MALFORMED) -> PddlError:
+        return error_at(self._text, node.offset, offence, expected)
+
     def domain(self, group: Group) -> m.PddlDomain:
         """The value of ``(define (domain ...) ...)``."""
         name, sections = self._definition(group, "domain")
@@ -161,17 +159,12 @@ class PddlReader:
     def action(self, group: Group) -> m.PddlAction:
         """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if _head(group) != ":action" or len(group.items) < 2:
-            raise error_at(self._text, group.offset, Offence.MALFORMED, "(:action NAME ...)")
+            raise self._error(group, "(:action NAME ...)")
         parts: dict[str, SExpr] = {}
         for key, value in zip(group.items[2::2], group.items[3::2], strict=False):
             parts[self._word(key).text] = value
         if len(group.items) % 2 or not parts.keys() <= {":parameters", ":precondition", ":effect"}:
-            raise error_at(
-                self._text,
-                group.offset,
-                Offence.MALFORMED,
-                "pairs of a keyword and a list",
-            )
+            raise self._error(group, "pairs of a keyword and a list")
         return m.PddlAction(
             name=self._word(group.items[1]).text,
             parameters=self.variables(parts.get(":parameters", _EMPTY)),
@@ -213,9 +206,7 @@ class PddlReader:
                 left, right = self._parts(group, 2)
                 return f.Equals(self._term(left), self._term(right))
             case "when":
-                raise error_at(
-                    self._text, group.offset, Offence.EFFECT_IN_CONDITION, "a condition, not (when ...)"
-                )
+                raise self._error(group, "a condition, not (when ...)", Offence.EFFECT_IN_CONDITION)
             case _:
                 return self._atom(group)
 
@@ -238,31 +229,20 @@ class PddlReader:
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in _CONNECTIVES:
                     return m.DeleteEffect(self._atom(negated))
-                raise error_at(
-                    self._text, negated.offset, Offence.CONDITION_IN_EFFECT, "an atom in (not ...)"
-                )
+                raise self._error(negated, "an atom in (not ...)", Offence.CONDITION_IN_EFFECT)
             case "or" | "exists" | "imply" | "=":
-                raise error_at(
-                    self._text, group.offset, Offence.CONDITION_IN_EFFECT, f"an effect, not ({head} ...)"
-                )
+                raise self._error(group, f"an effect, not ({head} ...)", Offence.CONDITION_IN_EFFECT)
             case _:
                 return m.AddEffect(self._atom(group))
 
     def variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
         """The value of a typed list of variables."""
         if not isinstance(expression, Group):
-            raise error_at(
-                self._text, expression.offset, Offence.MALFORMED, "a parenthesised list of variables"
-            )
+            raise self._error(expression, "a parenthesised list of variables")
         found = []
         for symbol, category in self._typed_list(expression.items):
             if not _is_variable(symbol.text):
-                raise error_at(
-                    self._text,
-                    symbol.offset,
-                    Offence.MALFORMED,
-                    "a variable, as in ?x",
-                )
+                raise self._error(symbol, "a variable, as in ?x")
             found.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
         return tuple(found)
 
@@ -271,7 +251,7 @@ class PddlReader:
             case (Symbol("define"), Group((Symbol(word), Symbol(name)))) if word == kind:
                 return name, [section for section in group.items[2:] if isinstance(section, Group)]
             case _:
-                raise error_at(self._text, group.offset, Offence.MALFORMED, f"(define ({kind} NAME) ...)")
+                raise self._error(group, f"(define ({kind} NAME) ...)")
 
     def _predicate(self, expression: SExpr) -> m.PddlPredicate:
         group, head = self._compound(expression)
@@ -279,7 +259,7 @@ class PddlReader:
 
     def _axiom(self, section: Group) -> m.PddlAxiom:
         if len(section.items) != 3:
-            raise error_at(self._text, section.offset, Offence.MALFORMED, "(:derived (NAME ...) CONDITION)")
+            raise self._error(section, "(:derived (NAME ...) CONDITION)")
         head = self._predicate(section.items[1])
         return m.PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
 
@@ -287,9 +267,7 @@ class PddlReader:
         found = self.formula(expression)
         if isinstance(found.operand if isinstance(found, f.Not) else found, f.Atom):
             return found
-        raise error_at(
-            self._text, expression.offset, Offence.UNSUPPORTED, "an atom or a negated atom in :init"
-        )
+        raise self._error(expression, "an atom or a negated atom in :init", Offence.UNSUPPORTED)
 
     def _atom(self, group: Group) -> f.Atom:
         return f.Atom(self._word(group.items[0]).text, tuple(map(self._term, group.items[1:])))
@@ -315,9 +293,9 @@ class PddlReader:
                 continue
             category = next(rest, None)
             if isinstance(category, Group):
-                raise error_at(self._text, category.offset, Offence.UNSUPPORTED, "one type name (no either)")
+                raise self._error(category, "one type name (no either)", Offence.UNSUPPORTED)
             if category is None:
-                raise error_at(self._text, symbol.offset, Offence.MALFORMED, "a type behind the hyphen")
+                raise self._error(symbol, "a type behind the hyphen")
             found.extend(_Typed(name, category.text) for name in waiting)
             waiting.clear()
         return [*found, *(_Typed(name, None) for name in waiting)]
@@ -325,19 +303,19 @@ class PddlReader:
     def _parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
         if len(group.items) != count + 1:
             head = self._word(group.items[0]).text
-            raise error_at(self._text, group.offset, Offence.MALFORMED, f"{count} part(s) of ({head} ...)")
+            raise self._error(group, f"{count} part(s) of ({head} ...)")
         return group.items[1:]
 
     def _compound(self, expression: SExpr) -> tuple[Group, str]:
         """A non-empty list with its head word."""
         if isinstance(expression, Group) and expression.items:
             return expression, self._word(expression.items[0]).text
-        raise error_at(self._text, expression.offset, Offence.MALFORMED, "a non-empty parenthesised list")
+        raise self._error(expression, "a non-empty parenthesised list")
 
     def _word(self, expression: SExpr) -> Symbol:
         if isinstance(expression, Symbol):
             return expression
-        raise error_at(self._text, expression.offset, Offence.MALFORMED, "a word, not a list")
+        raise self._error(expression, "a word, not a list")
 
 
 _EMPTY = Group((), 0, 0)

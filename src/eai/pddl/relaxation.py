@@ -1,6 +1,6 @@
 """Relaxed planning: how far is a state from the goal if nothing true, and nothing false, is ever lost?
 
-A relaxed state is a set of literals, which only grows (`literals`). One thing is lost all the same: an atom
+A relaxed state is a set of literals, which only grows (`grounding`). One thing is lost all the same: an atom
 of the goal that is true now, but that every way to a part of the goal still missing makes false. It has to be
 made true once more, which is the reason why a machine is not switched on before its door is closed.
 """
@@ -12,8 +12,7 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
-from eai.pddl.grounding import ALWAYS, GroundAction, GroundCondition
-from eai.pddl.literals import Literals, Successors, bits, grouped, looks_for
+from eai.pddl.grounding import GroundProblem, bits, grouped, looks_for
 from eai.planning.search import Effort
 
 _EVERYTHING = -1
@@ -60,37 +59,28 @@ class _Estimate(NamedTuple):
 
 
 class Relaxation:
-    """Relaxed planning for one set of ground actions and one goal.
+    """Relaxed planning for one ground problem.
 
     Args:
-        actions: the ground actions, numbered in order.
-        goal: the goal.
-        literals: what their conditions are about.
+        problem: the problem.
         looks: how many literals may be looked at: that is what estimates cost. Where they are used up, what
             is found means nothing.
     """
 
-    def __init__(
-        self, actions: Sequence[GroundAction], goal: GroundCondition, literals: Literals, looks: Effort
-    ) -> None:
+    def __init__(self, problem: GroundProblem, looks: Effort) -> None:
         self._looks = looks
-        self._literals = literals
-        self._again = 2 * literals.atoms
-        self._goal = literals.needs(goal)
-        self._prices = _prices(actions, goal)
+        self._problem = problem
+        self._again = 2 * problem.atoms
+        self._prices = _prices(problem)
         self._rules = [
-            _Rule(
-                number,
-                literals.needs(action.precondition) | literals.needs(change.condition),
-                change.add | change.delete << literals.atoms,
-            )
-            for number, action in enumerate(actions)
+            _Rule(number, action.needs | change.needs, change.add | change.delete << problem.atoms)
+            for number, action in enumerate(problem.actions)
             for change in action.changes
         ]
         self._price = looks_for(len(self._rules))
         self._making = grouped([rule.makes for rule in self._rules])
         needing = grouped([rule.needs for rule in self._rules])
-        asked = literals.mentioned(reduce(or_, [rule.needs for rule in self._rules], self._goal))
+        asked = problem.mentioned(reduce(or_, [rule.needs for rule in self._rules], problem.goal))
         self._asked = [
             _Lacking(literal, needing.get(literal, 0), self._making.get(literal, 0))
             for literal in bits(asked)
@@ -102,13 +92,13 @@ class Relaxation:
         Then there is no plan at all.
         """
         again = self._to_be_lost(state)
-        goal = self._goal | again << self._again
+        goal = self._problem.goal | again << self._again
         layers = self._explore(literals, goal, again)
         return self._plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
     def _to_be_lost(self, state: int) -> int:
         """The goal's atoms that are true now and will be false before the whole goal holds."""
-        missing = self._goal & ~state
+        missing = self._problem.goal & ~state
         lost = 0
         for bit, price in self._prices.items():
             if missing & bit:
@@ -137,7 +127,7 @@ class Relaxation:
                 if making & fired:
                     literals |= literal
             if literals != before:
-                literals = self._literals.with_choices(literals)
+                literals = self._problem.with_choices(literals)
                 lacking = [each for each in lacking if not literals & each.literal]
             layers.fired.append(fired)
             layers.reached.append(literals)
@@ -148,7 +138,7 @@ class Relaxation:
     def _plan(self, goal: int, layers: _Layers) -> _Estimate:
         """Walk back from the goal, crediting every literal to the first rule that reaches it."""
         chosen, helpful = set[int](), 0
-        needed = self._literals.chosen(goal, layers.reached[-1])
+        needed = self._problem.chosen(goal, layers.reached[-1])
         for depth in range(len(layers.fired) - 1, -1, -1):
             before, fired = layers.reached[depth], layers.fired[depth]
             missing = needed & ~before
@@ -159,7 +149,7 @@ class Relaxation:
                 chosen.add(action)
                 if depth == 0:
                     helpful |= 1 << action
-                needed |= self._literals.chosen(needs, before)
+                needed |= self._problem.chosen(needs, before)
         return _Estimate(len(chosen), helpful)
 
     def layers(self, literals: int) -> _Layers:
@@ -180,18 +170,19 @@ class Relaxation:
         return self._rules[(making & -making).bit_length() - 1]
 
 
-def _prices(actions: Sequence[GroundAction], goal: GroundCondition) -> dict[int, int]:
+def _prices(problem: GroundProblem) -> dict[int, int]:
     """For each atom of the goal (as a bit) the goal's atoms that every action adding it makes false."""
+    goal = problem.goal & (1 << problem.atoms) - 1
     prices: dict[int, int] = {}
-    for action in actions:
+    for action in problem.actions:
         adds = deletes = 0
         for change in action.changes:
             adds |= change.add
-            if change.condition == ALWAYS:
+            if not change.needs:
                 deletes |= change.delete
-        lost = deletes & ~adds & goal.true
-        for bit in bits(adds & goal.true):
-            prices[bit] = prices.get(bit, goal.true) & lost
+        lost = deletes & ~adds & goal
+        for bit in bits(adds & goal):
+            prices[bit] = prices.get(bit, goal) & lost
     return {bit: price for bit, price in prices.items() if price}
 
 
@@ -217,44 +208,40 @@ class _Missing(NamedTuple):
     in_all: int
 
 
-class Lookahead:
-    """Looks ahead from one state: relaxed planning carried out (after Vidal 2004).
+def look_ahead(problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> Sequence[_Taken]:
+    """Actions from a state, in which these literals are, after which less of the goal is missing.
 
-    A relaxed plan forgets that what is true may be lost: it goes but once to where many things have to be
-    brought. Here each literal is made true just before the action that needs it, and once more where it has
-    been lost since. The state that this leads to is often the goal, or nearly so.
-
-    Args:
-        relaxation: the rules by which literals become true.
-        successors: what actions do.
-        literals: what conditions are about.
-        goal: the literals that are wanted.
+    They are relaxed planning carried out (after Vidal 2004). A relaxed plan forgets that what is true may be
+    lost: it goes but once to where many things have to be brought. Here each literal is made true just before
+    the action that needs it, and once more where it has been lost since. The state that this leads to is
+    often the goal, or nearly so.
     """
+    return _Lookahead(problem, relaxation, state, literals).taken()
 
-    def __init__(self, relaxation: Relaxation, successors: Successors, literals: Literals, goal: int) -> None:
+
+class _Lookahead:
+    """The state that a lookahead has come to."""
+
+    def __init__(self, problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> None:
+        self._problem = problem
         self._relaxation = relaxation
-        self._successors = successors
-        self._literals = literals
-        self._goal = goal
         self._rules_left = _RULES
-        self._layers = _Layers([], [])
-        self._start = self._state = self._held = 0
+        self._layers = relaxation.layers(literals)
+        self._state, self._start, self._held = state, literals, literals
         self._taken: list[_Taken] = []
 
-    def towards(self, state: int, literals: int) -> Sequence[_Taken]:
-        """Actions from a state, in which these literals are, after which less of the goal is missing."""
-        self._layers = self._relaxation.layers(literals)
-        self._state, self._start, self._held = state, literals, literals
+    def taken(self) -> Sequence[_Taken]:
+        """Gain what is missing of the goal, in turn, until no more of it can be gained."""
         before = None
         while (missing := self._missing()) != before and missing.in_all:
             before = missing
-            for literal in self._in_order(self._goal & ~self._held, len(self._layers.fired)):
+            for literal in self._in_order(self._problem.goal & ~self._held, len(self._layers.fired)):
                 if not self._held & literal:
                     self._gain(literal)
         return self._taken
 
     def _missing(self) -> _Missing:
-        missing = self._goal & ~self._held
+        missing = self._problem.goal & ~self._held
         return _Missing((missing & ~self._start).bit_count(), missing.bit_count())
 
     def _gain(self, literal: int) -> None:
@@ -271,8 +258,8 @@ class Lookahead:
         self._rules_left -= 1
         if self._rules_left < 0 or not self._make(rule.needs, depth):
             return False
-        self._state = self._successors.after(rule.action, self._state, self._held)
-        self._held = self._literals.of(self._state)
+        self._state = self._problem.after(rule.action, self._state, self._held)
+        self._held = self._problem.of(self._state)
         self._taken.append(_Taken(rule.action, self._state))
         return True
 
@@ -302,7 +289,7 @@ class Lookahead:
 
     def _in_order(self, missing: int, depth: int) -> list[int]:
         """Literals that are missing, those first that take longest to reach."""
-        missing, found = self._literals.chosen(missing, self._layers.reached[max(depth, 0)]), list[int]()
+        missing, found = self._problem.chosen(missing, self._layers.reached[max(depth, 0)]), list[int]()
         for reached in self._layers.reached[max(depth, 0) :: -1]:
             found += bits(missing & ~reached)
             missing &= reached

@@ -9,30 +9,21 @@ of times, each time the same.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import replace
-from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.traversal import free_variables, walk, with_parts
 from eai.pddl.planning import PlanningTask
 
-
-class _Part(NamedTuple):
-    """The predicate of an atom that an operator adds or deletes, and the conditions of that."""
-
-    predicate: str
-    is_added: bool
-    conditions: tuple[f.Formula, ...]
-
-
-_Operator = tuple[m.PddlAction, Sequence[_Part]]
+_Operator = tuple[m.PddlAction, Sequence[tuple[m.AddEffect | m.DeleteEffect, tuple[f.Formula, ...]]]]
+"""An operator, its additions and deletions, and the conditions of each, the precondition among them."""
 
 
 def relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
     """The domain with what of its operators may matter, and of several that do the same then the first."""
-    operators = [(each, list(_parts(each.effect, (each.precondition,)))) for each in domain.actions]
+    operators = [(each, list(m.effect_parts(each.effect, (each.precondition,)))) for each in domain.actions]
     reached = _reached(operators, domain, problem)
     possible = [each for each in operators if _may_hold(each[0].precondition, reached)]
     kept = reached & _asked(possible, domain, problem)
@@ -45,28 +36,20 @@ def relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
     return replace(domain, actions=tuple(distinct.values()))
 
 
-def _parts(effect: m.PddlEffect, conditions: tuple[f.Formula, ...]) -> Iterator[_Part]:
-    match effect:
-        case m.AddEffect(atom) | m.DeleteEffect(atom):
-            yield _Part(atom.predicate, isinstance(effect, m.AddEffect), conditions)
-        case m.Both(parts):
-            for part in parts:
-                yield from _parts(part, conditions)
-        case m.Each(part=part):
-            yield from _parts(part, conditions)
-        case m.WhenEffect(condition, part):
-            yield from _parts(part, (*conditions, condition))
-
-
 def _reached(operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem) -> Set[str]:
     """The predicates of which something is true at the start, or may become so, and the derived ones."""
     reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
-    waiting = [part for _, parts in operators for part in parts if part.is_added]
+    additions = [
+        (part.atom.predicate, conditions)
+        for _, parts in operators
+        for part, conditions in parts
+        if isinstance(part, m.AddEffect)
+    ]
     while True:
         found = {
-            part.predicate
-            for part in waiting
-            if part.predicate not in reached and all(_may_hold(each, reached) for each in part.conditions)
+            name
+            for name, conditions in additions
+            if name not in reached and all(_may_hold(each, reached) for each in conditions)
         }
         if not found:
             return reached
@@ -88,14 +71,14 @@ def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
 
 def _asked(operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem) -> Set[str]:
     """The predicates that the goal is about, or what makes a difference to it."""
-    waiting = [part for _, parts in operators for part in parts]
-    waiting += [_Part(axiom.name, True, (axiom.condition,)) for axiom in domain.axioms]
+    waiting = [(part.atom.predicate, conditions) for _, parts in operators for part, conditions in parts]
+    waiting += [(axiom.name, (axiom.condition,)) for axiom in domain.axioms]
     asked, new = set[str](), _predicates(problem.goal)
     while new - asked:
         asked |= new
-        matter = [part for part in waiting if part.predicate in asked]
-        waiting = [part for part in waiting if part.predicate not in asked]
-        new = {name for part in matter for each in part.conditions for name in _predicates(each)}
+        matter = [conditions for name, conditions in waiting if name in asked]
+        waiting = [(name, conditions) for name, conditions in waiting if name not in asked]
+        new = {name for conditions in matter for each in conditions for name in _predicates(each)}
     return asked
 
 
@@ -122,18 +105,14 @@ def _kept(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:
 def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
     """The task without quantifiers over objects, of which there are some, that nothing is said of."""
     objects = m.objects_by_type(task.domain, task.problem)
-    actions = tuple(
-        [
-            replace(
-                action,
-                precondition=_condition(action.precondition, objects),
-                effect=_effect(action.effect, objects),
-            )
-            for action in task.domain.actions
-        ]
-    )
+    actions = [
+        replace(
+            each, precondition=_condition(each.precondition, objects), effect=_effect(each.effect, objects)
+        )
+        for each in task.domain.actions
+    ]
     problem = replace(task.problem, goal=_condition(task.problem.goal, objects))
-    return replace(task, domain=replace(task.domain, actions=actions), problem=problem)
+    return replace(task, domain=replace(task.domain, actions=tuple(actions)), problem=problem)
 
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
@@ -145,17 +124,13 @@ def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Fo
 
 
 def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:
-    match effect:
-        case m.Each(variable, part):
-            part = _effect(part, objects)
-            is_idle = objects.get(m.type_of(variable)) and variable.name not in _free(part)
-            return part if is_idle else m.Each(variable, part)
-        case m.Both(parts):
-            return m.Both(tuple([_effect(part, objects) for part in parts]))
-        case m.WhenEffect(condition, part):
-            return m.WhenEffect(_condition(condition, objects), _effect(part, objects))
-        case _:
-            return effect
+    kept = m.with_effect_parts(
+        effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
+    )
+    if isinstance(kept, m.Each):
+        is_idle = objects.get(m.type_of(kept.variable)) and kept.variable.name not in _free(kept.part)
+        return kept.part if is_idle else kept
+    return kept
 
 
 def _free(effect: m.PddlEffect) -> frozenset[str]:

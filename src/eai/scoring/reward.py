@@ -25,7 +25,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, PlanVerdict, Verdict, add
 from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.pddl.offence import Offence
+from eai.pddl.check import Offence
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, TaskReference
 from eai.world.fault import FaultKind

@@ -9,8 +9,8 @@ import pytest
 
 from eai.abilities.transition_modeling.extraction import Memory, extract
 from eai.logic.formula import TRUE
+from eai.pddl.check import Offence
 from eai.pddl.model import NO_EFFECT, PddlAction
-from eai.pddl.offence import Offence
 from eai.pddl.reader import read_action
 
 OPEN = "(:action open :parameters (?o) :precondition (shut ?o) :effect (not (shut ?o)))"

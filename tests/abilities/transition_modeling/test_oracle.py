@@ -19,7 +19,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
-from eai.pddl.match import SideMatch
+from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from eai.tasks.source import Source, TaskSet
 from operator_rules import gold_answer, rules_of

@@ -27,9 +27,8 @@ from eai.abilities.declaration import (
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.abilities.verdict import ALL, NOTHING, Confusion, Share, Verdict, add, confusion_shares, of_all
-from eai.pddl.clauses import predicates_in
-from eai.pddl.match import NO_MATCH, SideMatch
-from eai.pddl.offence import PddlFinding
+from eai.pddl.check import PddlFinding
+from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome
 
 if TYPE_CHECKING:

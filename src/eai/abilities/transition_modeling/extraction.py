@@ -26,8 +26,8 @@ from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.json_text import Pairs, find_json
 from eai.logic.formula import TRUE
+from eai.pddl.check import Offence, PddlError, PddlFinding
 from eai.pddl.model import NO_EFFECT, PddlAction
-from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import Group, PddlReader, error_at, read_group
 
 K = TypeVar("K", bound=Hashable)

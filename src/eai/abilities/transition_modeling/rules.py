@@ -19,12 +19,10 @@ from eai.abilities.transition_modeling.declaration import OperatorReport, Operat
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, ErrorReport, add
-from eai.pddl.check import Declarations, check_action
+from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanFlaw, PlanStep
-from eai.pddl.match import OperatorMatch
-from eai.pddl.matching import match_operators, missing_operator
+from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
-from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
 from eai.world.fault import FaultKind
 

@@ -18,7 +18,7 @@ from eai.abilities.transition_modeling.declaration import (
 from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import ALL, Confusion
-from eai.pddl.match import SideMatch
+from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 
 _REMEMBERED = 1000
