@@ -50,24 +50,25 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
 
 def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:
     """Twice: what was seen is in the journal, and is not asked for again."""
-    predicted = with_options("scene=predicted", "scene_model=eai/eyes", "scene_args.rate=0.5", "clutter=some")
+    predicted = with_options(
+        "scene=predicted", "scene_model=eai/captioner", "scene_args.rate=0.5", "clutter=some"
+    )
     abilities = ("--ability", "subgoal_decomposition", *PLANS[1:])
-    folder = tmp_path / "behavior" / "scene_graph" / "eai_eyes"
+    folder = tmp_path / "behavior" / "scene_graph" / "eai_captioner" / "scene-image-some"
     for _ in range(2):
         command = (*HOW, PLANS[0], *abilities, *predicted, "--out", tmp_path)
         done = run_eai(*command)
         assert done.status == 0, done.err
-        assert "scenes as eai/eyes sees them: predicate errors" in done.out
-        folder = tmp_path / "behavior" / "scene_graph" / "eai_eyes-some"
+        assert "behavior, scene_graph, protocol strict" in done.out
         assert len(lines_of(folder / "answers.jsonl")) == 1
-    (seen,) = lines_of(folder / "scene_graphs.jsonl")
+    (seen,) = lines_of(folder / "records.jsonl")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    lost = seen["perceived"]["missing"] + seen["perceived"]["misplaced"]
+    lost = seen["seen"]["missing"] + seen["seen"]["misplaced"]
     assert summary["predicate_error"]["numerator"] == lost > 0
     for ability in ("action_sequencing", "subgoal_decomposition"):
-        label = "scene-predicted-eai_eyes-some"
+        label = "scene-predicted-eai_captioner-some"
         (line,) = lines_of(tmp_path / "behavior" / ability / "eai_planner" / label / "records.jsonl")
-        assert line["perceived"] == seen["perceived"]
+        assert line["perceived"] == seen["seen"]
 
 
 @pytest.mark.parametrize("scene", ["image", "both"])
@@ -93,12 +94,12 @@ def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: P
         ),
         (with_options("scene=predicted"), "perception.scene predicted: expected perception.scene_model"),
         (
-            with_options("scene=image", "scene_model=eai/eyes"),
+            with_options("scene=image", "scene_model=eai/captioner"),
             "perception.scene_model: means nothing with perception.scene image",
         ),
         (
             with_options("scene=predicted", "scene_model=eai/oracle"),
-            "perception.scene_model eai/oracle: expected eai/eyes",
+            "perception.scene_model eai/oracle: expected eai/captioner",
         ),
         (
             with_options("scene=image", "scene_args.rate=1"),
@@ -136,8 +137,8 @@ def test_what_makes_no_sense_is_said_in_one_line(
     assert done.err.count("\n") == 1
 
 
-def test_eyes_only_look(eai: Command, tmp_path: Path) -> None:
-    done = eai("run", "--model", "eai/eyes", "--out", tmp_path)
+def test_the_captioner_only_lists_scenes(eai: Command, tmp_path: Path) -> None:
+    done = eai("run", "--model", "eai/captioner", "--out", tmp_path)
     assert (done.status, done.err.partition(":")[0]) == (2, "eai")
     assert "it only lists scenes" in done.err
 

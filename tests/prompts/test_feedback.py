@@ -13,11 +13,11 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.protocol import Ability
+from eai.abilities.wording import Wording
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.prompts.feedback import REASONS, Asker
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.prompts.wording import Wording
 from envs.switches import DOMAIN, SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING

@@ -20,7 +20,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
 from eai.run.evaluation import Answers, obtain_answers
-from eai.run.job import EYES, Endpoint, Job
+from eai.run.job import CAPTIONER, Endpoint, Job
 from eai.run.logs import write_scores
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
@@ -101,10 +101,10 @@ def evaluate_experiment_in_child(asked: Asked, whom: Whom, folder: Path, choices
 
 
 def evaluate_seeing_in_child(
-    asked: Asked, whom: Whom, eyes: Whom, folder: Path, choices: Mapping[str, Json]
+    asked: Asked, whom: Whom, captioner: Whom, folder: Path, choices: Mapping[str, Json]
 ) -> Path:
     """The same with a model in the role that sees for the other."""
-    roles: dict[str, str | Model] = {EYES: get_model(eyes.model, **eyes.arguments)}
+    roles: dict[str, str | Model] = {CAPTIONER: get_model(captioner.model, **captioner.arguments)}
     return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices, roles)
 
 

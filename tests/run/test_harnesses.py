@@ -19,8 +19,8 @@ from eai.run.registry import TASKS
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples/lm_eval"
-OF_HOUSEHOLDS = {name for name in TASKS if name != "world_model"}
-"""Questions about a world model are asked from a file, which the examples do not have."""
+OF_HOUSEHOLDS = {name for name in TASKS if name.endswith(tuple(FOUR))}
+"""The examples have the four abilities: no file of questions, and no pictures."""
 
 
 def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:

@@ -70,9 +70,9 @@ def test_own_pictures_go_to_the_model_that_sees_and_its_list_to_the_other(
     out = tmp_path / "out"
     with serve(defaultdict(lambda: [Reply(f"```json\n{graph}\n```")])) as served:
         chosen = {**captioner, "scene_base_url": served.url}
-        eyes = [part for name in chosen for part in ("--with", f"perception.{name}={chosen[name]}")]
+        options = [part for name in chosen for part in ("--with", f"perception.{name}={chosen[name]}")]
         address = ("--model-base-url", served.url)
-        done = eai(*HOW, "--model", LOCAL, "-M", "api_key=none", *eyes, *address, "--out", out)
+        done = eai(*HOW, "--model", LOCAL, "-M", "api_key=none", *options, *address, "--out", out)
         assert done.status == 0, done.err
     look, plan = served.log.requests
     *pictures, question = look["messages"][-1]["content"]
@@ -81,7 +81,8 @@ def test_own_pictures_go_to_the_model_that_sees_and_its_list_to_the_other(
     ]
     assert "scene graph" in question["text"]
     assert "Initial state:\nopen(fridge_97)\n\nGoals:" in plan["messages"][-1]["content"]
-    label = "openai-api_local_scripted-own"
-    (line,) = (out / "behavior" / "scene_graph" / label / "scene_graphs.jsonl").read_text().splitlines()
-    seen = json.loads(line)
-    assert (seen["repairs"], seen["ill_formed"]) == (["code_fence"], ['["cosy", "fridge_97"]'])
+    folder = out / "behavior" / "scene_graph" / "openai-api_local_scripted" / "scene-image-own"
+    (line,) = (folder / "records.jsonl").read_text().splitlines()
+    listed = json.loads(line)
+    assert (listed["repairs"], listed["seen"]["ill_formed"]) == (["code_fence"], 1)
+    assert 'no fact: ["cosy", "fridge_97"]' in listed["explanation"]["notes"]

@@ -107,7 +107,7 @@ def test_records_of_a_log_say_what_was_perceived(
         assert expected.missing > 0
 
 
-def test_a_model_in_the_role_of_eyes_sees_for_the_one_who_is_asked(
+def test_a_model_in_the_role_of_captioner_sees_for_the_one_who_is_asked(
     data_store: Store, process: Executor, tmp_path: Path
 ) -> None:
     """It is sent the picture; the other one a list, errors and all, and no picture."""
@@ -117,9 +117,9 @@ def test_a_model_in_the_role_of_eyes_sees_for_the_one_who_is_asked(
     suite = open_suite("behavior", PLANS)
     task, words = suite.tasks[JARS], scene_words(suite.benchmark)
     for rate in (0.0, 0.6):
-        eyes, folder = Whom("eai/eyes", {"rate": rate, "seed": 1}), tmp_path / str(rate)
+        captioner, folder = Whom("eai/captioner", {"rate": rate, "seed": 1}), tmp_path / str(rate)
         planner = Whom("eai/planner", {})
-        path = process.submit(evaluate_seeing_in_child, asked, planner, eyes, folder, told)
+        path = process.submit(evaluate_seeing_in_child, asked, planner, captioner, folder, told)
         scored = process.submit(score_in_child, path.result(), asked).result()
         noise = Noise(missing=rate / 2, misplaced=rate / 2, seed=1)
         expected = perception_errors(task, words, ReadGraph(perceive(task, words, noise, "1")))
@@ -131,6 +131,6 @@ def test_a_model_in_the_role_of_eyes_sees_for_the_one_who_is_asked(
             assert all(isinstance(message.content, str) for message in sample.messages)
             record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
             assert record.experiment is not None
-            assert record.experiment.scene == "predicted-eai_eyes"
+            assert record.experiment.scene == "predicted-eai_captioner"
             assert record.perceived == expected
             assert getattr(record.verdict, "success", None) is (rate == 0)

@@ -16,7 +16,8 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 
 
 def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
-    names = {"world_model", *(f"{domain}_{ability.value}" for domain, ability in SUITES)}
+    ours = {f"{domain}_scene_graph" for domain in ("virtualhome", "behavior")}
+    names = {"world_model", *ours, *(f"{domain}_{ability.value}" for domain, ability in SUITES)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
 
@@ -56,7 +57,10 @@ def test_arguments_of_a_task() -> None:
         ({"protocol": "lax"}, "protocol: expected 'strict' or 'eai-1.0.5', found 'lax'"),
         ({"prompts": "mine"}, "prompts.set: expected 'official' or 'eai', found 'mine'"),
         ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
-        ({"scene_model": "eai/eyes"}, "scene_model: in Inspect the model that lists scenes is --model-role"),
+        (
+            {"scene_model": "eai/captioner"},
+            "scene_model: in Inspect the model that lists scenes is --model-role",
+        ),
     ):
         with pytest.raises(InputError, match=re.escape(message)):
             make(**wrong)

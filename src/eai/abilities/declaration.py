@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
     from eai.abilities.task import Task
+    from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
     from eai.world.domain import Domain
 
@@ -94,6 +95,8 @@ class AskedWorld:
         subgoals: how subgoals are written; None for formulas with the declared names.
         subgoal_domain: the world in which subgoals are carried out.
         make_planner: makes the planner of operators, of which None says that none is to be asked.
+        wording: how prompts of an ability name things.
+        observed: how observations do.
     """
 
     domain: Domain
@@ -102,12 +105,19 @@ class AskedWorld:
     subgoals: SubgoalNotation | None
     subgoal_domain: Domain
     make_planner: Callable[[], PddlPlanner | None]
+    wording: Callable[[Ability], Wording]
+    observed: Callable[[], Wording]
 
 
 class Posed(NamedTuple):
-    """A question about a task, and a right answer to it, which built-in models give."""
+    """A question about a task, and a right answer to it, which built-in models give.
 
-    question: str
+    Attributes:
+        question: the question, or the values of places in the template of the ability's name.
+        gold: the answer.
+    """
+
+    question: str | Mapping[str, str]
     gold: str
 
 
@@ -141,6 +151,9 @@ class OwnTasks(NamedTuple):
     sha256: str
 
 
+Pose: TypeAlias = Callable[[AskedWorld, Any], Posed]
+"""Asks of a task in a world."""
+
 Form: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 """The form of an answer in which objects go by these words, or by any."""
 
@@ -153,6 +166,7 @@ class SingleTurn:
         scorers: from a world to what makes the scorer of a task, which reads answers and judges them.
         pose: asks of a task; None where questions are published or rendered from the templates of the
             ability's name, and right answers are the data set's.
+        pictures: what is shown before a question that is posed, each with its media type.
         form: what objects of a task are called in answers, and the form of these; None where that is unknown.
         open_file: opens files of tasks of its own; None from one that is none.
         features: what a task of its own is like.
@@ -162,7 +176,8 @@ class SingleTurn:
     """
 
     scorers: Callable[[AskedWorld], Callable[[Any], Scorer]]
-    pose: Callable[[AskedWorld, Any], Posed] | None = None
+    pose: Pose | None = None
+    pictures: Callable[[AskedWorld, Any], Sequence[tuple[str, bytes]]] | None = None
     form: Callable[[AskedWorld, Task | None], tuple[Sequence[str], Form]] | None = None
     open_file: Callable[[Path], OwnTasks | None] | None = None
     features: Callable[[Any], TaskFeatures] | None = None

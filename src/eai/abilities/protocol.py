@@ -142,6 +142,7 @@ GROUP = "eai.abilities"
 BUILT_IN = {
     **{ability.value: f"eai.abilities.{ability}.declaration:{ability.upper()}" for ability in FOUR},
     "world_model": "eai.questions.declaration:WORLD_MODEL",
+    "scene_graph": "eai.studies.perception.declaration:SCENE_GRAPH",
 }
 """The abilities that come with the package, as its metadata have them, too."""
 

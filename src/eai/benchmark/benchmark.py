@@ -16,13 +16,13 @@ from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.wording import Wording
 from eai.benchmark.errata import NO_ERRATA, Errata
 from eai.data.progress import Report
 from eai.english.english import PLAIN, English
 from eai.errors import InputError
 from eai.logic.formula import Formula
 from eai.prompts.prompt import GoalSection, Prompt, PromptFiles, PublishedPrompts
-from eai.prompts.wording import Wording
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain
 
@@ -208,7 +208,16 @@ class Benchmark:
             return make_planner(source.planner, self.planner_seconds, source.terms)
 
         domain = self.subgoal_domain or self.domain
-        return AskedWorld(self.domain, self.plans, self.goals, self.subgoals, domain, planner)
+        return AskedWorld(
+            self.domain,
+            self.plans,
+            self.goals,
+            self.subgoals,
+            domain,
+            planner,
+            self.wording,
+            self.observed_wording,
+        )
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
         """The prompts of the data set by task id, corrected; None if it has none of the ability.

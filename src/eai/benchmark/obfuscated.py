@@ -22,10 +22,10 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, Subgoal
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
+from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.english.english import PLAIN, English
 from eai.english.exact_text import ExactText, is_property
-from eai.prompts.wording import Wording
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 from eai.world.operator import Operator

@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from eai.abilities.answer_schema import Schema, fits
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import Pose, SingleTurn, declaration_of
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
@@ -23,9 +23,9 @@ from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.own import Questions, operator_prompts, render, render_task
-from eai.prompts.prompt import Belief, Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
-from eai.tasks.source import Source
+from eai.tasks.source import Source, TaskSet
 
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
@@ -126,10 +126,31 @@ class Library:
         if asked.of_operators:
             return operator_prompts(benchmark.operators(self.source), templates)
         if asked.pose is not None:
-            world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
-            believed = {i: beliefs[i].task if i in beliefs else task for i, task in tasks.items()}
-            return {i: Prompt(asked.pose(world, task).question) for i, task in believed.items()}
+            return self._posed(asked, asked.pose, benchmark, ability, beliefs)
         return render(self._questions(benchmark, ability, beliefs), templates)
+
+    def _posed(
+        self,
+        asked: SingleTurn,
+        pose: Pose,
+        benchmark: Benchmark,
+        ability: Ability,
+        beliefs: Mapping[str, Belief],
+    ) -> Mapping[str, Prompt]:
+        """The questions that an ability poses, each made on first use, as pictures may be drawn for it."""
+        world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
+        templates = Templates(self.folder)
+
+        def posed(task_id: str) -> Prompt:
+            belief = beliefs.get(task_id)
+            question = pose(world, tasks[task_id] if belief is None else belief.task).question
+            text = question if isinstance(question, str) else templates.fill(f"{ability}.txt", question)
+            if belief is not None:
+                return Prompt(text, images=belief.images)
+            shown = () if asked.pictures is None else asked.pictures(world, tasks[task_id])
+            return Prompt(text, images=tuple([Image(*each) for each in shown]))
+
+        return TaskSet(tasks, posed, tasks.sha256)
 
     def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
         """The wording from which our prompts are rendered."""

@@ -18,6 +18,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import WrittenAnswer, join_operators, no_answer
 from eai.logic.choice import Literal
@@ -36,7 +37,6 @@ from eai.pddl.model import (
 )
 from eai.pddl.writer import write_action
 from eai.planning.successor_generator import applicable_actions
-from eai.prompts.wording import Wording, subjects
 from eai.tasks.source import Source, TaskSet
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt, execute

@@ -10,14 +10,14 @@ from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.cli.first_stage import FirstStage, stage_two
-from eai.cli.order import Order, ask_for_scene_graphs, obtain_and_score
+from eai.cli.order import Order, obtain_and_score
 from eai.cli.scene_stage import Scenes
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.run.spec import RunSpec
 from eai.scoring.trials import Trials, open_trials
 from eai.studies.attempts.study import Attempts
-from eai.studies.perception.showing import scene_abilities
+from eai.studies.perception.scenes import scene_abilities
 from eai.studies.perception.study import Perception, Scene
 from eai.studies.pipeline.study import Pipeline
 
@@ -81,8 +81,7 @@ class Arm:
             wanted.setdefault(suite.domain, set()).update(asked)
         shown, goals = self.spec.of(Perception), self.spec.of(Pipeline).goals
         if shown.scene is not Scene.TEXT:
-            ask = partial(ask_for_scene_graphs, order)
-            return Scenes(shown, self.spec.captioner, library, ask, wanted, order.out)
+            return Scenes(shown, self.spec.captioner, library, partial(obtain_and_score, order), wanted)
         if goals is not None:
             return FirstStage(goals, library, partial(obtain_and_score, order), wanted)
         return None

@@ -6,25 +6,27 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
-from eai.run.job import EYES, PROVIDER, Endpoint, check_model
+from eai.run.job import CAPTIONER, PROVIDER, Endpoint, check_model
+from eai.studies.perception.scenes import SCENE_GRAPH
 
 REPLAY = "eai/replay"
 
 
-def check_models(models: Sequence[str]) -> None:
+def check_models(models: Sequence[str], abilities: Sequence[Ability] = ()) -> None:
     """Raise if there is no such model, or two are one folder's name: one would overwrite the other."""
     named: dict[str, str] = {}
     for model in models:
         check_model(model)
-        if model == f"{PROVIDER}/{EYES}":
+        if model == f"{PROVIDER}/{CAPTIONER}" and {*abilities} != {SCENE_GRAPH}:
             raise InputError(
-                f"--model {model}: it only lists scenes; name it as perception.scene_model, with "
-                "perception.scene predicted"
+                f"--model {model}: it only lists scenes (--ability {SCENE_GRAPH}); for another model name it "
+                "as perception.scene_model, with perception.scene predicted"
             )
         twin = named.setdefault(file_name(model), model)
         if twin != model:

@@ -9,7 +9,6 @@ from pathlib import Path
 import typer
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say, without_inspect
@@ -44,18 +43,20 @@ def obtain_and_score(
     suite: Suite,
     trials: Trials | None = None,
     first: FirstStage | Scenes | None = None,
+    epochs: int | None = None,
 ) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
 
     In a pipeline, and where a scene is perceived, they are answers to other prompts about the same tasks; a
-    task without a first stage has no second one.
+    task without a first stage has no second one. There are as many answers to each task as the order asks
+    for, or ``epochs``.
     """
     try:
         from eai.run.evaluation import obtain_answers
         from eai.run.logs import write_scores
     except ImportError as error:
         raise without_inspect(error) from error
-    spec, epochs = order.spec, order.spec.tasks.epochs
+    spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
     job = Job(
@@ -104,47 +105,7 @@ def obtain_and_score(
     return outcome
 
 
-def ask_for_scene_graphs(
-    order: Order,
-    endpoint: Endpoint,
-    prompts: Mapping[str, Prompt],
-    suite: Suite,
-    right: Mapping[str, str],
-    folder: Path,
-) -> Mapping[str, str]:
-    """One model's answers to questions about pictures, by task; what it did not answer is left out.
-
-    Args:
-        order: what the command line asks for.
-        endpoint: the model.
-        prompts: the questions by task.
-        suite: a suite of the benchmark.
-        right: the scene graphs.
-        folder: where the answers are written down.
-    """
-    try:
-        from eai.run.evaluation import obtain_answers
-    except ImportError as error:
-        raise without_inspect(error) from error
-    job = Job(
-        endpoint,
-        prompts,
-        benchmark=suite.benchmark,
-        ability=Ability.ACTION_SEQUENCING,
-        decoding=order.spec.generation.model_copy(update={"structured": False}),
-        pace=order.spec.requests,
-        source=suite.source,
-        targets=right,
-    )
-    title = f"{suite.domain} scene graphs {endpoint.model}"
-    with sole_run(folder), run_progress(title, quiet=order.quiet) as watch:
-        answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-    return {task_id: answers.given[task_id, 1].text for task_id in prompts if (task_id, 1) in answers.given}
-
-
-def tell(
-    outcomes: Sequence[SuiteResult], order: Order, besides: Sequence[str] = (), *, as_json: bool
-) -> None:
+def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> None:
     """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
     if as_json:
         print_json([outcome.to_json() for outcome in outcomes])
@@ -156,7 +117,7 @@ def tell(
                 f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}"
             )
     if not order.quiet:
-        for line in (*besides, *map(_effort, outcomes)):
+        for line in map(_effort, outcomes):
             say(line)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)

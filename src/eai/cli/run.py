@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -27,7 +27,6 @@ from eai.cli.console import (
     print_remark,
     say,
 )
-from eai.cli.first_stage import FirstStage
 from eai.cli.flags import HELP, RunCommand, flag, listing, specification
 from eai.cli.models import check_models, check_replay
 from eai.cli.options import OUTPUT, SCORING, SETTING, AsJson, Wide
@@ -42,6 +41,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.coverage import errata_effect
 from eai.run.spec import save
+from eai.scoring.epochs import SuiteResult
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 __all__ = ["RunCommand", "run"]
@@ -117,9 +117,9 @@ def run(
     spec = specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
-    check_models(spec.model.name)
     target, arm, scoring = spec.tasks.adaptive, Arm(spec), spec.scoring
     wanted = arm.wanted(spec.tasks.ability)
+    check_models(spec.model.name, wanted)
     order = Order(spec, out, quiet or as_json)
     with data_progress() as report:
         terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
@@ -151,16 +151,24 @@ def run(
             for endpoint in endpoints
         ]
         if not order.quiet:
-            results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
-            terminal = declaration_of(suite.ability).terminal
-            print_rates(output(), arm.title(suite), terminal, results, wide=wide)
-            for name, result in results.items():
-                print_remark(name, result.coverage)
-            print_errata(errata_effect(outcome.records) for outcome in of_suite)
+            _print(arm, of_suite, wide=wide)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
-    before = first.outcomes if isinstance(first, FirstStage) else ()
-    tell([*before, *outcomes], order, first.told if isinstance(first, Scenes) else (), as_json=as_json)
+    before = () if first is None else first.outcomes
+    if isinstance(first, Scenes) and not order.quiet:
+        for outcome in before:
+            _print(arm, [outcome], wide=wide)
+    tell([*before, *outcomes], order, as_json=as_json)
+
+
+def _print(arm: Arm, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
+    """Print what several models came to in one suite."""
+    suite = outcomes[0].suite
+    results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in outcomes}
+    print_rates(output(), arm.title(suite), declaration_of(suite.ability).terminal, results, wide=wide)
+    for name, result in results.items():
+        print_remark(name, result.coverage)
+    print_errata(errata_effect(outcome.records) for outcome in outcomes)
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep, resolve
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.prompts.wording import ObjectName
+from eai.abilities.wording import ObjectName
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind

@@ -13,13 +13,13 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport
+from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates
-from eai.prompts.wording import Wording, subjects
 from eai.scoring.reward import Merit, merit_of_actions, metrics_of, suite_of
 from eai.tasks.source import TaskReference
 from eai.world.episode import Episode, Luck, Slip, Slips, Until

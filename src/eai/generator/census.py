@@ -16,6 +16,7 @@ import eai.logic.formula as f
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.measures import needed_by
 from eai.generator.prior import (
@@ -32,7 +33,6 @@ from eai.generator.prior import (
 )
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
-from eai.prompts.wording import subjects
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.listing import Listing

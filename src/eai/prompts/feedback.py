@@ -15,9 +15,9 @@ from eai.abilities.explanation import Explanation, StepReport, formula_text
 from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
+from eai.abilities.wording import Wording
 from eai.prompts.prompt import Prompt, Turn
 from eai.prompts.template import Templates
-from eai.prompts.wording import Wording
 from eai.world.episode import Notice
 from eai.world.fault import FaultKind
 

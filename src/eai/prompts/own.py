@@ -14,10 +14,10 @@ from typing import TypeAlias
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.wording import Wording
 from eai.pddl.writer import write_domain
 from eai.prompts.prompt import TOLD, Belief, Prompt
 from eai.prompts.template import Templates
-from eai.prompts.wording import Wording
 
 Example: TypeAlias = Callable[[str], str]
 """The data set's own answer to a task, by id."""

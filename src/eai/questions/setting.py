@@ -18,6 +18,7 @@ import eai.logic.formula as f
 from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.wording import subjects
 from eai.english.exact_text import conditions_of
 from eai.generator.scene import restricted
 from eai.logic.ltl_printer import print_ltl
@@ -25,7 +26,6 @@ from eai.logic.traversal import objects, walk, with_parts
 from eai.planning.effect_schema import written
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.prompts.wording import subjects
 from eai.questions.question import Accept
 from eai.world.derived import Defined, Lookup, meaning, stored_sources
 from eai.world.domain import Domain

@@ -22,7 +22,7 @@ from eai.run.job import Endpoint, Job, Requests
 from eai.run.journal import Desk, Journal, Watch, unwatched
 from eai.run.logs import JOB, find_log
 from eai.run.solver import ask, without_odd_usage
-from eai.run.tasks import build_scene_task, build_task
+from eai.run.tasks import build_task
 from eai.scoring.trials import Answer, Place, Tried
 
 
@@ -119,10 +119,6 @@ def obtain(
 
 def _task(job: Job, desk: Desk) -> inspect_ai.Task:
     """All of the job, so that its log is whole; what is answered already is not asked again."""
-    if job.targets is not None:
-        return build_scene_task(
-            job.benchmark, job.prompts, ask(desk), job.targets, metadata={JOB: job.sha256}
-        )
     return build_task(
         job.benchmark,
         job.ability,

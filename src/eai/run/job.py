@@ -24,8 +24,8 @@ from eai.tasks.source import Source
 PROVIDER = "eai"
 """The provider of built-in models, before the slash of their names."""
 
-EYES = "eyes"
-MODELS = ("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", EYES)
+CAPTIONER = "captioner"
+MODELS = ("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER)
 """The built-in models."""
 
 
@@ -33,6 +33,8 @@ def check_model(name: str) -> None:
     """Raise InputError for a built-in model that there is not, or a name that no provider can stand in."""
     known = [f"{PROVIDER}/{model}" for model in MODELS]
     provider, separator, _ = name.partition("/")
+    if name == f"{PROVIDER}/eyes":
+        raise InputError(f"{name}: is called {PROVIDER}/{CAPTIONER}")
     if provider == PROVIDER and name not in known:
         raise InputError(f"{name}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
     if not separator:
@@ -176,15 +178,12 @@ class Job(Requests):
     Attributes:
         source: where the data comes from.
         about: what the built-in models are to know of questions besides, by task: fields of the metadata.
-        targets: the right answers, by task, of questions that ask for something else than the ability (for
-            scene graphs); None where it is the ability that is asked for.
     """
 
     benchmark: Benchmark
     ability: Ability
     source: Source = field(default_factory=Source)
     about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    targets: Mapping[str, str] | None = None
 
     @property
     def title(self) -> str:

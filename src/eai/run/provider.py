@@ -45,7 +45,7 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
 from eai.planning.search import Limits
-from eai.run.job import EYES, PROVIDER, check_model
+from eai.run.job import CAPTIONER, PROVIDER, check_model
 from eai.run.solver import ERRATA
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
@@ -53,7 +53,7 @@ from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.noise import Noise as SceneNoise
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.scene_graph import read_scene_graph
-from eai.studies.perception.scenes import ASKS, SCENE, SCENE_GRAPH
+from eai.studies.perception.scenes import SCENE, SCENE_GRAPH
 from eai.studies.pipeline.stage_one import STATED
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.execution import Action
@@ -89,7 +89,6 @@ class _Question(NamedTuple):
         stated: the answer whose goals it states in the place of the task's; None for the task's.
         scene: the scene graph that it tells of in the place of the task's scene; None for the task's.
         source: what the task's own answers are read from.
-        asks: what else than the ability it asks for; None for the ability.
     """
 
     benchmark: Benchmark
@@ -101,7 +100,6 @@ class _Question(NamedTuple):
     text: str
     stated: str | None = None
     scene: str | None = None
-    asks: str | None = None
     source: Source = Source()
 
 
@@ -117,7 +115,7 @@ class BuiltInModel(ModelAPI):
             for), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
-            again), ``eyes`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
+            again), ``captioner`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
             ``replay`` (answers from response files, of further attempts from
             ``<model>_attempt_<k>_outputs.json``; argument ``path``).
         base_url: not used.
@@ -176,7 +174,6 @@ class BuiltInModel(ModelAPI):
             "\n\n".join([message.text for message in input]),
             about.get(STATED),
             about.get(SCENE),
-            about.get(ASKS),
             Source(errata=errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))),
         )
         return self._output(input, await _off_the_loop(partial(self._answer, question)))
@@ -193,12 +190,8 @@ class BuiltInModel(ModelAPI):
         return output
 
     def _answer(self, asked: _Question) -> str:
-        if (self.model_name == EYES) != (asked.asks == SCENE_GRAPH):
-            raise InputError(
-                f"eai/{self.model_name} has no answer: eai/{EYES} alone looks, and does nothing else"
-            )
-        if self.model_name == EYES:
-            return self._look(asked)
+        if self.model_name == CAPTIONER:
+            return self._list(asked)
         if self.model_name == "replay":
             recorded = self._recorded(asked.benchmark, asked.ability, asked.attempt, asked.source)
             if asked.task_id not in recorded:
@@ -220,8 +213,10 @@ class BuiltInModel(ModelAPI):
             return book.gold(asked.task_id).text
         return self._noisy(book, asked).text
 
-    def _look(self, asked: _Question) -> str:
+    def _list(self, asked: _Question) -> str:
         """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
+        if asked.ability is not SCENE_GRAPH:
+            raise InputError(f"eai/{CAPTIONER} has no answer: it only lists scenes")
         half = self._rate / 2
         noise, stream = SceneNoise(missing=half, misplaced=half, seed=self._seed), str(asked.epoch)
         task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]

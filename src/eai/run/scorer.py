@@ -44,8 +44,7 @@ from eai.run.solver import ANSWERS
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
 from eai.scoring.trials import Place, record_of_trial, replay
-from eai.studies.perception.scenes import SCENE
-from eai.studies.perception.showing import told_scene
+from eai.studies.perception.scenes import SCENE, PerceivedScenes, listed_scenes
 from eai.studies.pipeline.stage_one import STATED, Interpretations, believe
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
@@ -169,7 +168,10 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     answers = ResponseFile(model, (Response(task_id, state.output.completion),))
     (record,) = score_batch(suite, answers, explanations=True)
     if experiment is not None and experiment.scene is not None:
-        return told_scene(experiment.scene, suite, task_id, state.metadata.get(SCENE)).marked(record)
+        if SCENE not in state.metadata:
+            return PerceivedScenes(experiment.scene, {}).marked(record)
+        listed = {task_id: state.metadata[SCENE]}
+        return listed_scenes(experiment.scene, suite, listed).marked(record)
     if experiment is None or experiment.goals_from is None:
         return record
     stated = Interpretations(experiment.goals_from, {task_id: state.metadata[STATED]})

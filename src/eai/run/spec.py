@@ -24,7 +24,7 @@ from eai.benchmark.registry import REFERENCES
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import PromptSet
-from eai.run.job import EYES, PROVIDER, Decoding, Endpoint, Pace, check_model
+from eai.run.job import CAPTIONER, PROVIDER, Decoding, Endpoint, Pace, check_model
 from eai.scoring.options import ScoringOptions
 from eai.studies.attempts.study import Attempts
 from eai.studies.perception.study import Perception, Scene
@@ -199,9 +199,10 @@ class RunSpec(Options):
             return None
         check_model(seen.scene_model)
         provider, _, name = seen.scene_model.partition("/")
-        if provider == PROVIDER and name != EYES:
+        if provider == PROVIDER and name != CAPTIONER:
             raise InputError(
-                f"perception.scene_model {seen.scene_model}: expected {PROVIDER}/{EYES} or another provider"
+                f"perception.scene_model {seen.scene_model}: expected {PROVIDER}/{CAPTIONER} "
+                "or another provider"
             )
         return Endpoint(seen.scene_model, seen.scene_args, seen.scene_base_url, self.model.prices)
 

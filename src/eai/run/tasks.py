@@ -34,17 +34,15 @@ from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
-from eai.run.job import EYES
+from eai.run.job import CAPTIONER
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ERRATA, ask_as_published, messages_of, part
 from eai.run.spec import read_spec, study_of
 from eai.scoring.trials import Trials, open_trials
 from eai.studies.attempts.study import Attempts
-from eai.studies.perception.belief import scene_words
-from eai.studies.perception.scene_graph import read_scene_graph
-from eai.studies.perception.scenes import ASKS, SCENE, SCENE_GRAPH, perceived_scenes, scene_graph_question
-from eai.studies.perception.showing import (
-    pictures_for,
+from eai.studies.perception.scenes import (
+    SCENE_GRAPH,
+    listed_scenes,
     refuse_published,
     scene_abilities,
     showing_prompts,
@@ -78,29 +76,26 @@ def refusing() -> Iterator[None]:
 
 @solver(name="eai_see")
 def see(choice: Perception, library: Library, suite: Suite) -> Solver:
-    """Has the model in the role ``eyes`` write the scene graph, and makes the question of what it wrote.
+    """Has the model in the role ``captioner`` write the scene graph, and makes the question of what it wrote.
 
     Args:
         choice: how scenes are shown.
         library: where prompts come from.
         suite: what is asked.
     """
-    words = scene_words(suite.benchmark)
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        eyes, task_id = get_model(role=EYES, required=True), str(state.sample_id)
+        captioner, task_id = get_model(role=CAPTIONER, required=True), str(state.sample_id)
         about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
         state.messages[-1].metadata = about
-        output = await eyes.generate(state.messages)
-        read = {task_id: read_scene_graph(part(output.completion).answer, words.arities)}
-        label = choice.model_copy(update={"scene_model": str(eyes)}).label
-        scenes = perceived_scenes(label, {task_id: suite.tasks[task_id]}, words, read)
+        output = await captioner.generate(state.messages)
+        label = choice.model_copy(update={"scene_model": str(captioner)}).label
+        scenes = listed_scenes(label, suite, {task_id: part(output.completion).answer})
         prompt = showing_prompts(library, suite.benchmark, suite.ability, scenes, [task_id])[task_id]
-        told = {SCENE: scenes.graphs[task_id].text}
+        known = {**scenes.about[task_id], "ability": suite.ability.value}
         experiment = experiment_to_json(scenes.experiment)
-        state.metadata |= {**told, EXPERIMENT: experiment, "stop": list(prompt.stop)}
-        known = {name: value for name, value in about.items() if name != ASKS}
-        state.messages = messages_of(prompt, {**known, **told})
+        state.metadata |= {**known, EXPERIMENT: experiment, "stop": list(prompt.stop)}
+        state.messages = messages_of(prompt, {**about, **known})
         return state
 
     return solve
@@ -160,34 +155,6 @@ def build_task(
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
     )
-
-
-def build_scene_task(
-    benchmark: Benchmark,
-    prompts: Mapping[str, Prompt],
-    solver: Solver,
-    targets: Mapping[str, str],
-    metadata: Mapping[str, Json],
-) -> inspect_ai.Task:
-    """The Inspect task that asks for scene graphs of pictures and scores none.
-
-    `eai.studies.perception.errors` does.
-
-    Args:
-        benchmark: the benchmark.
-        prompts: the questions by id of their task.
-        solver: what asks them.
-        targets: the scene graphs, by task.
-        metadata: what the log says of the task besides.
-    """
-    name = f"{benchmark.name}_{SCENE_GRAPH}"
-    known = {"domain": benchmark.reference, "ability": Ability.ACTION_SEQUENCING.value, ASKS: SCENE_GRAPH}
-    samples = [
-        _sample(prompt, targets[task_id], {**known, "task_id": task_id}, None)
-        for task_id, prompt in prompts.items()
-    ]
-    about = {"domain": benchmark.name, "ability": SCENE_GRAPH, **metadata}
-    return inspect_ai.Task(MemoryDataset(samples, name=name), solver=solver, name=name, metadata=about)
 
 
 def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
@@ -259,11 +226,13 @@ def _of_studies(arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
         if name.startswith("scene_"):
-            raise InputError(f"{name}: in Inspect the model that lists scenes is --model-role {EYES}=MODEL")
+            raise InputError(
+                f"{name}: in Inspect the model that lists scenes is --model-role {CAPTIONER}=MODEL"
+            )
         tables.setdefault(study_of(name), {})[name] = value
     perception = tables.get(PERCEPTION.name, {})
     if perception.get("scene") == Scene.PREDICTED.value:
-        perception["scene_model"] = EYES
+        perception["scene_model"] = CAPTIONER
     return tables
 
 
@@ -311,15 +280,17 @@ def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _A
 def _showing(choice: Perception, asked: _Asked, library: Library, suite: Suite) -> _Asked:
     """The same questions with the scene shown in another way, or those that another model is asked first."""
     scene_abilities([suite.ability], choice.scene)
-    refuse_published(choice, library, suite.benchmark)
+    refuse_published(choice, library, suite)
+    is_listed = choice.scene is Scene.PREDICTED
     tasks, templates = {i: suite.tasks[i] for i in asked.prompts}, Templates(library.folder)
-    if choice.scene is Scene.PREDICTED:
-        words, images = scene_words(suite.benchmark), pictures_for(choice, suite.benchmark, tasks)
-        looking = {i: scene_graph_question(task, words, images[i], templates) for i, task in tasks.items()}
-        return _Asked(looking, {i: {ASKS: SCENE_GRAPH} for i in tasks}, first=see(choice, library, suite))
-    scenes = shown_scenes(choice, suite.benchmark, tasks, templates)
-    prompts = showing_prompts(library, suite.benchmark, suite.ability, scenes, asked.prompts)
-    return _Asked(prompts, scenes.about, scenes.experiment)
+    seen = choice.of_pictures() if is_listed else choice
+    scenes = shown_scenes(seen, suite.benchmark, tasks, templates)
+    ability = SCENE_GRAPH if is_listed else suite.ability
+    prompts = showing_prompts(library, suite.benchmark, ability, scenes, asked.prompts)
+    if not is_listed:
+        return _Asked(prompts, scenes.about, scenes.experiment)
+    about = {i: {"ability": SCENE_GRAPH.value} for i in prompts}
+    return _Asked(prompts, about, first=see(choice, library, suite))
 
 
 def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:

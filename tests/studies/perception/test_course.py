@@ -12,11 +12,11 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
+from eai.abilities.wording import subjects
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
-from eai.prompts.wording import subjects
 from eai.scoring.batch import score_batch
 from eai.studies.perception.course import Course, course_of, courses, states_along
 from eai.studies.perception.pictures import picture_words

@@ -24,8 +24,7 @@ from eai.results.perceived import perception_shares
 from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
-from eai.studies.perception.scene_graph import ReadGraph
-from eai.studies.perception.supports import Supports
+from eai.studies.perception.scene_graph import ReadGraph, Supports
 from eai.tasks.source import Source
 from studies.perception.kitchen import TRUTH, WORDS, kitchen_task, seen
 from sweeps import swept

@@ -12,9 +12,8 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.studies.perception.drawing import Rectangle, Text, png, svg, text_width
+from eai.studies.perception.drawing import WIDTH, _Rectangle, _Text, png, svg, text_width
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.layout import WIDTH
 from eai.studies.perception.pictures import Clutter, Picture, images_in, picture_of, picture_words
 from eai.studies.perception.scene_graph import ReadGraph, SceneGraph
 from eai.studies.perception.tiles import Kind, tiles_of
@@ -22,7 +21,7 @@ from eai.tasks.source import Source
 from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
 
 
-def within(inner: Rectangle, outer: Rectangle) -> bool:
+def within(inner: _Rectangle, outer: _Rectangle) -> bool:
     return (
         outer.x <= inner.x
         and outer.y <= inner.y
@@ -31,7 +30,7 @@ def within(inner: Rectangle, outer: Rectangle) -> bool:
     )
 
 
-def apart(one: Rectangle, other: Rectangle) -> bool:
+def apart(one: _Rectangle, other: _Rectangle) -> bool:
     return (
         one.x + one.width <= other.x
         or other.x + other.width <= one.x
@@ -40,16 +39,16 @@ def apart(one: Rectangle, other: Rectangle) -> bool:
     )
 
 
-def area(text: Text) -> Rectangle:
-    return Rectangle(text.x, text.y, text_width(text.text, text.size), text.size, "", "")
+def area(text: _Text) -> _Rectangle:
+    return _Rectangle(text.x, text.y, text_width(text.text, text.size), text.size, "", "")
 
 
 def check(picture: Picture) -> None:
     """Boxes are apart or nested, and texts cross no edge and each other nowhere."""
     drawing = picture.drawing
-    boxes = [shape for shape in drawing.shapes if isinstance(shape, Rectangle)]
-    texts = [area(shape) for shape in drawing.shapes if isinstance(shape, Text)]
-    page = Rectangle(0, 0, drawing.width, drawing.height, "", "")
+    boxes = [shape for shape in drawing.shapes if isinstance(shape, _Rectangle)]
+    texts = [area(shape) for shape in drawing.shapes if isinstance(shape, _Text)]
+    page = _Rectangle(0, 0, drawing.width, drawing.height, "", "")
     assert drawing.width == WIDTH
     assert all(within(each, page) for each in (*boxes, *texts))
     assert all(apart(a, b) or within(a, b) or within(b, a) for a, b in combinations(boxes, 2))

@@ -16,6 +16,7 @@ from eai.abilities.goal_interpretation.notation import parts_of
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.english.english import english_of
@@ -29,7 +30,6 @@ from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.published import OfficialPrompts, open_behavior
 from eai.households.published_files import published_task
 from eai.prompts.prompt import Belief, GoalSection
-from eai.prompts.wording import ObjectName, Wording, declared_name
 from eai.tasks.source import Source, TaskSet, once_per_store
 
 _NOTATION = BehaviorGoals()

@@ -10,6 +10,7 @@ from pathlib import Path
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.data.bundle import open_bundle
@@ -29,7 +30,6 @@ from eai.households.virtualhome.records import open_virtualhome as open_records
 from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask, VirtualHomeTasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
-from eai.prompts.wording import Wording
 from eai.tasks.source import Source, TaskSet, once_per_store
 
 _RELATION_NAMES = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}

@@ -13,13 +13,12 @@ from dataclasses import replace
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
 from eai.logic.traversal import objects
-from eai.prompts.wording import subjects
 from eai.studies.perception.description import SceneWords
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph
-from eai.studies.perception.supports import Supports
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, Supports
 from eai.tasks.source import Source, TaskSet
 from eai.world.state import Fact, Scene, State, WorldObject
 

@@ -17,9 +17,9 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Task
+from eai.abilities.wording import subjects
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
-from eai.prompts.wording import subjects
 from eai.studies.perception.description import SceneWords
 from eai.studies.perception.pictures import picture_words
 from eai.studies.perception.tiles import Tile, tiles_of

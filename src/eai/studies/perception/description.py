@@ -7,8 +7,8 @@ from functools import cached_property
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
+from eai.abilities.wording import Wording, subjects
 from eai.planning.role import SpatialRoles, spatial_roles
-from eai.prompts.wording import Wording, subjects
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, graph_of
 from eai.world.derived import meaning
 from eai.world.state import Fact, State

@@ -3,30 +3,64 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from functools import partial
 
+from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.record import Perceived
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import Confusion, ErrorReport
+from eai.studies.perception.declaration import SceneGraphVerdict
 from eai.studies.perception.description import SceneWords
-from eai.studies.perception.scene_graph import NamedFact, ReadGraph
+from eai.studies.perception.scene_graph import NamedFact, ReadGraph, read_scene_graph
+from eai.world.fault import FaultKind
+
+
+class SceneGraphScorer(Scorer):
+    """Scores the scene graphs of a task."""
+
+    def __init__(self, words: SceneWords, task: Task) -> None:
+        self._words, self._task = words, task
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict; in an answer that cannot be read nothing is perceived."""
+        read = read_scene_graph(text, self._words.arities)
+        seen = perception_errors(self._task, self._words, read)
+        verdict = SceneGraphVerdict(
+            error=None if read.unreadable is None else ErrorReport(FaultKind.PARSING, None, read.unreadable),
+            repairs=read.repairs,
+            success=not any((seen.missing, seen.misplaced, seen.unnecessary, seen.invented, seen.unreadable)),
+            seen=seen,
+        )
+        return Assessment(verdict, partial(_explanation, self._task, self._words, read))
+
+
+def _explanation(task: Task, words: SceneWords, read: ReadGraph) -> Explanation:
+    lost, wrong = _differences(task, words, read)
+    notes = [
+        *(f"not listed: {fact}" for fact in lost),
+        *(f"does not hold: {fact}" for fact in wrong),
+        *(f"no fact: {entry}" for entry in read.ill_formed),
+    ]
+    return Explanation(notes=(*notes, *repair_notes(read.repairs)))
 
 
 def perception_errors(task: Task, words: SceneWords, read: ReadGraph) -> Perceived:
-    """What a scene graph has and lacks of a task's scene.
+    """The differences of a scene graph from a task's scene.
 
     A lost relation is misplaced, not missing, where the graph has the same predicate of the same object and
     another one, which does not hold: each such fact accounts for one lost relation.
     """
     graph, described = read.graph, words.describe(task)
-    seen, wrong = set(graph.facts), _wrong(task, words, read)
-    lost = [fact for fact in described.facts if fact not in seen]
+    lost, wrong = _differences(task, words, read)
     index = {name: place for place, name in enumerate(words.names(task))}
     strange = [fact for fact in wrong if not index.keys() >= {*fact.arguments}]
-    told = Counter(_place(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2)
+    moved = Counter(_place(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2)
     gone = Counter(_place(fact) for fact in lost if len(fact.arguments) == 2)
-    misplaced = (told & gone).total()
+    misplaced = (moved & gone).total()
     objects = {name for name in described.objects if index[name] != task.scene.agent}
+    right = set(described.facts).intersection(graph.facts)
     return Perceived(
         facts=len(described.facts),
         relations=sum(len(fact.arguments) == 2 for fact in described.facts),
@@ -39,22 +73,25 @@ def perception_errors(task: Task, words: SceneWords, read: ReadGraph) -> Perceiv
         names=len(graph.names),
         invented_names=len([name for name in graph.names if name not in index]),
         unseen=len(objects.difference(graph.names)),
-        predicates=_confusions([fact for fact in described.facts if fact in seen], wrong, lost),
+        predicates=_confusions(right, wrong, lost),
         ill_formed=len(read.ill_formed),
         unreadable=read.unreadable is not None,
     )
 
 
-def _wrong(task: Task, words: SceneWords, read: ReadGraph) -> list[NamedFact]:
-    """The facts of a scene graph that do not hold, in order."""
-    names, mentioned = words.names(task), set(read.graph.names)
+def _differences(
+    task: Task, words: SceneWords, read: ReadGraph
+) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
+    """The described facts that a scene graph lacks, and those of its facts that do not hold, in order."""
+    names, seen, mentioned = words.names(task), set(read.graph.facts), set(read.graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.named(fact, names) for fact in words.holding(task.initial, about)}
-    return [fact for fact in read.graph.facts if fact not in holding]
+    lost = [fact for fact in words.describe(task).facts if fact not in seen]
+    return lost, [fact for fact in read.graph.facts if fact not in holding]
 
 
 def _place(fact: NamedFact) -> tuple[str, str]:
-    """What a relation is said of."""
+    """The predicate and the first object of a relation."""
     return fact.predicate, fact.arguments[0]
 
 

@@ -9,13 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.task import Task
+from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
 from eai.prompts.prompt import Image
-from eai.prompts.wording import subjects
 from eai.studies.perception.description import SceneWords
-from eai.studies.perception.drawing import Drawing, image_of, png
-from eai.studies.perception.layout import draw
+from eai.studies.perception.drawing import Drawing, draw, image_of, png
 from eai.studies.perception.scene_graph import SceneGraph
 from eai.studies.perception.tiles import tiles_of
 from eai.world.state import State
@@ -95,7 +94,16 @@ def drawn_images(
         EaiError: the library that draws them is not installed.
     """
     words = picture_words(benchmark)
-    return {i: (Image(PNG, png(picture_of(task, words, clutter).drawing)),) for i, task in tasks.items()}
+    return {i: (Image(*drawn_image(task, words, clutter)),) for i, task in tasks.items()}
+
+
+def drawn_image(task: Task, words: SceneWords, clutter: Clutter = Clutter.NONE) -> tuple[str, bytes]:
+    """A schematic picture of the initial state of a task, with its media type.
+
+    Raises:
+        EaiError: the library that draws them is not installed.
+    """
+    return PNG, png(picture_of(task, words, clutter).drawing)
 
 
 def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:

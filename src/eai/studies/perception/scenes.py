@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Perceived, Record
 from eai.abilities.task import Task
-from eai.prompts.prompt import Belief, Image, Prompt
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite
+from eai.errors import InputError
+from eai.prompts.prompt import Belief, Image, Prompt, PromptSet
 from eai.prompts.template import Templates
-from eai.studies.perception.belief import believed_task
+from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.description import SceneWords
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.scene_graph import ReadGraph, SceneGraph
+from eai.studies.perception.noise import perceive
+from eai.studies.perception.pictures import Clutter, drawn_images, images_in
+from eai.studies.perception.scene_graph import ReadGraph, SceneGraph, read_scene_graph
+from eai.studies.perception.study import Perception, Scene
 
 SCENE = "scene"
 """The field of a question's metadata that has the scene graph which it tells of instead of the scene."""
 
-ASKS = "asks"
-"""The field of a question's metadata that says what else than its ability it asks for."""
+SCENE_GRAPH = Ability("scene_graph")
+"""The ability that lists what is in pictures."""
 
-SCENE_GRAPH = "scene_graph"
-"""What questions about pictures ask for."""
+ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
+"""The abilities whose questions tell of a scene."""
 
 
 @dataclass(frozen=True, slots=True)
 class PerceivedScenes:
-    """What questions tell of scenes, by task.
+    """The scenes that questions tell of, by task.
 
     Attributes:
         label: how they do, as experiments have it.
@@ -51,7 +60,7 @@ class PerceivedScenes:
 
     @property
     def experiment(self) -> Experiment:
-        """What a run is an experiment of that shows these scenes."""
+        """The experiment of a run that shows these scenes."""
         return Experiment(scene=self.label)
 
     def marked(self, record: Record) -> Record:
@@ -62,7 +71,7 @@ class PerceivedScenes:
 def perceived_scenes(
     label: str, tasks: Mapping[str, Task], words: SceneWords, read: Mapping[str, ReadGraph]
 ) -> PerceivedScenes:
-    """What questions tell that tell of scene graphs, be they right or not.
+    """The scenes of questions that tell of scene graphs, be they right or not.
 
     Args:
         label: where they are from, as experiments have it.
@@ -75,25 +84,80 @@ def perceived_scenes(
     return PerceivedScenes(label, beliefs, {i: each.graph for i, each in read.items()}, errors)
 
 
-def pictured_scenes(
-    label: str, tasks: Mapping[str, Task], images: Mapping[str, tuple[Image, ...]], told: str
-) -> PerceivedScenes:
-    """What questions show that come with pictures.
+def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> PerceivedScenes:
+    """The scenes of questions that tell of scene graphs as a model wrote them, by task."""
+    words = scene_words(suite.benchmark)
+    read = {task_id: read_scene_graph(text, words.arities) for task_id, text in texts.items()}
+    return perceived_scenes(label, suite.tasks, words, read)
 
-    Args:
-        label: of what kind these are, as experiments have it.
-        tasks: the tasks.
-        images: the pictures of each.
-        told: what a question says of the start; ``$initial`` stands for what holds there.
+
+def shown_scenes(
+    choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
+) -> PerceivedScenes:
+    """The scenes of questions where no second model lists them for the one who is asked.
+
+    Raises:
+        InputError: there is no picture of a task.
+        EaiError: the library that draws pictures is not installed.
     """
+    if choice.noise is not None:
+        words = scene_words(benchmark)
+        seen = {i: ReadGraph(perceive(task, words, choice.noise)) for i, task in tasks.items()}
+        return perceived_scenes(choice.label, tasks, words, seen)
+    told = templates.text(f"scene_{choice.scene.value}.txt")
+    images = _pictures(choice, benchmark, tasks)
     return PerceivedScenes(
-        label, {i: Belief(tasks[i], initial=told, images=shown) for i, shown in images.items()}
+        choice.label, {i: Belief(tasks[i], initial=told, images=shown) for i, shown in images.items()}
     )
 
 
-def scene_graph_question(
-    task: Task, words: SceneWords, images: tuple[Image, ...], templates: Templates
-) -> Prompt:
-    """What a model is asked that is to write the scene graph of pictures."""
-    values = {"vocabulary": words.wording.vocabulary(), "objects": words.wording.objects(task)}
-    return Prompt(templates.fill("scene_graph.txt", values), images=images)
+def _pictures(
+    choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task]
+) -> Mapping[str, tuple[Image, ...]]:
+    if choice.images is not None:
+        return images_in(choice.images, tasks)
+    return drawn_images(benchmark, tasks, choice.clutter or Clutter.NONE)
+
+
+def scene_abilities(abilities: Collection[Ability] | None, scene: Scene) -> list[Ability]:
+    """The abilities that are asked for, in order; all that tell of a scene if none is named.
+
+    Scene graphs are of pictures alone.
+
+    Raises:
+        InputError: the questions of one that is named tell of none.
+    """
+    known = (*ABILITIES, SCENE_GRAPH) if scene is Scene.IMAGE else ABILITIES
+    for each in abilities or ():
+        if each not in known:
+            raise InputError(f"perception.scene {scene.value}: questions of {each.value} tell of no scene")
+    return [each for each in known if each in (abilities or ABILITIES)]
+
+
+def showing_prompts(
+    library: Library,
+    benchmark: Benchmark,
+    ability: Ability,
+    shown: PerceivedScenes,
+    task_ids: Collection[str],
+) -> dict[str, Prompt]:
+    """The prompts of tasks that show scenes, of those tasks whose scenes can be shown.
+
+    Raises:
+        InputError: published prompts cannot tell of another scene.
+    """
+    beliefs = {task_id: shown.beliefs[task_id] for task_id in task_ids if task_id in shown.beliefs}
+    prompts = library.open(benchmark, ability, beliefs)
+    return {task_id: prompts[task_id] for task_id in beliefs}
+
+
+def refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
+    """Raise if a scene is to be shown in another way by published prompts."""
+    is_posed = declaration_of(suite.ability).asked.pose is not None
+    published = suite.benchmark.published_prompts is not None and not is_posed
+    if library.prompts is PromptSet.OFFICIAL and published:
+        scene = choice.scene.value
+        raise InputError(
+            f"perception.scene {scene}: published prompts tell of scenes in their own way; "
+            "ask ours (--set eai, in Inspect -T prompts=eai)"
+        )

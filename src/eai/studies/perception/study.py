@@ -70,7 +70,7 @@ class Perception(Options):
         "unnecessary, invented, unseen; and noise.seed."
     )
     scene_model: str | None = option(
-        "The model that lists a predicted scene from pictures; eai/eyes: built in, errs now and then."
+        "The model that lists a predicted scene from pictures; eai/captioner: built in, errs now and then."
     )
     scene_args: Arguments = option("Arguments of that model, such as scene_args.rate=0.2.", {})
     scene_base_url: str | None = option("The address of its server.")
@@ -90,7 +90,7 @@ class Perception(Options):
         if self.images is not None and self.clutter is not None:
             raise InputError("perception.clutter: is of schematic pictures, not of perception.images")
         if self.scene is Scene.PREDICTED and self.scene_model is None:
-            raise InputError(f"{how}: expected perception.scene_model, who sees; eai/eyes is built in")
+            raise InputError(f"{how}: expected perception.scene_model, who sees; eai/captioner is built in")
         if self.scene is Scene.NOISY and self.noise is None:
             raise InputError(f"{how}: expected rates of errors, such as perception.noise.missing=0.1")
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
@@ -103,10 +103,14 @@ class Perception(Options):
         if self.noise is not None:
             return f"{self.scene.value}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{file_name(self.scene_model)}"
-        return f"{self.scene.value}{who}{self.pictures}"
+        return f"{self.scene.value}{who}{self._pictures}"
+
+    def of_pictures(self) -> Self:
+        """The way to show the same pictures alone, as a captioner sees them."""
+        return type(self)(scene=Scene.IMAGE, images=self.images, clutter=self.clutter)
 
     @property
-    def pictures(self) -> str:
+    def _pictures(self) -> str:
         """A short text that tells its pictures from others."""
         if self.images is not None:
             return "-own"

@@ -11,8 +11,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from eai.studies.perception.description import SceneWords
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph
-from eai.studies.perception.supports import Supports
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph, Supports
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Between a relation and the other object: it holds in both directions, or in one."""

@@ -1,0 +1,114 @@
+"""Scene graphs as a registered ability: a model lists what it sees in pictures of a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from eai.abilities.declaration import (
+    AbilityDeclaration,
+    AnswerOutcome,
+    AskedWorld,
+    MetricColumn,
+    Posed,
+    Sameness,
+    SingleTurn,
+    error_outcome,
+    label_of,
+)
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Perceived
+from eai.abilities.verdict import Share, Verdict, confusion_shares, of_all
+from eai.results.perceived import perception_shares
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.task import Task
+    from eai.studies.perception.description import SceneWords
+
+_NOTHING = Perceived(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
+
+
+@dataclass(frozen=True, slots=True)
+class SceneGraphVerdict(Verdict):
+    """How right a scene graph is.
+
+    Attributes:
+        success: whether it has every described fact, and nothing that does not hold.
+        seen: its differences from the scene.
+    """
+
+    success: bool = False
+    seen: Perceived = _NOTHING
+
+
+def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+    from eai.studies.perception.errors import SceneGraphScorer
+
+    return partial(SceneGraphScorer, _words(world))
+
+
+def _words(world: AskedWorld) -> SceneWords:
+    from eai.studies.perception.description import SceneWords
+
+    return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
+
+
+def _pose(world: AskedWorld, task: Task) -> Posed:
+    words = _words(world)
+    values = {"vocabulary": words.wording.vocabulary(), "objects": words.wording.objects(task)}
+    return Posed(values, words.describe(task).text)
+
+
+def _pictures(world: AskedWorld, task: Task) -> Sequence[tuple[str, bytes]]:
+    from eai.studies.perception.description import SceneWords
+    from eai.studies.perception.pictures import drawn_image
+
+    return (drawn_image(task, SceneWords(world.observed())),)
+
+
+def contributions(verdict: SceneGraphVerdict) -> dict[str, Share]:
+    """The contributions of one answer to each rate; those of a predicate only where a fact has it."""
+    shares = {
+        "right": of_all(verdict.success),
+        **perception_shares(verdict.seen),
+        "parsing": of_all(verdict.error is not None),
+    }
+    for name, counts in verdict.seen.predicates.items():
+        shares |= confusion_shares(name, counts)
+    return shares
+
+
+def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
+    """The outcome of an answer."""
+    if verdict.success:
+        return AnswerOutcome.SUCCESS
+    partly = any(counts.true_positives for counts in verdict.seen.predicates.values())
+    return error_outcome(verdict) or (AnswerOutcome.PARTLY_RIGHT if partly else AnswerOutcome.GOAL_MISSED)
+
+
+_ERRORS = ("predicate_error", "object_error", "missing", "misplaced", "unnecessary", "invented", "unseen")
+_FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": "F1"}
+
+SCENE_GRAPH = AbilityDeclaration(
+    ability=Ability("scene_graph"),
+    asked=SingleTurn(_scorers, _pose, _pictures, sameness=Sameness(lists_are_sets=True, bare=None)),
+    title="Scene graphs",
+    short="scene",
+    verdict=SceneGraphVerdict,
+    contributions=contributions,
+    outcome=outcome,
+    columns=(
+        MetricColumn("right", "All", "Right"),
+        *(MetricColumn(metric, "Facts", label) for metric, label in _FACTS.items()),
+        *(MetricColumn(metric, "Errors", label_of(metric), False) for metric in _ERRORS),
+        MetricColumn("parsing", "Grammar errors", "Unreadable", False),
+    ),
+    terminal=("right", *_FACTS, "predicate_error", "object_error", "parsing"),
+    main={"right": "Right", "facts.f1": "F1 of facts"},
+    averaged=(),
+    yes_no=frozenset({"right"}),
+)
