@@ -66,6 +66,11 @@ REWORDED = (
         re.compile(r"no hand holds a soaked cleaning tool or detergent, and (\S+) is in no running sink"),
         r"there is no soaked cleaning tool, detergent or running sink for \1",
     ),
+    (re.compile(r"(?<=an action and an object was found): step .*"), ""),
+    (
+        re.compile(r"(?<=actions: )the states in between must be subgoals, too"),
+        "what lies between is a subgoal, too",
+    ),
 )
 """What details say, and what they said when the digests were first taken, as which they are hashed."""
 

@@ -97,7 +97,8 @@ def _show(console: Console, suite: Suite, answer: Answer) -> None:
     if isinstance(scorer.task, Task):
         console.print(f"\n{scorer.task.title}: {scorer.task.instruction}", markup=False, style="italic")
         steps = [f"{step.action} {step.reason}" for step in explanation.steps]
-        words = [answer.text, *explanation.notes, *steps, *[goal.goal for goal in explanation.goals]]
+        names = answer.text.replace(".", "_")
+        words = [answer.text, names, *explanation.notes, *steps, *[goal.goal for goal in explanation.goals]]
         for line in _excerpt(scorer.task, "\n".join(words)):
             console.print(line, markup=False, style="dim")
     console.print()

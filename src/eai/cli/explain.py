@@ -25,7 +25,7 @@ from eai.errors import InputError, did_you_mean
 from eai.results.breakdown import outcome
 from eai.scoring.records import read_records
 from eai.scoring.runs import find_record_files
-from eai.world.fault import FaultKind
+from eai.world.fault import NOT_CARRIED_OUT, FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
 NO_FAILURES = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.SUCCESS})
@@ -109,7 +109,7 @@ def print_record(console: Console, record: Record, background: TaskBackground | 
         if error is not None:
             console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
     else:
-        _print_explanation(console, record.explanation, background)
+        _print_explanation(console, record, record.explanation, background)
     if background is not None and background.gold:
         console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
         for number, step in enumerate(background.gold, 1):
@@ -117,7 +117,9 @@ def print_record(console: Console, record: Record, background: TaskBackground | 
     console.print(_verdict_text(record))
 
 
-def _print_explanation(console: Console, explanation: Explanation, background: TaskBackground | None) -> None:
+def _print_explanation(
+    console: Console, record: Record, explanation: Explanation, background: TaskBackground | None
+) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
     rest = () if background is None else background.rest
@@ -128,7 +130,8 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
     for number, action in enumerate(rest, len(explanation.steps) + 1):
         _print_hanging(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
-        console.print(Text("goals", style="bold"))
+        remark = ": none is met, as nothing was carried out" * _is_refused(record, explanation)
+        console.print(Text("goals", style="bold").append(remark, style="not bold"))
     near = near_misses(explanation)
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
@@ -141,6 +144,13 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
         console.print(Text("temporal goal", style="bold"))
     for number, part in enumerate(explanation.parts):
         _print_part(console, part, "never after that" if number else "never")
+
+
+def _is_refused(record: Record, explanation: Explanation) -> bool:
+    """Whether no goal counts, be it met at the start, because the answer could not be carried out."""
+    error = record.verdict.error
+    unread = isinstance(record.verdict, PlanVerdict) and error is not None and error.kind in NOT_CARRIED_OUT
+    return unread and not any(goal.satisfied for goal in explanation.goals)
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:

@@ -75,6 +75,11 @@ class PddlFinding:
     name: str
     place: str
 
+    @property
+    def words(self) -> str:
+        """The name, or the expectation as such."""
+        return f"expected {self.name}" if self.offence.stops_reading else self.name
+
 
 class PddlError(ParseError):
     """A PDDL text that cannot be read, with the kind of offence.
@@ -199,7 +204,7 @@ class _Checker:
             case f.ForPairs(first, second, body):
                 yield from self.below((first, second), body, scope)
             case _:
-                yield PddlFinding(Offence.UNSUPPORTED, type(formula).__name__, self.place)
+                yield PddlFinding(Offence.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
 
     def below(
         self, variables: tuple[f.Variable, ...], body: f.Formula, scope: TypeScope

@@ -78,6 +78,8 @@ class OperatorMatch:
 
     Attributes:
         renamed: the parameters of the answer that stand for gold ones of another name, with that name.
+        missing_any: whether the missing clauses of the precondition are alternatives, one of which would do.
+        additional_any: the same of its additional ones.
     """
 
     precondition: SideMatch
@@ -85,6 +87,8 @@ class OperatorMatch:
     precondition_literals: _LiteralMatch
     effect_literals: _LiteralMatch
     renamed: tuple[tuple[str, str], ...] = ()
+    missing_any: bool = False
+    additional_any: bool = False
 
 
 class _Side(NamedTuple):
@@ -231,7 +235,9 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
-    return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed)
+    ours, theirs = trees[0]
+    alternatives = isinstance(theirs, f.Or), isinstance(ours, f.Or) and len(_clauses(ours, theirs)) > 1
+    return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
 
 
 def missing_operator(gold: m.PddlAction) -> OperatorMatch:

@@ -90,7 +90,7 @@ class PlanningTask:
 
 def refusal(finding: PddlFinding) -> PlannerResult:
     """The result of a task that no planner needs to see, for the offence that makes it unacceptable."""
-    detail = f"{finding.place}: {finding.offence.value}: {finding.name}"
+    detail = f"{finding.place}: {finding.offence.value}: {finding.words}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 
 

@@ -19,14 +19,12 @@ from eai.abilities.wording import Wording
 from eai.prompts.prompt import Prompt, Turn
 from eai.prompts.template import Templates
 from eai.world.episode import Notice
-from eai.world.fault import FaultKind
+from eai.world.fault import NOT_CARRIED_OUT, FaultKind
 
 REASONS = "What went wrong in attempt"
 """How the reasons of an attempt begin, in our own words; the built-in model that heeds them looks for it."""
 
 _FOLDER = "feedback"
-_NOT_RUN = (FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER)
-"""The errors for which nothing of a plan is carried out, so that to list the goals would say nothing."""
 
 Restate = Callable[[Task], Prompt]
 """The question about a task as it is believed to be."""
@@ -112,12 +110,12 @@ class Asker:
         if error is not None and error.kind is not FaultKind.SLIP:
             yield self._of_error(error, explanation.steps, explains=explains)
         missed = [f"  {goal.kind}: {goal.goal}" for goal in explanation.goals if not goal.satisfied]
-        if missed and (error is None or error.kind not in _NOT_RUN):
+        if missed and (error is None or error.kind not in NOT_CARRIED_OUT):
             yield self._fill("goals", goals="\n".join(missed))
 
     def _of_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
         """The error that ended an attempt."""
-        if error.step is not None and error.kind not in _NOT_RUN:
+        if error.step is not None and error.kind not in NOT_CARRIED_OUT:
             return self._of_step(error.kind, error.step, steps[error.step], explains=explains)
         number = "" if error.step is None else str(error.step + 1)
         meaning = self._fill(error.kind.value, step=number)

@@ -252,10 +252,10 @@ def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | Dropped 
     place = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
-        return PddlFinding(Offence.MALFORMED, "non-ASCII text", place)
+        return PddlFinding(Offence.MALFORMED, "ASCII text", place)
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
-        return PddlFinding(Offence.UNBALANCED, ")", place)
+        return PddlFinding(Offence.UNBALANCED, "nothing behind a list", place)
     precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
     effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
     effect = m.map_effect(effect, lambda condition: _without_types(condition, header), _same)

@@ -21,3 +21,7 @@ class FaultKind(str, Enum):
     WRONG_ORDER = "wrong_order"
     UNCATEGORISED = "uncategorised"
     SLIP = "slip"
+
+
+NOT_CARRIED_OUT = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
+"""The kinds of error for which nothing of an answer is carried out, so that its goals say nothing."""

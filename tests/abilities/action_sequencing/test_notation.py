@@ -66,6 +66,19 @@ def test_an_answer_that_is_cut_off_is_told_from_one_without_steps(text: str, cut
 
 
 @pytest.mark.parametrize(
+    ("step", "why"),
+    [
+        ('{"action": "RELEASE"}', 'step 2 has no "object"'),
+        ('"RELEASE"', 'step 2 has no "action"'),
+        ('{"action": "RELEASE", "object": null}', "step 2 has another form"),
+    ],
+)
+def test_the_first_step_of_another_form_is_named(step: str, why: str) -> None:
+    found = NOTATION.read(f'{{"plan": [{{"action": "OPEN", "object": "jar_0"}}, {step}, {step}]}}')
+    assert found == Unreadable(f"no list of steps with an action and an object was found: {why}")
+
+
+@pytest.mark.parametrize(
     ("steps", "text"),
     [
         ([], "[]"),

@@ -263,6 +263,7 @@ def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
     verdict = SCORER.score(answer("lit(lamp) and at(red, shed)"))
     assert verdict.error is not None
     assert (verdict.goals_satisfied, verdict.error.check) == ((False, False), "too_many_actions")
+    assert verdict.error.detail.endswith("2 actions: the states in between must be subgoals, too")
 
 
 def test_action_goals_are_met_in_order_where_there_is_no_temporal_goal() -> None:

@@ -182,7 +182,7 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
     scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
-    assert "open: the precondition has additional (near ?x)" in notes
+    assert "open: the precondition has the additional clause (near ?x) (no parameter: ?x)" in notes
     assert "open: unbound_variable in the precondition of open: x" in notes
     assert "light: missing" in notes
     assert any(note.startswith("planner: input_error") for note in notes)
@@ -203,7 +203,7 @@ def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> Non
     assert verdict.operators[0].status is OperatorStatus.COMPARED
     notes = scorer.explain(text).notes
     assert "open: the effect cannot be compared, so it counts as lacking the clause (not (shut ?o))" in notes
-    assert "open: condition_in_effect in the effect of open: an effect, not (or ...)" in notes
+    assert "open: condition_in_effect in the effect of open: expected an effect, not (or ...)" in notes
     assert not any("precondition" in note or "the effect lacks" in note for note in notes)
 
 
@@ -212,8 +212,34 @@ def test_an_explanation_says_where_parameters_are_compared_as_others() -> None:
     other = OPEN.pddl.replace("?o", "?thing")
     notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.pddl}"})).notes
     assert [note for note in notes if "compared so" in note] == [
-        "open: compared so that its ?thing is the data set's ?o"
+        "open: compared so that its ?thing is the data set's ?o; "
+        "clauses that it lacks have the data set's names, additional ones its own"
     ]
+
+
+def test_an_explanation_says_which_clauses_are_alternatives() -> None:
+    gold = OperatorText("open", "(?o)", "(or (shut ?o) (near ?o))", "(not (shut ?o))")
+    library = OperatorLibrary(DOMAIN.header, {"open": gold, "stamp": STAMP}, DOMAIN.categories)
+    task = TransitionTask("t", library, ("open", "stamp"), TASK.categories, TASK.problem_text)
+    scorer = TransitionModeling(task, rules_of(Protocol.STRICT, None))
+    written = [
+        OperatorText("open", "(?o)", "(and (shut ?o) (used ?o))", "(not (shut ?o))"),
+        OperatorText("stamp", "(?o)", "(or (near ?o) (used ?o))", "(lit ?o)"),
+    ]
+    assert [note for note in scorer.explain(answer(*written)).notes if "precondition" in note] == [
+        "open: the precondition lacks the alternatives (shut ?o), (near ?o)",
+        "open: the precondition has the additional clause (and (shut ?o) (used ?o))",
+        "stamp: the precondition has the additional alternatives (near ?o), (used ?o)",
+    ]
+
+
+def test_an_explanation_says_what_was_expected_where_a_side_cannot_be_read() -> None:
+    nested = OperatorText("open", "(?o)", "(shut (lid ?o))", "(not (shut ?o))")
+    notes = (
+        TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner())).explain(answer(nested)).notes
+    )
+    assert "open: malformed in the precondition of open: expected a word, not a list" in notes
+    assert "planner: input_error (precondition of open: malformed: expected a word, not a list)" in notes
 
 
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:

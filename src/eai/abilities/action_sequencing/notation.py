@@ -183,8 +183,10 @@ class JsonPlans(PlanNotation):
         found = find_json(without, _steps) if without != text else None
         if found is None:
             reason = "no list of steps with an action and an object was found"
-            open_end = "; a bracket is not closed, as where an answer is cut off"
-            return Unreadable(reason + open_end * is_cut_off(without))
+            if is_cut_off(without):
+                return Unreadable(f"{reason}; a bracket is not closed, as where an answer is cut off")
+            flaw = find_json(without, _flaw)
+            return Unreadable(reason if flaw is None else f"{reason}: {flaw[0]}")
         plan = WrittenPlan(*found)
         return replace(plan, repairs=(*plan.repairs, "comments"))
 
@@ -223,6 +225,18 @@ def _steps(value: object) -> tuple[WrittenStep, ...] | None:
     if not steps or any(step is None for step in steps):
         return None
     return tuple([step for step in steps if step is not None])
+
+
+def _flaw(value: object) -> str | None:
+    """The first item of a list of steps that is none, in words; None of any other value."""
+    if isinstance(value, Pairs) and len(value.members) == 1:
+        return _flaw(value.members[0][1])
+    if not isinstance(value, list) or not any(map(_step, value)):
+        return None
+    number, item = next((number, item) for number, item in enumerate(value, 1) if _step(item) is None)
+    members = dict(item.members) if isinstance(item, Pairs) else {}
+    missing = [key for key in ("action", "object") if key not in members]
+    return f'step {number} has no "{missing[0]}"' if missing else f"step {number} has another form"
 
 
 def _step(value: object) -> WrittenStep | None:

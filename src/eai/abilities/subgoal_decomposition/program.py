@@ -27,7 +27,7 @@ MAX_ACTIONS = 2
 TOO_FAR = Check(
     TRUE,
     FaultKind.MISSING_STEP,
-    f"it takes more than {MAX_ACTIONS} actions: what lies between is a subgoal, too",
+    f"it takes more than {MAX_ACTIONS} actions: the states in between must be subgoals, too",
     id="too_many_actions",
 )
 """The offence of a subgoal that takes more actions than it may."""

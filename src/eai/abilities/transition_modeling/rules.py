@@ -80,7 +80,7 @@ class Judgement:
         plan_flaw: why it does not; None if it does, or there is no plan.
         repairs: the names of the repairs that reading made.
         repaired: those of them that were made of single operators, by operator.
-        renamed: the parameters that stand for gold ones of another name, with that name, by operator.
+        matches: how the operators that are asked for compare with the gold ones; none where rules do not say.
         error: why nothing could be read, or None.
         excluded: why the answer is left out of all statistics, or None.
     """
@@ -92,7 +92,7 @@ class Judgement:
     literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
     repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    renamed: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
+    matches: Mapping[str, OperatorMatch] = field(default_factory=dict)
     error: ErrorReport | None = None
     excluded: str | None = None
 
@@ -227,7 +227,7 @@ class PaperRules:
             literals=_literals(compared),
             repairs=written.repairs,
             repaired={name: operator.repairs for name, operator in by_name.items() if operator.repairs},
-            renamed={each.report.name: each.match.renamed for each in compared if each.match.renamed},
+            matches={each.report.name: each.match for each in compared},
         )
 
     def unanswered(self, task: TransitionTask) -> Judgement:

@@ -18,7 +18,8 @@ from eai.abilities.transition_modeling.declaration import (
 from eai.abilities.transition_modeling.rules import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import ALL, Confusion
-from eai.pddl.matching import SideMatch
+from eai.pddl.check import Offence
+from eai.pddl.matching import OperatorMatch, SideMatch
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 
 _REMEMBERED = 1000
@@ -142,13 +143,14 @@ def _notes(judgement: Judgement) -> Iterator[str]:
         yield f"{report.name}: {report.status.value}"
         if report.name in judgement.repaired:
             yield f"{report.name}: read with repair: {', '.join(judgement.repaired[report.name])}"
-        if report.name in judgement.renamed:
-            renamed = judgement.renamed[report.name]
-            pairs = [f"its ?{ours} is the data set's ?{theirs}" for ours, theirs in renamed]
-            yield f"{report.name}: compared so that {', '.join(pairs)}"
-        yield from _sides(report)
+        match = judgement.matches.get(report.name)
+        if match is not None and match.renamed:
+            pairs = [f"its ?{ours} is the data set's ?{theirs}" for ours, theirs in match.renamed]
+            whose = "clauses that it lacks have the data set's names, additional ones its own"
+            yield f"{report.name}: compared so that {', '.join(pairs)}; {whose}"
+        yield from _sides(report, match)
         for finding in report.offences:
-            yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"
+            yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.words}"
     planning = judgement.planning
     yield f"planner: {planning.outcome.value}" + (f" ({planning.detail})" if planning.detail else "")
     flaw = judgement.plan_flaw
@@ -159,21 +161,34 @@ def _notes(judgement: Judgement) -> Iterator[str]:
         yield f"the plan does not work with the data set's operators: {step}{flaw.reason}"
 
 
-def _sides(report: OperatorReport) -> Iterator[str]:
+def _sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:
     """The clauses that each side lacks and has besides; of a side that cannot be read they are unknown."""
     unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
-    for side, match in (("precondition", report.precondition), ("effect", report.effect)):
+    for side, found in (("precondition", report.precondition), ("effect", report.effect)):
+        of_condition = match if side == "precondition" else None
+        missing_any = of_condition is not None and of_condition.missing_any
+        additional_any = of_condition is not None and of_condition.additional_any
+        lost = _clauses(found.missing, are_any=missing_any)
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
-            if match.missing:
-                lost = _clauses(match.missing)
-                yield f"{report.name}: the {side} cannot be compared, so it counts as lacking {lost}"
+            if found.missing:
+                yield f"{report.name}: the {side} cannot be compared, so it counts as lacking the {lost}"
             continue
-        if match.missing:
-            yield f"{report.name}: the {side} lacks {_clauses(match.missing)}"
-        if match.additional:
-            yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"
+        if found.missing:
+            yield f"{report.name}: the {side} lacks the {lost}"
+        if found.additional:
+            besides = _clauses(found.additional, are_any=additional_any)
+            yield f"{report.name}: the {side} has the additional {besides}{_unbound(report, side)}"
 
 
-def _clauses(clauses: tuple[str, ...]) -> str:
+def _unbound(report: OperatorReport, side: str) -> str:
+    """A remark on the variables of a side that are no parameters: its clauses may look like gold ones."""
+    place = f"{side} of {report.name}"
+    kind = Offence.UNBOUND_VARIABLE
+    names = [f"?{each.name}" for each in report.offences if each.offence is kind and each.place == place]
+    return f" (no parameter: {', '.join(names)})" if names else ""
+
+
+def _clauses(clauses: tuple[str, ...], *, are_any: bool) -> str:
     """Clauses as such: what one of them says may stand inside another clause of the answer."""
-    return f"the clause{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"
+    noun = "alternative" if are_any else "clause"
+    return f"{noun}{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"
