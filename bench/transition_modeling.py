@@ -25,7 +25,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.gold_answers import join_operators
 from eai.households.published import open_virtualhome
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.fast_downward import FastDownward
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from eai.reference.operator_rules import ReferenceRules
 from reference import CACHE, REFERENCE, environment, package_folder
@@ -110,7 +110,7 @@ def reference_logic(tasks: Sequence[TransitionTask], python: Path) -> float:
 
 def reference_planner(tasks: Sequence[TransitionTask], header: str) -> float:
     """The planner's own command on each task, with all gold operators."""
-    binaries = FastDownward.installed(PlannerLimits()).binaries
+    binaries = FastDownward.installed().binaries
     driver = binaries.parents[2] / "fast-downward.py"
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as name:
         folder = Path(name)

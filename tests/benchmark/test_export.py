@@ -18,7 +18,7 @@ from eai.households.virtualhome.domain import as_meant as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.pddl.execute import Executor, PddlState
 from eai.pddl.export import export
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.fast_downward import FastDownward
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
@@ -91,7 +91,7 @@ def test_what_is_not_said_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) 
 
 def planner() -> FastDownward:
     try:
-        return FastDownward.installed(PlannerLimits(cpu_seconds=60))
+        return FastDownward.installed(cpu_seconds=60)
     except DataError as error:
         pytest.skip(str(error))
 

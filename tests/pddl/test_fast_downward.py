@@ -21,7 +21,7 @@ from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep
-from eai.pddl.fast_downward import FastDownward, PlannerLimits, Seats, machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, Seats, machine_memory_mib
 from eai.pddl.model import PddlAction
 from eai.pddl.planning import PlannerOutcome, PlanningTask, TieredPlanner
 from eai.pddl.reader import read_domain, read_problem
@@ -38,12 +38,12 @@ COUNTER = 18
 
 @pytest.fixture(scope="module")
 def planner() -> FastDownward:
-    return installed(PlannerLimits(cpu_seconds=30))
+    return installed(cpu_seconds=30)
 
 
-def installed(limits: PlannerLimits) -> FastDownward:
+def installed(cpu_seconds: int = 100, memory_mib: int = 4096) -> FastDownward:
     try:
-        return FastDownward.installed(limits)
+        return FastDownward.installed(cpu_seconds, memory_mib)
     except DataError as error:
         pytest.skip(str(error))
 
@@ -107,13 +107,13 @@ def test_outcomes(planner: FastDownward, actions: str, goal: str, outcome: Plann
 
 
 def test_the_limit_of_time_is_an_outcome(scratch: Path) -> None:
-    result = installed(PlannerLimits(cpu_seconds=1)).solve(counter(COUNTER + 6))
+    result = installed(cpu_seconds=1).solve(counter(COUNTER + 6))
     assert result.outcome in {PlannerOutcome.TIME, PlannerOutcome.MEMORY}
     assert list(scratch.iterdir()) == []
 
 
 def test_the_limit_of_memory_is_an_outcome() -> None:
-    result = installed(PlannerLimits(cpu_seconds=30, memory_mib=60)).solve(counter(COUNTER))
+    result = installed(cpu_seconds=30, memory_mib=60).solve(counter(COUNTER))
     assert result.outcome is PlannerOutcome.MEMORY
 
 
@@ -136,16 +136,16 @@ def test_many_calls_at_once_do_not_clash(planner: FastDownward, scratch: Path) -
 def test_a_missing_planner_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast_downward.importlib.util, "find_spec", lambda name: None)
     with pytest.raises(DataError, match=r"pip install 'embodied-agent-interface\[planner\]'"):
-        FastDownward.installed(PlannerLimits())
+        FastDownward.installed()
 
 
 CHILD = """
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.fast_downward import FastDownward
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 domain, problem = {texts!r}
 print("started", flush=True)
-planner = FastDownward.installed(PlannerLimits(cpu_seconds=60))
+planner = FastDownward.installed(cpu_seconds=60)
 planner.solve(PlanningTask(read_domain(domain), read_problem(problem)))
 """
 
@@ -153,7 +153,7 @@ planner.solve(PlanningTask(read_domain(domain), read_problem(problem)))
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_no_process_outlives_an_interrupt(tmp_path: Path, number: signal.Signals) -> None:
-    installed(PlannerLimits())
+    installed()
     process = subprocess.Popen(
         [sys.executable, "-c", CHILD.format(texts=counter_text(COUNTER + 8))],
         env={**os.environ, "TMPDIR": str(tmp_path)},

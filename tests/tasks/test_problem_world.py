@@ -12,7 +12,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.errors import DataError, InputError
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.fast_downward import FastDownward
 from eai.pddl.files import read_domain_file, read_problem_file
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.planning.planner import Planner
@@ -60,7 +60,7 @@ def test_the_built_in_planner_solves_imported_tasks(name: str, problem: str) -> 
 @pytest.mark.parametrize(("name", "problem"), PROBLEMS)
 def test_fast_downward_solves_the_files_and_what_they_are_exported_as_again(name: str, problem: str) -> None:
     try:
-        planner = FastDownward.installed(PlannerLimits(cpu_seconds=60))
+        planner = FastDownward.installed(cpu_seconds=60)
     except DataError as error:
         pytest.skip(str(error))
     domain, tasks = opened(name)

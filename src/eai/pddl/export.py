@@ -14,18 +14,16 @@ from itertools import product
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.logic.formula import Atom, Constant, Formula, Variable
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
-from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.ordered_effects import OrderedEffects
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator
+from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
 from eai.world.vocabulary import DerivedPredicate
@@ -41,74 +39,65 @@ def _object_key(scene: Scene, index: int) -> str:
 
 def _order_name(glossary: Glossary) -> str:
     """The predicate of the order of the objects."""
-    one, other = Variable("x"), Variable("y")
-    return glossary.precedes(one, other).predicate
+    return glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
 
 
-class _ProblemWriter:
-    """Writes problems of an exported domain: typed objects, the facts of a state, and what the domain adds.
+def _problem(
+    glossary: Glossary, names: PddlNames, header: m.PddlDomain, source: ProblemSource, goal: f.Formula
+) -> m.PddlProblem:
+    """The problem of an exported domain: typed objects, the facts of a state, and what the domain adds.
 
     Args:
         glossary: the names of the export.
         names: those of the objects of the scene.
         header: the domain, operators apart.
-        initial: the state at the start.
-        kept: the objects that the problem is about, as a mask.
+        source: the problem.
+        goal: its goal in PDDL.
     """
+    scene = source.initial.scene
+    words = [names[_object_key(scene, i)] for i in range(len(scene.objects))]
+    constants = {item.name for item in header.constants}
+    return m.PddlProblem(
+        name=PddlNames()[source.name],
+        domain=header.name,
+        objects=tuple(
+            [
+                m.TypedName(words[i], glossary.types[scene.objects[i].category])
+                for i in bits(source.kept)
+                if words[i] not in constants
+            ]
+        ),
+        initial=tuple(
+            [
+                f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
+                for predicate, arguments in _facts(glossary, header, source)
+            ]
+        ),
+        denied=(),
+        goal=goal,
+    )
 
-    def __init__(
-        self, glossary: Glossary, names: PddlNames, header: PddlDomain, initial: State, kept: int
-    ) -> None:
-        self._glossary = glossary
-        self._initial = initial
-        self._scene = initial.scene
-        self._kept = dict.fromkeys(bits(kept))
-        self._names = [names[_object_key(self._scene, i)] for i in range(len(self._scene.objects))]
-        self._header = header
 
-    def write(self, name: str, goal: Formula) -> PddlProblem:
-        """The problem with this name and goal."""
-        constants = {item.name for item in self._header.constants}
-        return PddlProblem(
-            name=PddlNames()[name],
-            domain=self._header.name,
-            objects=tuple(
-                [
-                    TypedName(self._names[i], self._type(i))
-                    for i in self._kept
-                    if self._names[i] not in constants
-                ]
-            ),
-            initial=tuple(self._facts()),
-            denied=(),
-            goal=goal,
-        )
-
-    def _type(self, index: int) -> str:
-        return self._glossary.types[self._scene.objects[index].category]
-
-    def _facts(self) -> Iterator[Atom]:
-        declared = {predicate.name for predicate in self._header.predicates}
-        for predicate, arguments in self._initial.facts():
-            name = self._glossary.predicates[predicate]
-            if name in declared and all(i in self._kept for i in arguments):
-                yield self._atom(name, *arguments)
-        for category, kind in self._glossary.kinds.items():
-            for i in bits(self._scene.category(category)):
-                if i in self._kept:
-                    yield self._atom(kind, i)
-        for derived in self._glossary.frozen.values():
-            for arguments in product(self._kept, repeat=derived.arity):
-                if _holds(derived, self._initial, arguments):
-                    yield self._atom(self._glossary.predicates[derived.name], *arguments)
-        if self._glossary.ordered:
-            order = _order_name(self._glossary)
-            kept = list(self._kept)
-            for place, i in enumerate(kept):
-                yield from (self._atom(order, i, j) for j in kept[place + 1 :])
-
-    def _atom(self, predicate: str, *arguments: int) -> Atom:
-        return Atom(predicate, tuple([Constant(self._names[i]) for i in arguments]))
+def _facts(
+    glossary: Glossary, header: m.PddlDomain, source: ProblemSource
+) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """The facts at the start on the objects of a problem, by the PDDL names of their predicates."""
+    declared = {predicate.name for predicate in header.predicates}
+    kept = list(bits(source.kept))
+    among = set(kept)
+    for predicate, arguments in source.initial.facts():
+        name = glossary.predicates[predicate]
+        if name in declared and among.issuperset(arguments):
+            yield name, arguments
+    for category, kind in glossary.kinds.items():
+        yield from ((kind, (i,)) for i in bits(source.initial.scene.category(category)) if i in among)
+    for derived in glossary.frozen.values():
+        for arguments in product(kept, repeat=derived.arity):
+            if _holds(derived, source.initial, arguments):
+                yield glossary.predicates[derived.name], arguments
+    if glossary.ordered:
+        order = _order_name(glossary)
+        yield from ((order, (i, j)) for place, i in enumerate(kept) for j in kept[place + 1 :])
 
 
 def _holds(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
@@ -243,7 +232,7 @@ def export_problems(
         glossary.use_types(source.initial.scene, source.kept)
     hidden = frozenset() if options.invisible else hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
-    written = [_Operators(glossary, hidden, options, operators).write(each) for each in domain.operators]
+    written = [_operator(each, operators, glossary, hidden, options) for each in domain.operators]
     things = [_things(glossary, source.initial.scene) for source in sources]
     goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
@@ -254,7 +243,7 @@ def export_problems(
         [
             Exported(
                 exported,
-                _writer(glossary, names, source, header).write(source.name, goal),
+                _problem(glossary, names, header, source, goal),
                 unsupported,
                 operators,
                 names,
@@ -282,12 +271,6 @@ def _things(glossary: Glossary, scene: Scene) -> PddlNames:
     return names
 
 
-def _writer(
-    glossary: Glossary, names: PddlNames, source: ProblemSource, header: m.PddlDomain
-) -> _ProblemWriter:
-    return _ProblemWriter(glossary, names, header, source.initial, source.kept)
-
-
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:
     scene = source.initial.scene
     about = ConditionWriter(glossary, things=names, scene=scene)
@@ -296,41 +279,30 @@ def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: f
     return conjunction([about.convert(without(goal, hidden), {}) for goal in goals])
 
 
-class _Operators:
-    """Writes operators."""
-
-    def __init__(
-        self, glossary: Glossary, hidden: frozenset[str], options: ExportOptions, names: PddlNames
-    ) -> None:
-        self._glossary = glossary
-        self._hidden = hidden
-        self._options = options
-        self._names = names
-
-    def write(self, operator: Operator) -> m.PddlAction:
-        """The operator, as yet without a memory of having been taken."""
-        try:
-            return self._write(operator)
-        except DomainError as error:
-            raise DomainError(f"operator {operator.name}: {error}") from error
-
-    def _write(self, operator: Operator) -> m.PddlAction:
-        conditions = ConditionWriter(self._glossary)
-        parameters = conditions.parameters(operator.parameters)
-        scope: dict[str, f.Term] = dict(
-            zip([parameter.name for parameter in operator.parameters], parameters, strict=True)
-        )
-        asked = [check.condition for check in operator.checks if self._is_asked(check)]
-        if operator.tries:
-            asked.append(_some_try(operator))
-        precondition = conjunction(
-            [conditions.convert(without(formula, self._hidden), scope) for formula in asked]
-        )
-        effect = OrderedEffects(conditions, scope, self._hidden).of(operator)
-        return m.PddlAction(self._names[operator.name], parameters, precondition, effect)
-
-    def _is_asked(self, check: Check) -> bool:
-        return self._options.additional_steps or check.fault is not FaultKind.ADDITIONAL_STEP
+def _operator(
+    operator: Operator,
+    names: PddlNames,
+    glossary: Glossary,
+    hidden: frozenset[str],
+    options: ExportOptions,
+) -> m.PddlAction:
+    """The operator, as yet without a memory of having been taken."""
+    conditions = ConditionWriter(glossary)
+    parameters = conditions.parameters(operator.parameters)
+    scope: dict[str, f.Term] = dict(zip([p.name for p in operator.parameters], parameters, strict=True))
+    asked = [
+        check.condition
+        for check in operator.checks
+        if options.additional_steps or check.fault is not FaultKind.ADDITIONAL_STEP
+    ]
+    if operator.tries:
+        asked.append(_some_try(operator))
+    try:
+        precondition = conjunction([conditions.convert(without(each, hidden), scope) for each in asked])
+        effect = OrderedEffects(conditions, scope, hidden).of(operator)
+    except DomainError as error:
+        raise DomainError(f"operator {operator.name}: {error}") from error
+    return m.PddlAction(names[operator.name], parameters, precondition, effect)
 
 
 def _some_try(operator: Operator) -> f.Formula:

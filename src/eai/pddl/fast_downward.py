@@ -107,14 +107,6 @@ _OUTCOMES = {
 """Exit statuses (https://www.fast-downward.org/latest/documentation/exit-codes/); any other is a crash."""
 
 
-@dataclass(frozen=True, slots=True)
-class PlannerLimits:
-    """The resources of each of the two processes of a call."""
-
-    cpu_seconds: int = 100
-    memory_mib: int = 4096
-
-
 class _Ended(NamedTuple):
     """How a process ended; ``status`` is None if it exceeded the time on the clock."""
 
@@ -129,19 +121,21 @@ class FastDownward:
     Attributes:
         binaries: the folder with the program ``downward`` and the package of the translator.
         version: that of the wheel; it belongs into every report, for it decides the numbers.
-        limits: per process.
+        cpu_seconds: how long each of the two processes of a call may compute.
+        memory_mib: how much memory each of them may use.
         seats: how many calls there may be at a time; any number if None.
-        told: what its name says besides, where the limits are not the usual ones.
+        remark: what its name says besides, where the limits are not the usual ones.
     """
 
     binaries: Path
     version: str
-    limits: PlannerLimits
+    cpu_seconds: int
+    memory_mib: int
     seats: Seats | None = None
-    told: str = ""
+    remark: str = ""
 
     @classmethod
-    def installed(cls, limits: PlannerLimits) -> FastDownward:
+    def installed(cls, cpu_seconds: int = 100, memory_mib: int = 4096) -> FastDownward:
         """The planner of the current environment.
 
         Raises:
@@ -150,7 +144,7 @@ class FastDownward:
         binaries = _installed_binaries()
         if binaries is None:
             raise DataError(_MISSING)
-        return cls(binaries, importlib.metadata.version(_DISTRIBUTION), limits)
+        return cls(binaries, importlib.metadata.version(_DISTRIBUTION), cpu_seconds, memory_mib)
 
     @staticmethod
     def is_installed() -> bool:
@@ -160,7 +154,7 @@ class FastDownward:
     @property
     def name(self) -> str:
         """Its name in records."""
-        return f"Fast Downward {self.version}{self.told}"
+        return f"Fast Downward {self.version}{self.remark}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
@@ -194,7 +188,7 @@ class FastDownward:
 
     def _run(self, folder: Path, command: list[str], stdin: Path) -> _Ended:
         """Run one program in the folder, under limits and in a process group of its own."""
-        limits = map(str, (os.getpid(), self.limits.cpu_seconds, self.limits.memory_mib << 20))
+        limits = map(str, (os.getpid(), self.cpu_seconds, self.memory_mib << 20))
         with stdin.open() as source, (folder / "log").open("w+") as log:
             process = subprocess.Popen(  # noqa: S603 - a program of ours on files of ours
                 [sys.executable, "-I", str(_LAUNCHER), *limits, *command],
@@ -206,7 +200,7 @@ class FastDownward:
                 start_new_session=True,
             )
             try:
-                status: int | None = process.wait(self.limits.cpu_seconds * _WALL_FACTOR)
+                status: int | None = process.wait(self.cpu_seconds * _WALL_FACTOR)
             except subprocess.TimeoutExpired:
                 status = None
             finally:

@@ -12,7 +12,7 @@ from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, Verdict
-from eai.pddl.fast_downward import FastDownward, PlannerLimits, Seats
+from eai.pddl.fast_downward import FastDownward, Seats
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import (
@@ -312,14 +312,14 @@ def test_the_terms_of_planners_are_told_where_they_are_not_the_usual_ones(tmp_pa
         pytest.skip("Fast Downward is not installed")
     usual = make_planner(PlannerChoice.FAST_DOWNWARD, 200)
     assert isinstance(usual, FastDownward)
-    assert (usual.limits, usual.seats, usual.told) == (PlannerLimits(200), None, "")
+    assert (usual.cpu_seconds, usual.memory_mib, usual.seats, usual.remark) == (200, 4096, None, "")
     brief = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(seconds=5))
     assert isinstance(brief, FastDownward)
-    assert (brief.limits, brief.name) == (PlannerLimits(5), f"{usual.name} (5 s)")
+    assert (brief.cpu_seconds, brief.name) == (5, f"{usual.name} (5 s)")
     for memory, limit, seats in ((30_000, 4096, 7), (1_000, 1_000, 1)):
         shared = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(None, memory, tmp_path))
         assert isinstance(shared, FastDownward)
-        assert shared.limits == PlannerLimits(200, limit)
+        assert (shared.cpu_seconds, shared.memory_mib) == (200, limit)
         assert shared.seats == Seats(seats, tmp_path)
 
 
@@ -334,7 +334,7 @@ def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("protocol", list(Protocol.known()))
 def test_a_verdict_names_the_planner(protocol: Protocol) -> None:
-    planner = TieredPlanner(BuiltInPlanner(), FastDownward(Path(), "1.0.0", PlannerLimits()))
+    planner = TieredPlanner(BuiltInPlanner(), FastDownward(Path(), "1.0.0", 100, 4096))
     assert planner.name == "built-in search, then Fast Downward 1.0.0"
     for asked, name in ((BuiltInPlanner(), "built-in search"), (planner, planner.name), (None, None)):
         scorer = TransitionModeling(TASK, rules_of(protocol, asked))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.pddl.fast_downward import FastDownward, PlannerLimits, Seats, machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, Seats, machine_memory_mib
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms, TieredPlanner
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
@@ -47,13 +47,13 @@ def make_planner(
 
 def _authority(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
     """Fast Downward, of which no more run at a time than there is memory for."""
-    limits = PlannerLimits(terms.seconds or cpu_seconds)
+    planner = FastDownward.installed(terms.seconds or cpu_seconds)
     memory = machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
-    besides = "" if limits.cpu_seconds == cpu_seconds else f" ({limits.cpu_seconds} s)"
-    if terms.memory_mib is not None and memory < limits.memory_mib:
-        limits = replace(limits, memory_mib=memory)
-        besides += f" ({memory} MiB)"
+    remark = "" if planner.cpu_seconds == cpu_seconds else f" ({planner.cpu_seconds} s)"
+    if terms.memory_mib is not None and memory < planner.memory_mib:
+        planner = replace(planner, memory_mib=memory)
+        remark += f" ({memory} MiB)"
     seats = None
     if terms.folder is not None:
-        seats = Seats(max(1, memory // limits.memory_mib), terms.folder)
-    return replace(FastDownward.installed(limits), seats=seats, told=besides)
+        seats = Seats(max(1, memory // planner.memory_mib), terms.folder)
+    return replace(planner, seats=seats, remark=remark)
