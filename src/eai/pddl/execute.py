@@ -56,7 +56,7 @@ class DerivedPredicates:
         return tuple(found)
 
 
-class Evaluation:
+class _Evaluation:
     """One state, ready to answer whether conditions hold.
 
     Args:
@@ -299,7 +299,7 @@ class Executor:
         self._objects = m.objects_by_type(domain, problem)
         self._problem = problem
         self._derived = DerivedPredicates(domain.axioms)
-        self._last: tuple[PddlState, Evaluation] | None = None
+        self._last: tuple[PddlState, _Evaluation] | None = None
 
     @property
     def initial(self) -> PddlState:
@@ -336,10 +336,10 @@ class Executor:
         """
         return self._evaluation(state).holds(formula, binding)
 
-    def _evaluation(self, state: PddlState) -> Evaluation:
+    def _evaluation(self, state: PddlState) -> _Evaluation:
         """The state, ready to be asked; the last one is kept."""
         if self._last is None or self._last[0] is not state:
-            self._last = state, Evaluation(state, self._derived, self._objects, self._looks)
+            self._last = state, _Evaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
     def _apply(self, action: m.PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:
@@ -358,7 +358,7 @@ class Executor:
 
 
 def _changes(
-    effect: m.PddlEffect, now: Evaluation, binding: Valuation
+    effect: m.PddlEffect, now: _Evaluation, binding: Valuation
 ) -> Iterator[m.AddEffect | m.DeleteEffect]:
     """The ground additions and deletions of an effect; all conditions are read in the state before."""
     match effect:

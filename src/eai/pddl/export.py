@@ -17,7 +17,7 @@ from eai.errors import DomainError
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
-from eai.pddl.ordered_effects import OrderedEffects
+from eai.pddl.ordered_effects import all_at_once
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -299,7 +299,7 @@ def _operator(
         asked.append(_some_try(operator))
     try:
         precondition = conjunction([conditions.convert(without(each, hidden), scope) for each in asked])
-        effect = OrderedEffects(conditions, scope, hidden).of(operator)
+        effect = all_at_once(operator, conditions, scope, hidden)
     except DomainError as error:
         raise DomainError(f"operator {operator.name}: {error}") from error
     return m.PddlAction(names[operator.name], parameters, precondition, effect)

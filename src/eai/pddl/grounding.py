@@ -305,7 +305,7 @@ class _Choice(NamedTuple):
     compound: tuple[int, ...]
 
 
-class GroundChange(NamedTuple):
+class _Change(NamedTuple):
     """A conditional effect: the literals that it needs, and the atoms that it adds and deletes."""
 
     needs: int
@@ -313,7 +313,7 @@ class GroundChange(NamedTuple):
     delete: int
 
 
-class GroundAction(NamedTuple):
+class _Action(NamedTuple):
     """An operator with its objects: the literals that it needs, and its effects.
 
     What it does in any case is one effect, the first, which needs nothing.
@@ -321,7 +321,7 @@ class GroundAction(NamedTuple):
 
     step: PlanStep
     needs: int
-    changes: Sequence[GroundChange]
+    changes: Sequence[_Change]
 
 
 class _Successor(NamedTuple):
@@ -362,10 +362,10 @@ class GroundProblem:
         self._needing = grouped([action.needs for action in self.actions])
         self._price = looks_for(len(self.actions)) * len(self._needing)
 
-    def _compiled(self, action: _Instance) -> GroundAction:
+    def _compiled(self, action: _Instance) -> _Action:
         needs = self._needs(action.precondition)
-        changes = [GroundChange(self._needs(when), add, delete) for when, add, delete in action.effects]
-        return GroundAction(action.step, needs, changes)
+        changes = [_Change(self._needs(when), add, delete) for when, add, delete in action.effects]
+        return _Action(action.step, needs, changes)
 
     def _needs(self, condition: _Condition) -> int:
         """The literals that a condition needs."""

@@ -69,25 +69,30 @@ class _Context:
         return replace(self, place=(*self.place, *place))
 
 
-class OrderedEffects:
-    """The effects of one operator.
+def all_at_once(
+    operator: Operator, conditions: ConditionWriter, scope: TermScope, hidden: frozenset[str] = frozenset()
+) -> m.PddlEffect:
+    """All that an operator does, tries included, as effects of PDDL.
 
     Args:
-        conditions: the names of the operator.
+        operator: the operator.
+        conditions: its names.
         scope: its parameters.
         hidden: predicates that are left out.
     """
+    return _OrderedEffects(conditions, scope, hidden).of(operator)
 
-    def __init__(
-        self, conditions: ConditionWriter, scope: TermScope, hidden: frozenset[str] = frozenset()
-    ) -> None:
+
+class _OrderedEffects:
+    """The effects of one operator."""
+
+    def __init__(self, conditions: ConditionWriter, scope: TermScope, hidden: frozenset[str]) -> None:
         self._conditions = conditions
         self._vocabulary = conditions.glossary.vocabulary
         self._scope = scope
         self._hidden = hidden
 
     def of(self, operator: Operator) -> m.PddlEffect:
-        """All that the operator does, tries included."""
         start = _Context(self._scope)
         changes: list[_Change] = []
         for number, each in enumerate(operator.tries):

@@ -16,13 +16,15 @@ household and 20 of 1,300 in the other, loses 17 right proofs and takes 1.6 to 3
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import reduce
 from math import inf
+from operator import or_
 from typing import NamedTuple, TypeAlias
 
 from eai.pddl.execute import DerivedPredicates, PlanStep
-from eai.pddl.grounding import GroundAction, GroundChange, Grounder, GroundProblem, bits
+from eai.pddl.grounding import Grounder, GroundProblem, bits
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.relaxation import Relaxation, look_ahead
@@ -229,7 +231,7 @@ class _Pairs:
         self._looks = looks
         self._reached = problem.initial | (~problem.initial & self._every_atom) << self._atoms
         self._beside = dict.fromkeys(bits(self._reached), self._reached)
-        rules = [rule for action in problem.actions for rule in self._rules(action)]
+        rules = [rule for action in problem.actions for rule in self._rules(action.needs, action.changes)]
         while self._grow(rules):
             pass
 
@@ -237,16 +239,13 @@ class _Pairs:
         """Whether all literals that are needed may hold together, as far as pairs tell."""
         return self._looks.is_exceeded or self._with(self._plain(needed)) is not None
 
-    def _rules(self, action: GroundAction) -> Iterator[_Rule]:
-        always = perhaps = 0
-        for change in action.changes:
-            if change.needs:
-                perhaps |= self._makes(change)
-            else:
-                always |= self._makes(change)
-        for change in action.changes:
-            needs, makes = self._plain(action.needs | change.needs), self._makes(change)
-            yield _Rule(needs, makes, always, perhaps, self._denied(makes | always))
+    def _rules(self, needs: int, changes: Iterable[tuple[int, int, int]]) -> Iterator[_Rule]:
+        """The rules of an action: what it needs, and what its effects need, add and delete."""
+        made = [(also, add | (delete & ~add) << self._atoms) for also, add, delete in changes]
+        always = reduce(or_, [makes for also, makes in made if not also], 0)
+        perhaps = reduce(or_, [makes for also, makes in made if also], 0)
+        for also, makes in made:
+            yield _Rule(self._plain(needs | also), makes, always, perhaps, self._denied(makes | always))
 
     def _grow(self, rules: Sequence[_Rule]) -> bool:
         """Add the pairs that effects make, in turn; whether there are any new ones."""
@@ -286,9 +285,6 @@ class _Pairs:
     def _plain(self, needed: int) -> int:
         """The literals of atoms, without choices."""
         return needed & (1 << 2 * self._atoms) - 1
-
-    def _makes(self, change: GroundChange) -> int:
-        return change.add | (change.delete & ~change.add) << self._atoms
 
     def _denied(self, literals: int) -> int:
         """The opposites of literals."""
