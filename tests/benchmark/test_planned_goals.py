@@ -13,9 +13,8 @@ from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book, op
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.logic.choice import ground
+from eai.logic.choice import choice_options, ground
 from eai.logic.formula import Formula
-from eai.logic.options import choice_options
 from eai.tasks.source import Source
 
 

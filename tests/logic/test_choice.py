@@ -2,15 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import islice
+from math import factorial, prod
+from typing import Any
+
 import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.logic.choice import AllOf, AnyOf, Choose, Leaf, Pairing, ground, literals
-from eai.logic.formula import And, Atom, Constant, Not, Variable
+from eai.logic.choice import (
+    AllOf,
+    AnyOf,
+    Choice,
+    Choose,
+    Leaf,
+    Literal,
+    Option,
+    Pairing,
+    best_overlap,
+    choice_options,
+    count_options,
+    ground,
+    literals,
+    options,
+)
+from eai.logic.formula import And, Atom, Constant, Exactly, Formula, Not, Occurs, Variable
 from eai.logic.ltl import parse
-from eai.logic.options import options
-from logic.activities import universe
+from eai.logic.semantics import holds
+from eai.logic.trace import TakenAction, Trace
+from eai.logic.traversal import walk
+from logic.activities import as_list, records, universe
+from logic.bddl_text import read_condition
+from logic.naive import Facts
+from logic.random_formulas import SCENE, formulas, traces
 from protocols import of_reference
+from sweeps import examples
 
 
 @pytest.mark.parametrize(
@@ -56,3 +84,208 @@ def test_equations_are_decided() -> None:
     assert ground(formula, universe(a=2).objects) == AnyOf(
         (AllOf((AnyOf(()), AnyOf(()))), AllOf((AllOf(()), AllOf(()))))
     )
+
+
+def listed(formula: Formula, facts: Facts) -> list[Option]:
+    try:
+        return list(options(formula, facts.objects))
+    except InputError:
+        assume(False)
+        raise
+
+
+@given(formulas(depth=2, temporal=False), traces())
+@settings(max_examples=examples(120), deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+def test_a_goal_holds_where_one_of_its_options_does(
+    formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
+) -> None:
+    assume(not any(isinstance(part, (Exactly, Occurs)) for part in walk(formula)))
+    state = Trace([given_[0][0]])
+    found = listed(formula, given_[0][0])
+    assert holds(formula, state) == any(all(holds(c, state) for c in option) for option in found)
+
+
+@given(formulas(depth=2, temporal=False))
+@settings(max_examples=examples(120), deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+def test_counting_agrees_with_listing(formula: Formula) -> None:
+    facts = Facts(frozenset(), SCENE)
+    found = listed(formula, facts)
+    assert count_options(formula, facts.objects) == len(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("(forpairs (?x - a) (?y - b) (in ?x ?y))", 20),
+        ("(forpairs (?y - b) (?x - a) (in ?x ?y))", 20),
+        ("(forpairs (?x - a) (?y - a) (in ?x ?y))", 1),
+        ("(forpairs (?x - b) (?y - b) (in ?x ?y))", 44),
+        ("(fornpairs (1) (?x - a) (?y - b) (in ?x ?y))", 10),
+        ("(fornpairs (3) (?x - a) (?y - b) (in ?x ?y))", 0),
+        ("(forpairs (?x - a) (?y - b) (or (in ?x ?y) (on ?x ?y)))", 80),
+        ("(forn (2) (?y - b) (open ?y))", 10),
+        ("(forn (2) (?y - b) (or (open ?y) (red ?y)))", 40),
+        ("(forn (6) (?y - b) (open ?y))", 0),
+        ("(forn (999999999) (?y - b) (open ?y))", 0),
+        ("(fornpairs (999999999) (?x - a) (?y - b) (in ?x ?y))", 0),
+        ("(forall (?y - b) (exists (?x - a) (in ?x ?y)))", 32),
+        ("(not (forall (?y - b) (open ?y)))", 5),
+        ("(exists (?x - nothing) (open ?x))", 0),
+        ("(forall (?x - nothing) (open ?x))", 1),
+    ],
+)
+def test_numbers_of_options(text: str, count: int) -> None:
+    formula = read_condition(text)
+    objects = universe(a=2, b=5).objects
+    assert count_options(formula, objects) == count == len(list(options(formula, objects)))
+
+
+def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
+    formula = read_condition("(and (or (p a) (q a)) (forpairs (?x - b) (?y - c) (not (in ?x ?y))))")
+    found = [[as_list(c) for c in option] for option in options(formula, universe(b=1, c=2).objects)]
+    assert found == [
+        [["p", "a"], ["not", ["in", "b0", "c0"]]],
+        [["p", "a"], ["not", ["in", "b0", "c1"]]],
+        [["q", "a"], ["not", ["in", "b0", "c0"]]],
+        [["q", "a"], ["not", ["in", "b0", "c1"]]],
+    ]
+
+
+def test_huge_numbers_of_options_are_counted_and_listed_lazily() -> None:
+    objects = universe(a=40, b=40).objects
+    formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
+    assert count_options(formula, objects) == factorial(40)
+    assert len(list(islice(options(formula, objects), 3))) == 3
+
+
+def test_huge_goals_are_decided_by_matching() -> None:
+    names = [f"{kind}{i}" for kind in "ab" for i in range(100)]
+    everything = tuple((name, name[0]) for name in names)
+    pairs = {("in", (f"a{i}", f"b{j}")) for i in range(100) for j in (i, (i + 1) % 100)}
+    formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
+    assert holds(formula, Trace([Facts(frozenset(pairs), everything)]))
+    crowded = {("in", (a, b)) for _, (a, b) in pairs if b not in ("b0", "b1")} | {("in", ("a0", "b0"))}
+    assert not holds(formula, Trace([Facts(frozenset(crowded), everything)]))
+
+
+def test_numbers_of_options_are_those_of_the_reference(oracle: Any) -> None:
+    for task, (goals, objects, expected) in records(oracle).items():
+        counts = [count_options(goal, objects) for goal in goals]
+        assert prod(counts) == expected, task
+        assert counts == [len(list(options(goal, objects))) for goal in goals]
+
+
+def test_the_average_task_has_the_papers_number_of_options(oracle: Any) -> None:
+    total = sum(prod(count_options(g, o) for g in goals) for goals, o, _ in records(oracle).values())
+    assert round(total / 100, 2) == 4164.41
+
+
+class Numbers:
+    """Numbers literals as they come."""
+
+    def __init__(self) -> None:
+        self.of: dict[Literal, int] = {}
+
+    def __call__(self, literal: Literal) -> int:
+        return self.of.setdefault(literal, len(self.of))
+
+    def mask(self, is_in: Callable[[Literal], bool]) -> int:
+        return sum(1 << number for literal, number in self.of.items() if is_in(literal))
+
+
+def on_first(literal: Literal) -> bool:
+    """What is said: all about the objects numbered 0."""
+    return isinstance(literal, Atom) and all(term.name.endswith("0") for term in literal.arguments)
+
+
+@pytest.mark.parametrize(
+    ("text", "shared", "size"),
+    [
+        ("p(a0)", 1, 1),
+        ("not p(a0)", 0, 1),
+        ("p(a0) and p(a1)", 1, 2),
+        ("p(a1) or p(a0)", 1, 1),
+        ("p(a1) and q(a1) or p(a2)", 0, 1),
+        ("p(a0) and q(a1) or p(a0)", 1, 1),
+        ("p(a1) or p(a0) and q(a0) and q(a1)", 2, 3),
+        ("exists x: a. (p(x))", 1, 1),
+        ("forall x: a. (p(x))", 1, 3),
+        ("forall x: a. (p(x) or q(x) and r(x))", 2, 4),
+        ("forn 2 x: a. (p(x))", 1, 2),
+        ("forn 1 x: a. (p(x) or q(x) and r(x))", 2, 2),
+        ("forpairs x: a, y: b. (in(x, y))", 1, 2),
+        ("forpairs x: a, y: b. (p(x) and q(y))", 2, 4),
+        ("fornpairs 1 x: a, y: b. (p(x) and q(y))", 2, 2),
+        ("true", 0, 0),
+    ],
+)
+def test_the_best_option(text: str, shared: int, size: int) -> None:
+    numbers = Numbers()
+    find = best_overlap(ground(parse(text).formula, universe(a=3, b=2).objects), numbers)
+    said = numbers.mask(on_first)
+    best = find(said)
+    assert best is not None
+    assert ((best.conditions & said).bit_count(), best.conditions.bit_count()) == (shared, size)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "false",
+        "p(a0) and false",
+        "forn 4 x: a. (p(x))",
+        "fornpairs 3 x: a, y: b. (in(x, y))",
+        "exists x: c. (p(x))",
+    ],
+)
+def test_what_nothing_can_make_true_has_no_option(text: str) -> None:
+    assert best_overlap(ground(parse(text).formula, universe(a=3, b=2).objects), Numbers())(0) is None
+
+
+def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
+    parts = st.lists(leaves, max_size=3).map(tuple)
+    return (
+        parts.map(AllOf)
+        | parts.map(AnyOf)
+        | st.builds(Choose, st.integers(0, 2), parts)
+        | st.tuples(st.integers(0, 2), st.lists(leaves, min_size=4, max_size=4)).map(
+            lambda drawn: Pairing(drawn[0], (tuple(drawn[1][:2]), tuple(drawn[1][2:])))
+        )
+    )
+
+
+CHOICES = st.recursive(
+    st.integers(0, 6).map(lambda n: Leaf(Atom("p", (Constant(str(n)),)))), choices, max_leaves=8
+)
+
+
+@given(CHOICES, st.sets(st.integers(0, 6)))
+def test_of_all_options_none_shares_more_and_of_those_none_is_shorter(choice: Choice, said: set[int]) -> None:
+    seen: dict[int, Literal] = {}
+
+    def apart(literal: Literal) -> int:
+        """Conditions are told apart by their place, so that none stands in two parts."""
+        seen[len(seen)] = literal
+        return len(seen) - 1
+
+    def is_said(literal: Literal) -> bool:
+        return isinstance(literal, Atom) and int(literal.arguments[0].name) in said
+
+    find = best_overlap(choice, apart)
+    best = find(sum(1 << place for place, literal in seen.items() if is_said(literal)))
+    rated = [(sum(map(is_said, option)), -len(option)) for option in choice_options(choice)]
+    if best is None:
+        assert rated == []
+        return
+    chosen = [seen[place] for place in range(len(seen)) if best.conditions >> place & 1]
+    assert (sum(map(is_said, chosen)), -len(chosen)) == max(rated)
+    assert sorted(map(str, chosen)) in [sorted(map(str, option)) for option in choice_options(choice)]
+
+
+def test_goals_with_astronomically_many_options_take_no_time() -> None:
+    numbers = Numbers()
+    text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
+    find = best_overlap(ground(parse(text).formula, universe(a=12, b=12).objects), numbers)
+    best = find(numbers.mask(on_first))
+    assert best is not None
+    assert best.conditions.bit_count() == 24

@@ -7,13 +7,13 @@ import pickle
 import pytest
 
 from eai.errors import InputError, ParseError
-from eai.logic.evidence import explain
+from eai.logic.choice import count_options, options
 from eai.logic.formula import (
     Formula,
 )
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.options import count_options, options
+from eai.logic.semantics import explain
 from eai.logic.trace import Trace
 from eai.logic.traversal import MAX_DEPTH
 from logic.activities import universe

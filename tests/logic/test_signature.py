@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from eai.logic.formula import (
     And,
     Atom,
@@ -9,7 +11,7 @@ from eai.logic.formula import (
     Occurs,
 )
 from eai.logic.ltl import MAX_KNOWN, parse
-from eai.logic.signature import MisuseKind, Signature
+from eai.logic.signature import MisuseKind, Signature, either, place
 
 P = Atom("p", (Constant("a"),))
 
@@ -54,3 +56,25 @@ def test_memory_is_bounded() -> None:
     signature = Signature({"open": 1})
     parse(" and ".join(f"open(cup.{number})" for number in range(2 * MAX_KNOWN)), signature)
     assert len(signature.known) == MAX_KNOWN
+
+
+@pytest.mark.parametrize(
+    ("position", "line_and_column"), [(0, (1, 1)), (2, (1, 3)), (3, (2, 1)), (4, (3, 1)), (6, (3, 3))]
+)
+def test_place(position: int, line_and_column: tuple[int, int]) -> None:
+    assert place("ab\n\ncd", position) == line_and_column
+
+
+def test_a_text_may_begin_with_an_empty_line() -> None:
+    assert place("\nab", 2) == (2, 2)
+
+
+def test_only_newlines_end_lines() -> None:
+    assert place("a\fb\x85c\rd", 6) == (1, 7)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"), [(["a"], "a"), (["a", "c"], "a or c"), (["a", "b", "c"], "a, b or c")]
+)
+def test_alternatives_in_words(words: list[str], told: str) -> None:
+    assert either(words) == told

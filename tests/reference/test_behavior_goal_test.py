@@ -9,8 +9,8 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.verdict import Tally
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.logic.choice import count_options, options
 from eai.logic.formula import Atom, Formula, Not
-from eai.logic.options import count_options, options
 from eai.reference.behavior_goal_test import behavior_goal_test, truncated_options
 from eai.world.execution import execute
 from eai.world.state import State

@@ -2,9 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from eai.logic.evidence import explain
 from eai.logic.ltl import parse
-from eai.logic.semantics import holds
+from eai.logic.semantics import explain, holds
 from eai.logic.signature import Signature
 from eai.world.execution import Action, execute
 from eai.world.timeline import timeline

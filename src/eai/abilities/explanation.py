@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.task import Goal, Task
-from eai.logic.evidence import breach, explain
 from eai.logic.formula import (
     Atom,
     Constant,
@@ -29,6 +28,7 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
+from eai.logic.semantics import breach, explain
 from eai.logic.traversal import walk
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Trajectory, names_of, witnesses_of

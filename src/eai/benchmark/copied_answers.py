@@ -21,9 +21,8 @@ from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer
-from eai.logic.choice import Literal, ground
+from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.options import choice_options
 from eai.logic.rewriting import substitute
 from eai.logic.traversal import walk
 from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect

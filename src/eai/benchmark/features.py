@@ -10,9 +10,8 @@ from math import prod
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
-from eai.logic.choice import Literal
+from eai.logic.choice import Literal, choice_options, count_options
 from eai.logic.formula import Atom, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs
-from eai.logic.options import choice_options, count_options
 from eai.logic.traversal import children, walk
 from eai.world.domain import Domain
 from eai.world.operator import Operator

@@ -14,8 +14,7 @@ from typing import Final
 
 import eai.logic.formula as f
 from eai.errors import ParseError
-from eai.logic.place import error_at
-from eai.logic.signature import term
+from eai.logic.signature import error_at, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")

@@ -1,17 +1,27 @@
 """The choices that are left when a formula is to be made true: its ground and-or tree.
 
 The tree is polynomial in the number of objects, while the number of ways to choose is exponential. Options
-are listed, counted and rated on it.
+are listed, counted and rated on it. An option is a list of ground conditions that makes the formula true: of
+"every candle in a basket of its own" it says which candle and which basket. Options are produced one by one,
+and counted without being produced; the one that shares most with an answer is found without listing them.
+There conditions are numbered, and sets of them are bit masks (bit i = condition i).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from itertools import chain, combinations, permutations
+from math import comb, factorial, prod
+from operator import attrgetter, or_
 from typing import Generic, TypeAlias, TypeVar
+
+from typing_extensions import assert_never
 
 import eai.logic.formula as f
 from eai.errors import InputError
+from eai.logic.matching import heaviest_matching
 
 Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 """A ground atom, an action with its objects, or the negation of one of them."""
@@ -160,3 +170,237 @@ def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
     if term.name not in binding:
         raise InputError(f"variable {term.name} is not bound by a quantifier")
     return f.Constant(binding[term.name])
+
+
+Option: TypeAlias = tuple[Literal, ...]
+"""Ground conditions in the order of the formula; they may repeat and even contradict each other."""
+
+
+def options(formula: f.Formula, objects: Objects) -> Iterator[Option]:
+    """The options of a closed formula, lazily, in the order of its disjuncts and of the objects.
+
+    Two options may have the same conditions, when a condition stands in two disjuncts.
+
+    Raises:
+        InputError: the formula has no finite options (see `ground`).
+    """
+    return choice_options(ground(formula, objects))
+
+
+def count_options(formula: f.Formula, objects: Objects) -> int:
+    """How many options `options` gives, without producing them.
+
+    Takes time polynomial in the number of objects, except for pairings in which an object may stand on both
+    sides or whose pairs differ in their numbers of options: those are exponential in the smaller side.
+
+    Raises:
+        InputError: the formula has no finite options (see `ground`).
+    """
+    return count_choice_options(ground(formula, objects))
+
+
+def choice_options(choice: Choice) -> Iterator[Option]:
+    """All ways to choose, each as its list of conditions; later choices vary fastest."""
+    match choice:
+        case Leaf(literal):
+            yield (literal,)
+        case AllOf(parts):
+            yield from _product(parts)
+        case AnyOf(parts):
+            yield from chain.from_iterable(map(choice_options, parts))
+        case Choose(count, parts):
+            for chosen in combinations(parts, count) if count <= len(parts) else ():
+                yield from _product(chosen)
+        case Pairing(count, cells):
+            for pairs in _pairings(count, cells):
+                yield from _product(pairs)
+        case _:
+            assert_never(choice)
+
+
+def count_choice_options(choice: Choice) -> int:
+    """How many options `choice_options` gives, without producing them."""
+    match choice:
+        case Leaf():
+            return 1
+        case AllOf(parts):
+            return prod(map(count_choice_options, parts))
+        case AnyOf(parts):
+            return sum(map(count_choice_options, parts))
+        case Choose(count, parts):
+            return _elementary(count, [count_choice_options(part) for part in parts])
+        case Pairing(count, cells):
+            numbers = [[0 if cell is None else count_choice_options(cell) for cell in row] for row in cells]
+            return _matchings(count, numbers)
+        case _:
+            assert_never(choice)
+
+
+def _product(parts: Sequence[Choice]) -> Iterator[Option]:
+    if not parts:
+        yield ()
+        return
+    for head in choice_options(parts[0]):
+        for tail in _product(parts[1:]):
+            yield head + tail
+
+
+def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
+    """All sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
+    rows, columns = len(cells), len(cells[0]) if cells else 0
+    if count > min(rows, columns):
+        return
+    if rows < columns:
+        places: Iterable[list[tuple[int, int]]] = (
+            list(zip(some, others, strict=True))
+            for some in combinations(range(rows), count)
+            for others in permutations(range(columns), count)
+        )
+    else:
+        places = (
+            list(zip(others, some, strict=True))
+            for some in combinations(range(columns), count)
+            for others in permutations(range(rows), count)
+        )
+    for place in places:
+        pairs = [cell for cell in (cells[i][j] for i, j in place) if cell is not None]
+        if len(pairs) == count:
+            yield pairs
+
+
+def _elementary(count: int, numbers: Sequence[int]) -> int:
+    """The sum of the products of all ``count``-element subsets."""
+    if count > len(numbers):
+        return 0
+    sums: list[int] = [1] + [0] * count
+    for number in numbers:
+        for size in range(count, 0, -1):
+            sums[size] += sums[size - 1] * number
+    return sums[count]
+
+
+def _matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
+    """The sum over all matchings of ``count`` cells of the products of their weights."""
+    rows, columns = len(weights), len(weights[0]) if weights else 0
+    if count > min(rows, columns):
+        return 0
+    values = {weight for row in weights for weight in row}
+    if len(values) == 1:
+        placements = comb(rows, count) * comb(columns, count) * factorial(count)
+        return placements * prod([values.pop()] * count)
+    lines = weights if rows > columns else list(zip(*weights, strict=True))
+    return _matchings_by_subsets(count, lines)
+
+
+def _matchings_by_subsets(count: int, lines: Sequence[Sequence[int]]) -> int:
+    """The same, line by line: of the lines before only matters which places across are taken."""
+    sums = {0: 1}
+    for line in lines:
+        for taken, number in list(sums.items()):
+            for place, weight in enumerate(line):
+                if weight and not taken >> place & 1 and taken.bit_count() < count:
+                    wider = taken | 1 << place
+                    sums[wider] = sums.get(wider, 0) + number * weight
+    return sum(number for taken, number in sums.items() if taken.bit_count() == count)
+
+
+SHARED = 1 << 20
+"""The weight of a condition that is shared against the conditions that are not, of which each counts 1."""
+
+
+@dataclass(slots=True, eq=False)
+class _Overlap:
+    """One option: the more it shares with what is said, and the shorter it is, the better its score."""
+
+    score: int
+    conditions: int
+
+
+BestOverlap: TypeAlias = Callable[[int], "_Overlap | None"]
+"""Gives the best option for the conditions that are said; None if there are no options."""
+
+
+def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverlap:
+    """A function that finds the option that shares most conditions with what is said.
+
+    Of several the shortest is taken, of several of those the first. Parts that are chosen together are rated
+    each by itself: a condition that stands in two of them counts in both.
+
+    Args:
+        choice: the goal's options.
+        number: the number of each condition; equal conditions have equal numbers.
+    """
+    match choice:
+        case Leaf(literal):
+            return _conditions(1 << number(literal))
+        case AllOf(parts):
+            leaves = [1 << number(part.literal) for part in parts if isinstance(part, Leaf)]
+            together = _conditions(reduce(or_, leaves, 0))
+            others = [best_overlap(part, number) for part in parts if not isinstance(part, Leaf)]
+            return _all_of((together, *others)) if others else together
+        case AnyOf(parts):
+            return _any_of([best_overlap(part, number) for part in parts])
+        case Choose(count, parts):
+            return _some_of(count, [best_overlap(part, number) for part in parts])
+        case Pairing(count, cells):
+            return _paired(
+                count,
+                [[None if cell is None else best_overlap(cell, number) for cell in row] for row in cells],
+            )
+        case _:
+            assert_never(choice)
+
+
+def _conditions(mask: int) -> BestOverlap:
+    size = mask.bit_count()
+    return lambda said: _Overlap((mask & said).bit_count() * SHARED - size, mask)
+
+
+def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:
+    return lambda said: _together([part(said) for part in parts])
+
+
+def _any_of(parts: Sequence[BestOverlap]) -> BestOverlap:
+    def first_of_best(said: int) -> _Overlap | None:
+        best: _Overlap | None = None
+        for part in parts:
+            each = part(said)
+            if each is not None and (best is None or each.score > best.score):
+                best = each
+        return best
+
+    return parts[0] if len(parts) == 1 else first_of_best
+
+
+def _some_of(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:
+    def best(said: int) -> _Overlap | None:
+        found = [each for part in parts if (each := part(said)) is not None]
+        if len(found) < count:
+            return None
+        return _together(sorted(found, key=_score, reverse=True)[:count])
+
+    return best
+
+
+def _paired(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOverlap:
+    def best(said: int) -> _Overlap | None:
+        found = [[None if cell is None else cell(said) for cell in row] for row in table]
+        weights = [[None if each is None else each.score for each in row] for row in found]
+        cells = heaviest_matching(weights, count)
+        return None if cells is None else _together([found[row][column] for row, column in cells])
+
+    return best
+
+
+def _together(parts: Iterable[_Overlap | None]) -> _Overlap | None:
+    """Options of several parts as one; None if a part has none."""
+    score = conditions = 0
+    for part in parts:
+        if part is None:
+            return None
+        score += part.score
+        conditions |= part.conditions
+    return _Overlap(score, conditions)
+
+
+_score = attrgetter("score")

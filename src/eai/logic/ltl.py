@@ -8,7 +8,7 @@ reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is no
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -16,8 +16,7 @@ from typing import Final, TypeAlias
 
 import eai.logic.formula as f
 from eai.errors import ParseError
-from eai.logic.place import either, error_at
-from eai.logic.signature import NameChecker, Reading, Signature, term
+from eai.logic.signature import Misuse, MisuseKind, Reading, Signature, either, error_at, place, takes, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 MAX_KNOWN = 1_000
@@ -120,7 +119,7 @@ class _LtlReader:
         self._signature = signature
         self._is_release = dialect is Dialect.RELEASE
         self._operands, self._joints = _OPERANDS[dialect], _JOINTS[dialect]
-        self._checker = NameChecker(text, signature)
+        self._offences: list[Misuse] = []
         self._position = 0
         self._scope: frozenset[str] = frozenset()
         self._stack: list[_Pending] = []
@@ -139,7 +138,7 @@ class _LtlReader:
                 if levels > MAX_DEPTH:
                     raise self._expected(f"at most {MAX_DEPTH} levels of nesting")
             if joint == "":
-                return Reading(formula, tuple(self._checker.offences))
+                return Reading(formula, tuple(self._offences))
             if joint == ")":
                 self._scope = self._stack.pop().scope
                 self._brackets -= 1
@@ -201,11 +200,40 @@ class _LtlReader:
         terms = tuple([term(argument, scope) for argument in arguments])
         if signature is None:
             return f.Atom(name, terms)
-        self._checker.check(name, terms, partial(_place_of_name, text, position))
+        self._check(name, terms, signature, partial(_place_of_name, text, position))
         formula = f.Occurs(name, terms) if signature.is_action(name) else f.Atom(name, terms)
-        if not scope and not self._checker.offences and len(signature.known) < MAX_KNOWN:
+        if not scope and not self._offences and len(signature.known) < MAX_KNOWN:
             signature.known[text] = formula
         return formula
+
+    def _check(
+        self, name: str, terms: Sequence[f.Term], signature: Signature, position: Callable[[int], int]
+    ) -> None:
+        """Collect the offences of one predicate or action.
+
+        Args:
+            name: its name.
+            terms: its arguments.
+            signature: the names that it may use.
+            position: gives the offset of the name (for 0) and of the arguments (from 1 on) in the text.
+        """
+        arities, objects = signature.arities(name), signature.objects
+        if name not in arities:
+            detail = f"{name} is no predicate and no action"
+            self._offend(MisuseKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
+        elif (wanted := arities[name]) is not None and wanted != len(terms):
+            detail = f"{takes(name, wanted, 'argument')}, not {len(terms)}"
+            self._offend(MisuseKind.WRONG_ARITY, name, name, position(0), detail)
+        if objects is None:
+            return
+        for i, each in enumerate(terms, start=1):
+            if isinstance(each, f.Constant) and each.name not in objects:
+                detail = f"there is no object {each.name}"
+                self._offend(MisuseKind.UNKNOWN_OBJECT, each.name, name, position(i), detail)
+
+    def _offend(self, kind: MisuseKind, name: str, primitive: str, position: int, detail: str) -> None:
+        line, column = place(self._text, position)
+        self._offences.append(Misuse(kind, name, primitive, line, column, detail))
 
     def _open_bracket(self, scope: frozenset[str]) -> None:
         """Open a bracket in which the names of a scope are bound."""

@@ -1,13 +1,29 @@
-"""The names that a formula may use, and the misuses of one that uses others."""
+"""The names that a formula may use, the misuses of one that uses others, and places in a text."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from eai.errors import ParseError
 from eai.logic.formula import Constant, Formula, Term, Variable
-from eai.logic.place import place
+
+
+def error_at(text: str, position: int, expected: str) -> ParseError:
+    """The error for an offset into the text."""
+    return ParseError(*place(text, position), expected)
+
+
+def place(text: str, position: int) -> tuple[int, int]:
+    """Line and column, both counted from 1, of an offset into the text."""
+    line_start = text.rfind("\n", 0, position) + 1
+    return text.count("\n", 0, position) + 1, position - line_start + 1
+
+
+def either(words: Sequence[str]) -> str:
+    """One of several things: ``a, b or c``."""
+    return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
 class MisuseKind(Enum):
@@ -80,46 +96,3 @@ def term(name: str, scope: frozenset[str]) -> Term:
 def takes(name: str, arity: int, noun: str) -> str:
     """How many of something a name takes, in words: ``WALK takes 1 object``."""
     return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"
-
-
-class NameChecker:
-    """Collects the offences of one text, in the order in which its primitives are shown to it.
-
-    Args:
-        text: the text that positions refer to.
-        signature: the names that it may use; None allows all.
-    """
-
-    def __init__(self, text: str, signature: Signature | None) -> None:
-        self._text = text
-        self._signature = signature
-        self.offences: list[Misuse] = []
-
-    def check(self, name: str, terms: Sequence[Term], position: Callable[[int], int]) -> None:
-        """Look at one predicate or action.
-
-        Args:
-            name: its name.
-            terms: its arguments.
-            position: gives the offset of the name (for 0) and of the arguments (from 1 on) in the text.
-        """
-        signature = self._signature
-        if signature is None:
-            return
-        arities, objects = signature.arities(name), signature.objects
-        if name not in arities:
-            detail = f"{name} is no predicate and no action"
-            self._add(MisuseKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
-        elif (wanted := arities[name]) is not None and wanted != len(terms):
-            detail = f"{takes(name, wanted, 'argument')}, not {len(terms)}"
-            self._add(MisuseKind.WRONG_ARITY, name, name, position(0), detail)
-        if objects is None:
-            return
-        for i, term in enumerate(terms, start=1):
-            if isinstance(term, Constant) and term.name not in objects:
-                detail = f"there is no object {term.name}"
-                self._add(MisuseKind.UNKNOWN_OBJECT, term.name, name, position(i), detail)
-
-    def _add(self, kind: MisuseKind, name: str, primitive: str, position: int, detail: str) -> None:
-        line, column = place(self._text, position)
-        self.offences.append(Misuse(kind, name, primitive, line, column, detail))

@@ -12,7 +12,7 @@ from typing import Protocol
 from eai.errors import InputError
 
 
-class Interpretation(Protocol):
+class _Interpretation(Protocol):
     """One state, as far as a formula can ask about it. Objects go by the names that formulas use."""
 
     def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
@@ -47,7 +47,7 @@ class Trace:
         InputError: the numbers do not fit.
     """
 
-    def __init__(self, states: Sequence[Interpretation], actions: Sequence[TakenAction] = ()) -> None:
+    def __init__(self, states: Sequence[_Interpretation], actions: Sequence[TakenAction] = ()) -> None:
         if not states or (actions and len(actions) != len(states) - 1):
             raise InputError(
                 f"{len(states)} states and {len(actions)} actions: expected one action between two states"

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.place import place
+from eai.logic.signature import place
 from eai.pddl.check import Offence, PddlError
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")

@@ -22,9 +22,8 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.households.behavior import predicates as p
-from eai.logic.choice import Objects, value_of
+from eai.logic.choice import Objects, Option, value_of
 from eai.logic.formula import And, Atom, Formula, Not, Or
-from eai.logic.options import Option
 from eai.world.state import Scene
 
 MAX_VECTORS = 20

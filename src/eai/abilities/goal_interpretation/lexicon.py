@@ -8,10 +8,8 @@ from math import prod
 
 from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotation, WrittenGoal
 from eai.abilities.task import GoalKind, Task
-from eai.logic.choice import Literal
+from eai.logic.choice import BestOverlap, Literal, best_overlap, choice_options
 from eai.logic.formula import Atom, Constant, Not, Occurs, Term
-from eai.logic.options import choice_options
-from eai.logic.overlap import BestOverlap, best_overlap
 from eai.world.domain import Domain
 from eai.world.relation import bits
 

@@ -9,8 +9,8 @@ from itertools import islice
 
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
+from eai.logic.choice import count_options, options
 from eai.logic.formula import Formula
-from eai.logic.options import count_options, options
 from eai.logic.traversal import objects
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.model import PddlAction, PddlDomain
