@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.codec import sha256_of
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import DEFAULT_PROTOCOL, FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.benchmark.benchmark import Benchmark
@@ -34,7 +34,7 @@ from eai.benchmark.copied_answers import open_copy_book, open_empty_book
 from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import FIRST
-from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.coverage import coverage_of
 from eai.results.paper_tables import paper_models

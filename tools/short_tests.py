@@ -27,8 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability
-from eai.benchmark.suite import DEFAULT_PROTOCOL
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.results.lines import by_suite
 from eai.results.rate import Rate
 from eai.studies.items import adaptive, short_tests

@@ -8,8 +8,8 @@ from collections import Counter
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.transition_modeling.declaration import Category
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.transition_modeling.task import Category
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.explanation import read_statement
-from eai.results.tidy import Reason, WrongGoals
+from eai.results.task_book import Reason, WrongGoals
 from eai.tasks.source import Source
 from studies.lamps import lamp_task, lamps
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.record import Record, Stated
 from eai.abilities.verdict import Confusion
 from eai.errors import InputError
@@ -90,9 +89,9 @@ def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
 
 def test_a_perfect_second_stage_and_what_is_missing() -> None:
     plain = action_run()
-    verdict = GoalVerdict(matched=("ON(tv)",), missing=("not OPEN(box)", "INSIDE(cup, box)"))
+    asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
     *_, goals, _, missed = Pipeline(
-        plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": verdict}, {}
+        plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}
     ).tables()
     assert counts(goals, "perfect stage 2") == {
         "exactly right": 1,

@@ -89,6 +89,9 @@ class Protocol(_Name):
 
 Protocol.STRICT = Protocol("strict")
 
+DEFAULT_PROTOCOL = Protocol.STRICT
+"""The rules for scoring where nothing else is asked for."""
+
 PROTOCOLS = "eai.protocols"
 """The group of entry points of protocols other than ``strict``."""
 

@@ -13,17 +13,17 @@ from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from eai.abilities.declaration import OwnTasks, declaration_of
 from eai.abilities.protocol import Ability, registered_abilities
-from eai.abilities.task import Task
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.errata import NO_ERRATA
 from eai.data.entry_points import entry_points_of
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import OpenTasks, TaskSet, given
-from eai.world.domain import Domain
-from eai.world.vocabulary import Vocabulary
+
+if TYPE_CHECKING:
+    from eai.abilities.declaration import OwnTasks
+    from eai.abilities.task import Task
+    from eai.benchmark.benchmark import Benchmark
+    from eai.tasks.source import OpenTasks
 
 GROUP = "eai.benchmarks"
 """The group of entry points."""
@@ -119,6 +119,7 @@ def _open_pddl(files: str) -> Benchmark:
     domain, separator, problems = files.partition(",")
     if not separator:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
+    from eai.benchmark.benchmark import Benchmark
     from eai.tasks.problem_world import open_pddl
 
     declared, tasks = open_pddl(Path(domain), Path(problems))
@@ -127,6 +128,8 @@ def _open_pddl(files: str) -> Benchmark:
 
 def _open_own(path: Path) -> Benchmark | None:
     """The tasks in a file that an ability is asked of instead of a benchmark's; None if it has none."""
+    from eai.abilities.declaration import declaration_of
+
     for ability in registered_abilities():
         opener = declaration_of(ability).asked.open_file
         found = opener(path) if opener is not None and path.is_file() else None
@@ -137,6 +140,11 @@ def _open_own(path: Path) -> Benchmark | None:
 
 def _benchmark_of(ability: Ability, own: OwnTasks) -> Benchmark:
     """The benchmark that has tasks of an ability's own, and nothing else."""
+    from eai.benchmark.benchmark import Benchmark
+    from eai.tasks.source import TaskSet, given
+    from eai.world.domain import Domain
+    from eai.world.vocabulary import Vocabulary
+
     tasks = TaskSet(own.tasks, own.tasks.__getitem__, own.sha256)
     domain = Domain(own.name, Vocabulary(()), ())
     return Benchmark(own.name, domain, given(), own_tasks={ability: lambda source: tasks})
@@ -162,6 +170,8 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
         name: what sets these tasks apart, in the name of the benchmark.
         open_tasks: opens them.
     """
+    from eai.benchmark.errata import NO_ERRATA
+
     return replace(
         base,
         name=f"{base.name}-{name}",
@@ -194,6 +204,8 @@ def _load(module: str, name: str, reference: str) -> object:
 
 
 def _as_benchmark(value: object, reference: str) -> Benchmark:
+    from eai.benchmark.benchmark import Benchmark
+
     found = value if isinstance(value, Benchmark) or not callable(value) else value()
     if not isinstance(found, Benchmark):
         raise InputError(f"{reference}: expected a Benchmark, found {type(found).__name__}")

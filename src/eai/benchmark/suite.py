@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability, Protocol, registered_protocols
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
 from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
@@ -19,9 +19,6 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
 from eai.tasks.source import ErrataChoice, Source, TaskReference
-
-DEFAULT_PROTOCOL = Protocol.STRICT
-"""The rules for scoring where nothing else is asked for."""
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:

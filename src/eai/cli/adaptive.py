@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite
+from eai.benchmark.suite import Suite
 from eai.cli.console import say
 from eai.cli.order import Order, obtain_and_score
 from eai.errors import InputError

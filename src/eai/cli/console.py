@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from textwrap import fill
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console, ConsoleOptions, RenderableType
@@ -14,16 +15,17 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Json
 from eai.benchmark.registry import REFERENCES
-from eai.benchmark.suite import Suite
 from eai.data.files import printable
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError, how_to_install
-from eai.pddl.planning import PlannerChoice
-from eai.results.coverage import Coverage, ErrataEffect
-from eai.tasks.source import Finding
+
+if TYPE_CHECKING:
+    from eai.abilities.verdict import Json
+    from eai.benchmark.suite import Suite
+    from eai.results.coverage import Coverage, ErrataEffect
+    from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."
 """What ``--domain`` takes."""
@@ -165,6 +167,8 @@ def print_errata(effects: Iterable[ErrataEffect | None]) -> None:
 
 def note_planner(suites: Sequence[Suite]) -> None:
     """Say on standard error, once, if operators are judged without Fast Downward because it is not there."""
+    from eai.pddl.planning import PlannerChoice
+
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
     if PlannerChoice.AUTO in asked:
         from eai.abilities.transition_modeling.planners import available

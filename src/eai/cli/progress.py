@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import wraps
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -16,8 +17,10 @@ from typing_extensions import ParamSpec
 
 from eai.cli.console import errors
 from eai.errors import InterruptError
-from eai.run.journal import Count, Watch, unwatched
-from eai.scoring.batch import Told, untold
+
+if TYPE_CHECKING:
+    from eai.run.journal import Count, Watch
+    from eai.scoring.batch import Told
 
 PATIENCE = 5
 """For how many seconds scoring is silent at a time where there is no terminal."""
@@ -52,7 +55,7 @@ def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> 
     """Shows how far a run is on standard error, and takes the bar away at the end."""
     console = console or errors()
     if quiet:
-        yield unwatched
+        yield lambda count: None
     elif console.is_terminal:
         with _bar(title, console) as watch:
             yield watch
@@ -67,8 +70,10 @@ def scoring_progress(
     """Shows how far scoring is, as `run_progress` does; without a terminal a line every few seconds."""
     console = console or errors()
     if quiet:
-        yield untold
+        yield lambda scored: None
         return
+    from eai.run.journal import Count
+
     with (
         _bar(title, console)
         if console.is_terminal

@@ -12,12 +12,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import SuiteFile, files_of_suite, suite_files, unpacked
-from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import (
     counted,
     data_progress,

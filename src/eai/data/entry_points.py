@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import find_spec
+from importlib.resources import files
 
 _OURS = "eai."
 
@@ -24,7 +24,5 @@ def entry_points_of(group: str, built_in: Mapping[str, str] | None = None) -> Ma
 def _is_there(point: EntryPoint) -> bool:
     if not point.module.startswith(_OURS):
         return True  # not looked for: that would import its package
-    try:
-        return find_spec(point.module) is not None
-    except ModuleNotFoundError:  # a package above it is not there
-        return False
+    place = point.module.removeprefix(_OURS).replace(".", "/")
+    return (files("eai") / f"{place}.py").is_file()

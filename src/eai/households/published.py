@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
+from eai.abilities.transition_modeling.declaration import Category
+from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, open_published

@@ -16,7 +16,8 @@ from statistics import fmean, median
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
+from eai.abilities.transition_modeling.declaration import Category
+from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import FeatureBook, Features

@@ -16,7 +16,7 @@ from pydantic import TypeAdapter, ValidationError
 from rich.text import Text
 
 from eai.abilities.options import misfit
-from eai.benchmark.suite import DEFAULT_PROTOCOL
+from eai.abilities.protocol import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.job import Endpoint, Job, Requests
 from eai.run.journal import Desk, Journal, Watch, unwatched

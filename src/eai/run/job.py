@@ -18,7 +18,7 @@ from eai.benchmark.prompt_library import answer_form
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
 from eai.scoring.trials import Inquiry, Single, Trials
-from eai.studies.perception.scenes import SCENE
+from eai.studies.perception.scene_graph import SCENE
 from eai.tasks.source import Source
 
 PROVIDER = "eai"

@@ -52,8 +52,8 @@ from eai.scoring.batch import NO_ROW
 from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.noise import Noise as SceneNoise
 from eai.studies.perception.noise import perceive
-from eai.studies.perception.scene_graph import read_scene_graph
-from eai.studies.perception.scenes import SCENE, SCENE_GRAPH
+from eai.studies.perception.scene_graph import SCENE, read_scene_graph
+from eai.studies.perception.scenes import SCENE_GRAPH
 from eai.studies.pipeline.stage_one import STATED
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.execution import Action

@@ -44,7 +44,8 @@ from eai.run.solver import ANSWERS
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
 from eai.scoring.trials import Place, record_of_trial, replay
-from eai.studies.perception.scenes import SCENE, PerceivedScenes, listed_scenes
+from eai.studies.perception.scene_graph import SCENE
+from eai.studies.perception.scenes import PerceivedScenes, listed_scenes
 from eai.studies.pipeline.stage_one import STATED, Interpretations, believe
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 

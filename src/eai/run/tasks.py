@@ -23,13 +23,13 @@ from inspect_ai.util import registry_info
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
-from eai.abilities.protocol import Protocol
-from eai.benchmark.suite import DEFAULT_PROTOCOL
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Protocol
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import ErrataChoice
 

@@ -20,11 +20,11 @@ from typing_extensions import assert_never
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.protocol import Ability, Protocol, member, protocol_of
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member, protocol_of
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, PlanVerdict, Verdict, add
-from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.check import Offence
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, TaskReference

@@ -6,11 +6,16 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict, clause_content
+from eai.abilities.transition_modeling.declaration import (
+    Category,
+    OperatorStatus,
+    OperatorVerdict,
+    clause_content,
+)
 from eai.abilities.transition_modeling.extraction import LIMIT, Memory
 from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
-from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
+from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward, Seats
 from eai.pddl.matching import SideMatch

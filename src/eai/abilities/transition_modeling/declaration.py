@@ -25,7 +25,6 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.abilities.verdict import ALL, NOTHING, Confusion, Share, Verdict, add, confusion_shares, of_all
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
@@ -34,6 +33,19 @@ from eai.pddl.planning import PlannerOutcome
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
+    from eai.abilities.transition_modeling.task import TransitionTask
+
+
+class Category(str, Enum):
+    """The paper's categories of predicates and, but for the last, of tasks."""
+
+    OBJECT_STATES = "object_states"
+    OBJECT_ORIENTATION = "object_orientation"
+    OBJECT_AFFORDANCE = "object_affordance"
+    SPATIAL_RELATIONS = "spatial_relations"
+    NON_SPATIAL_RELATIONS = "non_spatial_relations"
+    OBJECT_TOOLS = "object_tools"
+    """Predicates that make an object a tool; the paper's tables count them in the total only."""
 
 
 class OperatorStatus(str, Enum):

@@ -11,11 +11,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import cached_property, lru_cache
 
 from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.transition_modeling.declaration import Category
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.export import Exported, ExportOptions, ProblemSource, export_problems
@@ -25,18 +25,6 @@ from eai.pddl.writer import operator_text, write_problem
 from eai.planning.planner import Planner
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
-
-
-class Category(str, Enum):
-    """The paper's categories of predicates and, but for the last, of tasks."""
-
-    OBJECT_STATES = "object_states"
-    OBJECT_ORIENTATION = "object_orientation"
-    OBJECT_AFFORDANCE = "object_affordance"
-    SPATIAL_RELATIONS = "spatial_relations"
-    NON_SPATIAL_RELATIONS = "non_spatial_relations"
-    OBJECT_TOOLS = "object_tools"
-    """Predicates that make an object a tool; the paper's tables count them in the total only."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, AtomLine, by_model, by_suite, case_of, shares_by_kind
 from eai.results.table import Cell, Estimate, Table
-from eai.results.tidy import Reason
+from eai.results.task_book import Reason
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
 _VERDICTS = (MATCHED, WRONG, MISSING)

@@ -9,6 +9,9 @@ from typing import NamedTuple
 
 from eai.abilities.json_text import Pairs, find_json
 
+SCENE = "scene"
+"""The field of a question's metadata that has the scene graph which it tells of instead of the scene."""
+
 UNREADABLE = 'there is no object with a list of "facts"'
 """Why nothing is perceived."""
 

@@ -21,11 +21,8 @@ from eai.studies.perception.description import SceneWords
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.pictures import Clutter, drawn_images, images_in
-from eai.studies.perception.scene_graph import ReadGraph, SceneGraph, read_scene_graph
+from eai.studies.perception.scene_graph import SCENE, ReadGraph, SceneGraph, read_scene_graph
 from eai.studies.perception.study import Perception, Scene
-
-SCENE = "scene"
-"""The field of a question's metadata that has the scene graph which it tells of instead of the scene."""
 
 SCENE_GRAPH = Ability("scene_graph")
 """The ability that lists what is in pictures."""

@@ -15,12 +15,12 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.explanation import read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
 from eai.abilities.responses import file_name
-from eai.abilities.verdict import Verdict, of_all
+from eai.abilities.scorer import Scorer
+from eai.abilities.verdict import of_all
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_planned_book
 from eai.benchmark.registry import find_benchmark
@@ -74,7 +74,8 @@ class Pipeline:
         modular: the records of the one, at least one.
         pipeline: those of the other, of the same suite under the same protocol.
         reachable: whether a perfect second stage reaches the goals of the task, by id; empty if not known.
-        interpreted: the verdicts on the goals, by task id; empty if not known.
+        asked: the predicates of the conditions that each task asks for, by its id, and whether its goals
+            lack each; empty if not known.
         paper: the figures of the paper for the model, by metric: modular and pipeline.
 
     Raises:
@@ -84,7 +85,7 @@ class Pipeline:
     modular: Sequence[Record]
     pipeline: Sequence[Record]
     reachable: Mapping[str, bool]
-    interpreted: Mapping[str, GoalVerdict]
+    asked: Mapping[str, Sequence[tuple[str, bool]]]
     paper: Mapping[str, tuple[float | None, float | None]]
 
     def __post_init__(self) -> None:
@@ -106,7 +107,7 @@ class Pipeline:
     def tables(self) -> list[Table]:
         """All tables for which there is what they need."""
         made = [self._stages(), self._goals(), self._first_stage()]
-        return [*made, self._missed()] if self.interpreted else made
+        return [*made, self._missed()] if self.asked else made
 
     def _stages(self) -> Table:
         """Each rate in both runs, beside those of the paper."""
@@ -200,10 +201,8 @@ class Pipeline:
         asked: dict[str, list[Case]] = {}
         names = {record.task_id: name_of(record) for record in self._shared(self.pipeline)}
         for task, name in names.items():
-            verdict = self.interpreted.get(task)
-            if verdict is not None:
-                for condition, missed in _conditions(verdict):
-                    asked.setdefault(condition, []).append(Case(task, name, of_all(missed)))
+            for condition, missed in self.asked.get(task, ()):
+                asked.setdefault(condition, []).append(Case(task, name, of_all(missed)))
         order = sorted(asked, key=lambda each: (-sum(case.share.numerator for case in asked[each]), each))
         rows: list[tuple[Cell, ...]] = []
         for condition in order:
@@ -246,7 +245,7 @@ def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
         [_numbered(number, record) for number, each in numbered for record in each.modular],
         [_numbered(number, record) for number, each in numbered for record in each.pipeline],
         {f"{number} {task}": value for number, each in numbered for task, value in each.reachable.items()},
-        {f"{number} {task}": value for number, each in numbered for task, value in each.interpreted.items()},
+        {f"{number} {task}": value for number, each in numbered for task, value in each.asked.items()},
         {},
     )
 
@@ -272,10 +271,13 @@ def _difference(one: Sequence[Case], other: Sequence[Case]) -> Estimate:
     return Estimate(after - before, low, high)
 
 
-def _conditions(verdict: GoalVerdict) -> Iterator[tuple[str, bool]]:
-    """The conditions that are asked for, by predicate, and whether each is missing."""
-    for conditions, missed in ((verdict.matched, False), (verdict.missing, True)):
-        yield from ((read_statement(condition).signed_name, missed) for condition in conditions)
+def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
+    """The conditions that are asked for, by predicate, and whether an answer lacks each."""
+    assessed = scorer.assess(answer)
+    if isinstance(assessed.verdict, GoalVerdict):
+        atoms = assessed.explain()
+        for conditions, missed in ((assessed.verdict.matched, False), (assessed.verdict.missing, True)):
+            yield from ((atoms.statement(condition).signed_name, missed) for condition in conditions)
 
 
 def analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
@@ -324,7 +326,7 @@ def _place(found: Pipeline) -> str:
 
 def _opened(one: Run, other: Run, source: Source, chosen: PipelineChoices) -> Pipeline:
     key = one.key
-    interpreted: Mapping[str, GoalVerdict] = {}
+    asked: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
     if chosen.goals is not None:
         benchmark = find_benchmark(key.domain)
@@ -332,18 +334,12 @@ def _opened(one: Run, other: Run, source: Source, chosen: PipelineChoices) -> Pi
         model = "" if experiment is None else experiment.goals_from or ""
         answers = read_interpretations(chosen.goals, benchmark, source, model).answers
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
-        interpreted = dict(_goal_verdicts((task, suite.score(task, text)) for task, text in answers.items()))
+        asked = {task: list(_conditions(suite.scorer(task), text)) for task, text in answers.items()}
         if chosen.search:
             tasks = {record.task_id for record in other.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_reached(benchmark, wanted, source))
-    return Pipeline(one.records, other.records, reachable, interpreted, _paper_figures(key))
-
-
-def _goal_verdicts(verdicts: Iterator[tuple[str, Verdict]]) -> Iterator[tuple[str, GoalVerdict]]:
-    for task, verdict in verdicts:
-        if isinstance(verdict, GoalVerdict):
-            yield task, verdict
+    return Pipeline(one.records, other.records, reachable, asked, _paper_figures(key))
 
 
 def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:

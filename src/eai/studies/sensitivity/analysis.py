@@ -12,10 +12,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import Category, OperatorVerdict
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import Share
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
