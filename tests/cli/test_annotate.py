@@ -154,7 +154,7 @@ def test_an_interrupt_loses_no_decision() -> None:
             assert said[-1], "".join(said)  # it ended
         process.send_signal(signal.SIGINT)
         rest = process.stdout.read()
-    assert "interrupted; every decision is in decisions.toml, and the same command goes on from here" in rest
+    assert "interrupted; every decision is in decisions.toml, and the same command resumes from here" in rest
     assert process.returncode == 128 + signal.SIGINT
     chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
     assert [list(map(str, entry)) for entry in chosen.candidates[0].entries] == [["lit(lamp)"]]

@@ -94,7 +94,7 @@ def test_a_run_is_interrupted_while_the_built_in_planner_searches(
         assert process.stdout.readline() == "searching\n"
         process.send_signal(number)
         _, errors = process.communicate(timeout=600)
-        assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+        assert errors.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
         assert process.returncode == 128 + number
     finally:
         process.kill()

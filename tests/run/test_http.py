@@ -194,7 +194,7 @@ def test_what_will_never_work_stops_the_run_at_once(
 ) -> None:
     script = {"first": [Reply(PLAN)]} | {f"{n}": [Reply(status=status, delay=0.2)] for n in range(60)}
     with serve(script) as served:
-        told = r"openai-api/local/scripted: \w+: Error code: 40\d.*; the same command goes on from here$"
+        told = r"openai-api/local/scripted: \w+: Error code: 40\d.*; the same command resumes from here$"
         with pytest.raises(EaiError, match=told):
             ask(served.url, script, connections=2)
     assert sum(served.log.asked.values()) < 10

@@ -110,7 +110,7 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(
         run.send_signal(number)
         printed, errors = run.communicate(timeout=300)
     assert (run.returncode, printed) == (128 + number, "")
-    assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+    assert errors.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
 
 
 INTERRUPTED_AT = """
@@ -151,7 +151,7 @@ def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(
     command = [sys.executable, "-c", INTERRUPTED_AT, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (130, ""), done.stderr
-    assert done.stderr.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+    assert done.stderr.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
     (journal,) = (tmp_path / "out").glob(f"*/{ability}/{model.replace('/', '_')}/answers.jsonl")
     assert KILLED_AFTER <= len(journal.read_text().splitlines()) <= KILLED_AFTER + 1
 
@@ -162,5 +162,5 @@ def test_a_run_that_is_interrupted_before_it_began_says_the_same(
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
     job = Job(Endpoint("eai/oracle"), prompts, benchmark=find_benchmark(SUITE[0]), ability=SUITE[1])
-    with pytest.raises(EaiError, match="interrupted; the same command goes on from here"):
+    with pytest.raises(EaiError, match="interrupted; the same command resumes from here"):
         obtain_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")

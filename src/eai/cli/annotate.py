@@ -203,7 +203,7 @@ def _conversation(path: Path, known: Decisions, title: str, listing: Listing) ->
         return "the input ended"
     except KeyboardInterrupt:
         write_decisions(path, known.deciding(title, chosen))  # it may have come before the last was written
-        told = f"interrupted; every decision is in {path}, and the same command goes on from here"
+        told = f"interrupted; every decision is in {path}, and the same command resumes from here"
         raise InterruptError(told) from None
 
 

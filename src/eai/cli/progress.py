@@ -45,7 +45,7 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
         try:
             command(*arguments, **options)
         except KeyboardInterrupt:
-            raise InterruptError("interrupted; the same command goes on from here") from None
+            raise InterruptError("interrupted; the same command resumes from here") from None
 
     return interruptible
 
