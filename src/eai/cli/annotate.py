@@ -21,10 +21,21 @@ from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError, InterruptError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
-from eai.studies.annotation.annotated import Annotation, annotate, by_title, check, differences
-from eai.studies.annotation.choosing import HELP, Listing, decide
-from eai.studies.annotation.decisions import Chosen, Decisions, read_decisions, write_decisions
-from eai.studies.annotation.frequency import frequencies
+from eai.studies.annotation.decisions import (
+    HELP,
+    Annotation,
+    Chosen,
+    Decisions,
+    Listing,
+    annotate,
+    by_title,
+    check,
+    decide,
+    differences,
+    read_decisions,
+    write_decisions,
+)
+from eai.studies.annotation.demonstration import frequencies
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
@@ -267,14 +278,14 @@ def goals(
     elif assigned:
         _show_assigned(found, as_json=as_json)
     else:
-        _show_goals(given, [each for each in found if each.goals], domain, out, as_json=as_json)
+        _show_goals(given, [each for each in found if each[2]], domain, out, as_json=as_json)
 
 
 def _show_assigned(found: Sequence[Annotation], *, as_json: bool) -> None:
     if as_json:
-        print_json({each.found.task.id: each.candidate for each in found})
+        print_json({each.task.id: candidate for each, candidate, _ in found})
         return
-    numbers = Counter((each.found.task.title, each.candidate) for each in found)
+    numbers = Counter((each.task.title, candidate) for each, candidate, _ in found)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
         say(f"{name}: {which}: {counted(times, 'demonstration')}")
@@ -284,10 +295,10 @@ def _show_goals(
     given: _Given, found: Sequence[Annotation], domain: str, out: Path | None, *, as_json: bool
 ) -> None:
     if out is not None:
-        tasks = [replace(each.found.task, goals=each.goals) for each in found]
+        tasks = [replace(each.task, goals=goals) for each, _, goals in found]
         write_task_file(out, [written(task, domain, given.benchmark.domain) for task in tasks])
     goals: dict[str, Json] = {
-        each.found.task.id: [print_ltl(goal.formula) for goal in each.goals] for each in found
+        each.task.id: [print_ltl(goal.formula) for goal in of_task] for each, _, of_task in found
     }
     if as_json:
         print_json(goals)

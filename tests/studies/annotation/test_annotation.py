@@ -12,19 +12,27 @@ from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
-from eai.studies.annotation.abstract import Candidate, Title
-from eai.studies.annotation.annotated import annotate, by_title, check, differences
-from eai.studies.annotation.choosing import Listing, decide
 from eai.studies.annotation.decisions import (
     Chosen,
     Decisions,
+    Listing,
+    annotate,
+    by_title,
+    check,
+    decide,
     decisions_text,
+    differences,
     read_decisions,
     write_decisions,
 )
-from eai.studies.annotation.difference import difference
-from eai.studies.annotation.frequency import frequencies
-from eai.studies.annotation.pattern import Kind, read_pattern
+from eai.studies.annotation.demonstration import (
+    Candidate,
+    _Kind,
+    difference,
+    first_met,
+    frequencies,
+    read_pattern,
+)
 from eai.studies.annotation.quality import check_annotations
 from eai.tasks.source import Source, given
 from studies.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
@@ -61,8 +69,8 @@ def test_what_is_no_pattern_is_refused(text: str) -> None:
 
 
 def test_kinds_are_the_same_whatever_the_order_of_their_properties() -> None:
-    assert Kind(properties=("A", "B")) == Kind(properties=("B", "A"))
-    assert len({Kind(properties=("A", "B")), Kind(properties=("B", "A")), Kind("A")}) == 2
+    assert _Kind(properties=("A", "B")) == _Kind(properties=("B", "A"))
+    assert len({_Kind(properties=("A", "B")), _Kind(properties=("B", "A")), _Kind("A")}) == 2
 
 
 @pytest.mark.parametrize(
@@ -134,14 +142,14 @@ def candidate(*entries: str) -> Candidate:
 def test_the_first_candidate_that_is_met_in_all_is_assigned(
     candidates: list[tuple[str, ...]], numbers: list[int | None]
 ) -> None:
-    title = Title("Tidy up", tuple(candidate(*entries) for entries in candidates))
-    assert [title.assign(found) for found in SHARED] == numbers
+    meanings = [candidate(*entries) for entries in candidates]
+    assert [first_met(meanings, found) for found in SHARED] == numbers
 
 
 def test_goals_follow_from_all_that_meets_an_entry() -> None:
     known = Decisions(titles={"Tidy up": Chosen((candidate("lit(lamp)", "do LIGHT"),))})
     made = list(annotate(by_title(shelves().tasks(Source())), DOMAIN, known))
-    goals = [[print_ltl(goal.formula) for goal in each.goals] for each in made]
+    goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
     assert [each.problem for each in check(made)] == [
         "cup: has goals, and meets no candidate",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,11 +19,17 @@ from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTasks
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
-from eai.studies.annotation.abstract import Candidate, Title, concrete_goals
-from eai.studies.annotation.annotated import differences
-from eai.studies.annotation.difference import Difference
-from eai.studies.annotation.frequency import frequencies
-from eai.studies.annotation.pattern import Entry, Kind, Pattern
+from eai.studies.annotation.decisions import differences
+from eai.studies.annotation.demonstration import (
+    Candidate,
+    Difference,
+    Entry,
+    Pattern,
+    _Kind,
+    concrete_goals,
+    first_met,
+    frequencies,
+)
 from eai.tasks.source import Source
 from oracle import read_shared
 from sweeps import every
@@ -43,29 +49,29 @@ class Choices(NamedTuple):
         assigned: task -> the number of its candidate, or None.
     """
 
-    title: Title
+    candidates: Sequence[Candidate]
     counts: list[list[int]]
     assigned: Mapping[str, int | None]
 
 
 def choices() -> Iterator[Choices]:
     found = read_shared("oracle", "virtualhome", "annotation", "wildcard_goals.json.gz")
-    for name, values in found["categories"].items():
+    for values in found["categories"].values():
         candidates = [Candidate(tuple(_entries(each))) for each in values["candidates"]]
         counts = [
             [each["count"] for part in ("states", "exact_relations", "relations") for each in candidate[part]]
             for candidate in values["candidates"]
         ]
-        yield Choices(Title(name, tuple(candidates)), counts, values["tasks"])
+        yield Choices(candidates, counts, values["tasks"])
 
 
 def _entries(candidate: Mapping[str, Any]) -> Iterator[Entry]:
     for words in candidate["actions"]:
         yield tuple(map(Pattern, words))
     for state in candidate["states"]:
-        yield tuple(Pattern(each["state"], (Kind(each["name"]),)) for each in state["alternatives"])
+        yield tuple(Pattern(each["state"], (_Kind(each["name"]),)) for each in state["alternatives"])
     for each in candidate["exact_relations"]:
-        ends = (Kind(each["from_name"]), Kind(each["to_name"]))
+        ends = (_Kind(each["from_name"]), _Kind(each["to_name"]))
         yield (Pattern(PREDICATE_OF_RELATION[each["relation"]], ends),)
     for each in candidate["relations"]:
         yield tuple(
@@ -76,8 +82,8 @@ def _entries(candidate: Mapping[str, Any]) -> Iterator[Entry]:
         )
 
 
-def _kind(values: Mapping[str, Any]) -> Kind:
-    return Kind(values["class"]) if "class" in values else Kind(properties=tuple(values["properties"]))
+def _kind(values: Mapping[str, Any]) -> _Kind:
+    return _Kind(values["class"]) if "class" in values else _Kind(properties=tuple(values["properties"]))
 
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, Difference]:
@@ -88,11 +94,11 @@ def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, Differenc
 @every(6)
 def test_all_342_concrete_goals_follow(virtualhome_tasks: VirtualHomeTasks, every: int) -> None:
     right, expected = 0, 0
-    for title, _, assigned in list(choices())[::every]:
+    for candidates, _, assigned in list(choices())[::every]:
         numbers = {task_id: number for task_id, number in assigned.items() if number is not None}
         expected += len(numbers)
         for task_id, found in shown(virtualhome_tasks, list(numbers)).items():
-            goals = concrete_goals(found, title.candidates[numbers[task_id]])
+            goals = concrete_goals(found, candidates[numbers[task_id]])
             right += set(goals) == set(virtualhome_tasks[task_id].goals)
     assert right == expected
     assert expected == 342 or every > 1
@@ -103,13 +109,13 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
     tasks = open_demonstrations(Path(WHEEL))
     as_assigned, counted, entries = 0, 0, 0
     by_hand = set()
-    for title, counts, assigned in choices():
+    for candidates, counts, assigned in choices():
         found = shown(tasks, list(assigned))
-        given = {task_id: title.assign(each) for task_id, each in found.items()}
+        given = {task_id: first_met(candidates, each) for task_id, each in found.items()}
         as_assigned += sum(given[task_id] == number for task_id, number in assigned.items())
         by_hand |= {task_id for task_id, number in assigned.items() if given[task_id] != number}
         table = frequencies(found.values(), ["NEXT_TO"])
-        for candidate, known in zip(title.candidates, counts, strict=True):
+        for candidate, known in zip(candidates, counts, strict=True):
             again = [sum(table[pattern] for pattern in entry) for entry in candidate.world]
             counted += sum(one == other for one, other in zip(again, known, strict=True))
             entries += len(again)

@@ -18,18 +18,34 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from eai.abilities.options import misfit
+from eai.abilities.task import Goal, Task
 from eai.data.files import write_whole
-from eai.errors import InputError
-from eai.studies.annotation.abstract import Candidate, Title
-from eai.studies.annotation.pattern import Entry, Pattern, read_pattern
+from eai.errors import InputError, did_you_mean
+from eai.logic.ltl_printer import print_ltl
+from eai.studies.annotation.demonstration import (
+    Candidate,
+    Difference,
+    Entry,
+    Pattern,
+    concrete_goals,
+    difference,
+    first_met,
+    frequencies,
+    properties,
+    read_pattern,
+)
+from eai.tasks.source import Finding
+from eai.world.domain import Domain
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -68,9 +84,9 @@ class Decisions:
     without: tuple[str, ...] = ()
     titles: Mapping[str, Chosen] = field(default_factory=dict)
 
-    def of(self, title: str) -> Title:
-        """The abstract goal of a title; without candidates where nothing was decided."""
-        return Title(title, self.titles.get(title, Chosen()).candidates)
+    def candidates_of(self, title: str) -> tuple[Candidate, ...]:
+        """The meanings of a title; none where nothing was decided."""
+        return self.titles.get(title, Chosen()).candidates
 
     def deciding(self, title: str, chosen: Chosen) -> Decisions:
         """The same with other decisions about one title."""
@@ -162,3 +178,199 @@ def decisions_text(decisions: Decisions) -> str:
 def _strings(values: tuple[Pattern, ...] | tuple[str, ...]) -> str:
     """A list of texts on one line; the strings of JSON are strings of TOML."""
     return json.dumps([str(value) for value in values])
+
+
+HELP = """\
+keep N ...      each of these must be so
+or N N ...      one of these must be so
+drop N ...      these mean nothing
+add PATTERN     one that is not listed, or: add do TOUCH or do PUSH
+new             what follows is of another candidate
+undo            take the last command back
+done            leave; every decision is saved at once"""
+
+COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
+
+
+@dataclass(frozen=True)
+class Listing:
+    """What the demonstrations of a title share.
+
+    Attributes:
+        differences: what each of them changes.
+        domain: their world.
+        without: predicates that are not counted.
+    """
+
+    differences: Sequence[Difference]
+    domain: Domain
+    without: Sequence[str] = ()
+
+    @cached_property
+    def counts(self) -> Mapping[Pattern, int]:
+        """In how many demonstrations each pattern occurs, the most frequent first."""
+        found: Counter[Pattern] = Counter()
+        for each in self.differences:
+            found.update(set(frequencies([each], self.without)))
+        order = frequencies(self.differences, self.without)
+        return {pattern: found[pattern] for pattern in sorted(order, key=lambda each: -found[each])}
+
+    @cached_property
+    def numbered(self) -> Sequence[Pattern]:
+        """The patterns by their numbers, which stay the same whatever is decided; the first has number 1."""
+        return tuple(self.counts)
+
+    def open(self, chosen: Chosen) -> list[int]:
+        """The numbers of patterns of which nothing is decided yet."""
+        decided = chosen.decided
+        return [number for number, pattern in enumerate(self.numbered, 1) if pattern not in decided]
+
+
+def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
+    """The decisions after one more command, other than ``undo`` and ``done``.
+
+    Raises:
+        InputError: it is no command.
+    """
+    word, _, rest = command.strip().partition(" ")
+    match word:
+        case "keep":
+            return _with_entries(chosen, [(pattern,) for pattern in _named(rest, listing)])
+        case "or":
+            return _with_entries(chosen, [tuple(_named(rest, listing))])
+        case "drop":
+            kept = dict.fromkeys((*chosen.dropped, *_named(rest, listing)))
+            return replace(chosen, dropped=tuple(kept))
+        case "add":
+            return _with_entries(chosen, [_alternatives(rest, listing)])
+        case "new":
+            return replace(chosen, candidates=(*chosen.candidates, Candidate(())))
+        case _:
+            raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
+
+
+def _named(text: str, listing: Listing) -> list[Pattern]:
+    """The patterns of these numbers."""
+    found = []
+    for word in text.replace(",", " ").split():
+        if not word.isdecimal() or not 1 <= int(word) <= len(listing.numbered):
+            raise InputError(f"{word!r}: expected a number from 1 to {len(listing.numbered)}")
+        found.append(listing.numbered[int(word) - 1])
+    if not found:
+        raise InputError("expected the number of a line, or several")
+    return found
+
+
+def _alternatives(text: str, listing: Listing) -> Entry:
+    patterns = _entry([part.strip() for part in text.split(" or ")])
+    for pattern in patterns:
+        _refuse_strangers(pattern, listing)
+    return patterns
+
+
+def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
+    """Refuse a pattern of an action, or of a predicate, that there is not.
+
+    Raises:
+        InputError: the domain does not declare it, or not as something that changes.
+    """
+    arity = len(pattern.kinds)
+    if pattern.is_action:
+        _refuse_unknown(pattern.name, [operator.name for operator in domain.operators], "action")
+    else:
+        names = [
+            each.name for each in domain.vocabulary.predicates if each.arity == arity and not each.static
+        ]
+        _refuse_unknown(pattern.name, names, f"changing predicate of {arity}")
+
+
+def _refuse_strangers(pattern: Pattern, listing: Listing) -> None:
+    """Raise if a pattern names what is not there."""
+    refuse_unknown_name(pattern, listing.domain)
+    classes = {thing.category for each in listing.differences for thing in each.scene.objects}
+    good_for = properties(listing.domain.vocabulary)
+    for kind in pattern.kinds:
+        if kind.name:
+            _refuse_unknown(kind.name, sorted(classes), "class")
+        for name in kind.properties:
+            _refuse_unknown(name, good_for, "property")
+
+
+def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
+    if name not in known:
+        raise InputError(f"{name!r} is no {noun}{did_you_mean(name, known)}")
+
+
+def _with_entries(chosen: Chosen, entries: Sequence[Entry]) -> Chosen:
+    """The decisions with entries in the last candidate."""
+    *before, last = chosen.candidates or (Candidate(()),)
+    return replace(chosen, candidates=(*before, Candidate((*last.entries, *entries))))
+
+
+Annotation: TypeAlias = tuple[Difference, int | None, tuple[Goal, ...]]
+"""What decisions make of a demonstration: what it changes, the number of the candidate that it meets, from 0,
+and the goals that follow for its task; None and no goals if it meets none."""
+
+
+def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, list[Task]]:
+    """The tasks with a plan by their titles, or those of one.
+
+    Raises:
+        InputError: there is no such title, or none has a plan.
+    """
+    found: dict[str, list[Task]] = {}
+    for task in tasks.values():
+        if task.script:
+            found.setdefault(task.title, []).append(task)
+    if title is not None and title not in found:
+        raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(found))}")
+    if not found:
+        raise InputError("no task has a plan, which is what a demonstration is")
+    return found if title is None else {title: found[title]}
+
+
+def differences(tasks: Iterable[Task], domain: Domain) -> list[Difference]:
+    """What each demonstration changes.
+
+    Raises:
+        InputError: a plan cannot be carried out.
+    """
+    return [difference(task, domain) for task in tasks]
+
+
+def annotate(
+    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Decisions
+) -> Iterator[Annotation]:
+    """What decisions make of each demonstration, title by title.
+
+    Raises:
+        InputError: a plan cannot be carried out, or what was decided is about what is not declared.
+    """
+    for name, tasks in titles.items():
+        candidates = decisions.candidates_of(name)
+        for candidate in candidates:
+            for pattern in (each for entry in candidate.entries for each in entry):
+                _refuse(name, pattern, domain)
+        for found in differences(tasks, domain):
+            number = first_met(candidates, found)
+            yield found, number, () if number is None else concrete_goals(found, candidates[number])
+
+
+def _refuse(title: str, pattern: Pattern, domain: Domain) -> None:
+    try:
+        refuse_unknown_name(pattern, domain)
+    except InputError as error:
+        raise InputError(f"title {title!r}: {pattern}: {error}") from error
+
+
+def check(annotations: Iterable[Annotation]) -> Iterator[Finding]:
+    """Where the goals of tasks are not those that follow from the decisions."""
+    for found, candidate, goals in annotations:
+        task = found.task
+        ours, theirs = set(goals), set(task.goals)
+        if candidate is None and theirs:
+            yield Finding(task.title, f"{task.id}: has goals, and meets no candidate")
+        elif ours != theirs:
+            lacks = [f"lacks {print_ltl(goal.formula)}" for goal in goals if goal not in theirs]
+            more = [f"has {print_ltl(goal.formula)} besides" for goal in task.goals if goal not in ours]
+            yield Finding(task.title, f"{task.id}: {', '.join([*lacks, *more])}")

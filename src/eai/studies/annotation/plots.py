@@ -6,34 +6,38 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from eai.results.plots import ACCENT, INK, clipped
-from eai.studies.annotation.ratings import Quality
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from eai.results.table import Table
 
 _PANEL = (2.3, 2.0)
 _COLUMNS = 3
 
 
-def draw(found: Sequence[Quality]) -> Figure:
-    """Draw the histograms."""
+def draw(tables: Sequence[Table]) -> Figure:
+    """Draw the histograms of the tables of the analysis."""
     from matplotlib.figure import Figure
 
-    columns = min(_COLUMNS, len(found))
-    rows = -(-len(found) // columns)
+    attributes, scores = (table.by_name() for table in tables)
+    columns = min(_COLUMNS, len(attributes))
+    rows = -(-len(attributes) // columns)
     figure = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True).flatten()
-    for panel, each in zip(panels, found, strict=False):
-        panel.set_title(clipped(each.attribute))
-        panel.bar(list(each.histogram), list(each.histogram.values()), width=0.8, color=ACCENT)
-        for score, count in each.histogram.items():
+    for panel, each in zip(panels, attributes, strict=False):
+        name = str(each["attribute"])
+        counts = {row["score"]: row["ratings"] for row in scores if row["attribute"] == name}
+        panel.set_title(clipped(name))
+        panel.bar(list(counts), list(counts.values()), width=0.8, color=ACCENT)
+        for score, count in counts.items():
             if count:
                 panel.annotate(str(count), (score, count), ha="center", va="bottom", fontsize=6.5, color=INK)
-        panel.set_xticks(list(each.histogram))
-        panel.set_xlabel(f"mean {each.mean:.2f}, n = {each.ratings}")
+        panel.set_xticks(list(counts))
+        panel.set_xlabel(f"mean {each['mean']:.2f}, n = {each['ratings']}")
     for panel in panels[::columns]:
         panel.set_ylabel("ratings")
         panel.yaxis.get_major_locator().set_params(integer=True)
-    for panel in panels[len(found) :]:
+    for panel in panels[len(attributes) :]:
         panel.set_visible(False)
     return figure

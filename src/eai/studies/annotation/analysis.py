@@ -1,4 +1,4 @@
-"""How good annotations are, by people who rated them (paper, "Annotation Quality").
+"""Annotations: how good they are, by people who rated them (paper, "Annotation Quality").
 
 A rater gives a task's annotation 1 to 5 points in some attributes. Ratings come in a CSV file with the
 columns task, rater, attribute and score. How far raters agree is the spread of their ratings of one thing,
@@ -83,7 +83,7 @@ class _Rating:
 
 
 @dataclass(frozen=True, slots=True)
-class Quality:
+class _Quality:
     """How the annotations were rated in one attribute.
 
     Attributes:
@@ -92,7 +92,7 @@ class Quality:
         raters: by how many people.
         repeated: how many of the tasks were rated more than once; only these tell how far raters agree.
         mean: the mean of all ratings.
-        weighted_mse: how far the ratings of a task lie from their mean (`eai.studies.annotation.ratings`).
+        weighted_mse: how far the ratings of a task lie from their mean (`weighted_mse`).
         alpha: Krippendorff's alpha on an interval scale.
         histogram: score -> how often it was given.
     """
@@ -123,7 +123,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
         raise InputError(f"{path}: expected a CSV file in UTF-8") from error
 
 
-def quality(ratings: Iterable[_Rating]) -> tuple[Quality, ...]:
+def quality(ratings: Iterable[_Rating]) -> tuple[_Quality, ...]:
     """How the annotations were rated, by attribute in order of first mention."""
     by_attribute: dict[str, list[_Rating]] = {}
     for rating in ratings:
@@ -131,7 +131,13 @@ def quality(ratings: Iterable[_Rating]) -> tuple[Quality, ...]:
     return tuple(_quality(name, given) for name, given in by_attribute.items())
 
 
-def quality_table(found: Iterable[Quality]) -> Table:
+def rating_tables(ratings: Iterable[_Rating]) -> list[Table]:
+    """The tables of the analysis."""
+    found = quality(ratings)
+    return [_quality_table(found), _histogram_table(found)]
+
+
+def _quality_table(found: Iterable[_Quality]) -> Table:
     """The table of the paper, with what one must know to judge it."""
     return Table(
         "annotations",
@@ -158,7 +164,7 @@ def quality_table(found: Iterable[Quality]) -> Table:
     )
 
 
-def histogram_table(found: Iterable[Quality]) -> Table:
+def _histogram_table(found: Iterable[_Quality]) -> Table:
     """How often each score was given."""
     return Table(
         "annotation_scores",
@@ -169,13 +175,13 @@ def histogram_table(found: Iterable[Quality]) -> Table:
     )
 
 
-def _quality(attribute: str, given: list[_Rating]) -> Quality:
+def _quality(attribute: str, given: list[_Rating]) -> _Quality:
     by_task: dict[str, list[float]] = {}
     for rating in given:
         by_task.setdefault(rating.task, []).append(rating.score)
     units = tuple(by_task.values())
     counts = Counter(rating.score for rating in given)
-    return Quality(
+    return _Quality(
         attribute=attribute,
         ratings=len(given),
         tasks=len(units),
