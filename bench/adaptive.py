@@ -23,7 +23,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.adaptive import ROUND
 from eai.results.lines import by_suite
-from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
+from eai.studies.items.adaptive import ability_of, next_tasks
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
 from eai.studies.records import Records
@@ -55,17 +55,17 @@ def measured(scores: Scores, target: float) -> str:
         shifted = fitted.difficulties - fitted.abilities.mean()
         difficulties = dict(zip(scores.tasks, map(float, shifted), strict=True))
         own = dict(zip(scores.tasks, map(float, scores.matrix[held]), strict=True))
-        copies = NearCopies(names, variance_between(others, fitted, scores.names))
+        variance = variance_between(others, fitted, scores.names)
 
         def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
             return next_tasks(ROUND, asked, difficulties, names)
 
-        known = Known(difficulties, copies)
+        known = Known(difficulties, names, variance)
         asked = ask(own, known, target, informative)
-        found, whole = known.ability(asked), known.ability(own)
+        (found, error), (whole, _) = known.ability(asked), known.ability(own)
         sizes.append(len(asked))
-        distances.append(found.value - whole.value)
-        within += abs(distances[-1]) <= 1.96 * found.error
+        distances.append(found - whole)
+        within += abs(distances[-1]) <= 1.96 * error
         drawn += [len(ask(own, known, target, shuffled(own, seed))) for seed in range(DRAWS)]
     distance = sqrt(fmean(each * each for each in distances))
     return (
@@ -78,16 +78,17 @@ class Known(NamedTuple):
     """What the other models tell of the tasks."""
 
     difficulties: Numbers
-    copies: NearCopies
+    names: Mapping[str, str]
+    variance: float
 
-    def ability(self, scores: Numbers) -> Estimated:
-        return ability_of(scores, self.difficulties, self.copies)
+    def ability(self, scores: Numbers) -> tuple[float, float]:
+        return ability_of(scores, self.difficulties, self.names, self.variance)
 
 
 def ask(own: Numbers, known: Known, target: float, choose: Choose) -> dict[str, float]:
     """The answers of a run."""
     asked: dict[str, float] = {}
-    while len(asked) < len(own) and (not asked or known.ability(asked).error > target):
+    while len(asked) < len(own) and (not asked or known.ability(asked)[1] > target):
         asked |= {task: own[task] for task in choose(asked)}
     return asked
 

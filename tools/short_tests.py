@@ -30,7 +30,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.results.lines import by_suite
 from eai.results.rate import Rate
-from eai.studies.items import adaptive, short_tests
+from eai.studies.items import adaptive
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
 from eai.studies.records import Records
@@ -52,7 +52,7 @@ def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     answers = Records(tuple(map(Path, sys.argv[1:]))).tables().answers
-    tests: dict[str, list[str]] = _read(short_tests.FILE)
+    tests: dict[str, list[str]] = _read(adaptive.SHORT_TESTS)
     difficulties: dict[str, dict[str, Any]] = _read(adaptive.FILE)
     for suite, of_suite in by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
@@ -68,7 +68,7 @@ def main() -> None:
             f"{each.ordered.percent:.1f} {each.distance:.1f}" for each in (found.chosen, found.drawn)
         )
         print(f"{name:40} {models}  chosen {chosen}  drawn {drawn}", flush=True)
-    for file, content in ((short_tests.FILE, tests), (adaptive.FILE, difficulties)):
+    for file, content in ((adaptive.SHORT_TESTS, tests), (adaptive.FILE, difficulties)):
         text = json.dumps(dict(sorted(content.items())), indent=1)
         (FOLDER / file).write_text(text + "\n", encoding="utf-8")
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eai.results.table import Estimate
-from eai.studies.cofactors.correlation import rank_correlation
-from eai.studies.cofactors.logit import fit_logit
+from eai.studies.cofactors.effects import fit_logit, rank_correlation
 from eai.studies.items.analysis import Scores, ability_estimate
 from eai.studies.items.rasch import fit_rasch
 
@@ -46,7 +45,7 @@ def log_odds(run: Sequence[Answer]) -> Estimate:
     """The effect of the cofactor, as the adjusted table has it."""
     columns = np.array([[e.cofactor, *(float(e.model == m) for m in range(MODELS))] for e in run])
     found = fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])
-    return Estimate(None) if found is None else Estimate(found[0].value, found[0].low, found[0].high)
+    return Estimate(None) if found is None else found[0]
 
 
 def correlation(run: Sequence[Answer]) -> Estimate:

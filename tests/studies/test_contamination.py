@@ -13,7 +13,7 @@ from eai.abilities.verdict import GoalTallies, PlanVerdict, Tally
 from eai.cli import app
 from eai.results.table import Estimate
 from eai.scoring.records import write_records
-from eai.studies.contamination.analysis import Pair, contamination_table
+from eai.studies.contamination.analysis import contamination_table
 from studies.told import told_tables
 
 
@@ -34,7 +34,7 @@ FRESH = [record("world-fresh", i, 4, i < 5) for i in range(20)]
 
 
 def test_only_alike_tasks_are_set_beside_each_other() -> None:
-    (row,) = contamination_table([Pair("m", "world", PUBLIC, FRESH)]).rows
+    (row,) = contamination_table([("m", "world", PUBLIC, FRESH)]).rows
     _, _, public, _, public_alike, fresh_alike, difference, *tasks = row
     assert (public.value, public_alike, fresh_alike) == (40.0, 80.0, 25.0)  # type: ignore[union-attr]
     assert tasks == [10, 20]

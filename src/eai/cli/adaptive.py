@@ -15,14 +15,7 @@ from eai.prompts.prompt import Prompt
 from eai.results.table_files import write_files
 from eai.run.job import Endpoint
 from eai.scoring.epochs import SuiteResult
-from eai.studies.items.adaptive import (
-    Estimated,
-    NearCopies,
-    ability_of,
-    item_difficulties,
-    next_tasks,
-    variance_between_names,
-)
+from eai.studies.items.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 
 ROUND = 5
 """How many tasks are asked at a time, which costs hardly a task more than one by one."""
@@ -64,7 +57,7 @@ def obtain_adaptively(
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
     tasks = suite.benchmark.tasks(suite.source)
     names = {task_id: tasks[task_id].title for task_id in difficulties}
-    copies = NearCopies(names, variance_between_names(suite.domain, suite.ability))
+    variance = variance_between_names(suite.domain, suite.ability)
     chosen: list[str] = []
     scores: dict[str, float] = {}
     while True:
@@ -78,7 +71,7 @@ def obtain_adaptively(
             if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
             if record.verdict.excluded is None
         }
-        found = ability_of(scores, difficulties, copies)
+        found = ability_of(scores, difficulties, names, variance)
         if found.error <= target or result.failures or len(chosen) == len(difficulties):
             break
     _write(result, found, target, chosen)
@@ -87,15 +80,16 @@ def obtain_adaptively(
     return result
 
 
-def _write(result: SuiteResult, found: Estimated, target: float, chosen: Sequence[str]) -> None:
-    content = {"ability": found.value, "error": found.error, "target": target, "tasks": list(chosen)}
+def _write(result: SuiteResult, found: tuple[float, float], target: float, chosen: Sequence[str]) -> None:
+    ability, error = found
+    content = {"ability": ability, "error": error, "target": target, "tasks": list(chosen)}
     write_files(result.folder, {FILE: json.dumps(content, indent=1) + "\n"})
 
 
-def _told(result: SuiteResult, found: Estimated, tasks: int) -> str:
-    suite = result.suite
+def _told(result: SuiteResult, found: tuple[float, float], tasks: int) -> str:
+    suite, (ability, error) = result.suite, found
     return (
-        f"{result.model}, {suite.domain} {suite.ability.value}: ability {found.value:+.2f} logits, standard "
-        f"error {found.error:.2f}, from {tasks} of {len(suite.task_ids)} tasks. 0 is the mean of nine models "
+        f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, standard "
+        f"error {error:.2f}, from {tasks} of {len(suite.task_ids)} tasks. 0 is the mean of nine models "
         "of 2024; percentages are of tasks that were chosen to be neither easy nor hard for this model."
     )

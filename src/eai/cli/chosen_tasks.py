@@ -9,7 +9,7 @@ from eai.benchmark.suite import Suite
 from eai.cli.options import listed
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
-from eai.studies.items.short_tests import SHORT, short_test
+from eai.studies.items.adaptive import SHORT, short_test
 
 
 def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:

@@ -262,6 +262,13 @@ def by_model(lines: Sequence[L]) -> dict[str, list[L]]:
     return models if len(models) < 2 else {TOGETHER: list(lines), **models}
 
 
+def by_run(lines: Iterable[L]) -> Iterator[tuple[tuple[str, str, str, str], list[L]]]:
+    """The lines of each suite and model, as `by_model` has them, with the cells that name them."""
+    for suite, of_suite in by_suite(lines).items():
+        for model, of_model in by_model(of_suite).items():
+            yield (*suite, model), of_model
+
+
 def score_of(answer: AnswerLine) -> Share:
     """The share that an answer adds to the score that its ability is first judged by: success, else F1."""
     if answer.success is not None:

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from eai.results.certainty import Cases, certainty_of_rate
+from eai.results.certainty import Cases, certainty_of_difference, certainty_of_rate
 from eai.results.rate import Rate, rate_of
 
 Plain: TypeAlias = str | int | float | bool | None
@@ -46,6 +46,15 @@ class Estimate:
         rate, certainty = rate_of(case.share for case in cases), certainty_of_rate(cases)
         low, high = (None, None) if certainty is None else certainty.interval
         return cls(rate.percent, low, high, rate.numerator, rate.denominator)
+
+    @classmethod
+    def of_difference(cls, before: Cases, after: Cases) -> Estimate:
+        """The second rate minus the first, in percentage points."""
+        percents = [rate_of(case.share for case in cases).percent for cases in (before, after)]
+        certainty = certainty_of_difference(before, after)
+        if percents[0] is None or percents[1] is None:
+            return cls(None)
+        return cls(percents[1] - percents[0], *((None, None) if certainty is None else certainty.interval))
 
     @classmethod
     def of_rate(cls, rate: Rate) -> Estimate:

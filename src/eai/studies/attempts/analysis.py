@@ -18,7 +18,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import of_all
 from eai.errors import InputError
 from eai.results.breakdown import outcome
-from eai.results.certainty import Case, Cases, certainty_of_difference
+from eai.results.certainty import Case, Cases
 from eai.results.rate import rate_of
 from eai.results.summary import after, cases_of, name_of
 from eai.results.table import Cell, Estimate, Table
@@ -184,7 +184,9 @@ def _worth(arms: Sequence[Arm]) -> Table:
         seeds = [seed for seed in arm.runs if seed in control.runs]
         for number in range(1, arm.attempts + 1):
             one, other = _shared(control, arm, number, seeds)
-            rows.append((arm.name, number, Estimate.of(one), Estimate.of(other), _difference(one, other)))
+            rows.append(
+                (arm.name, number, Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other))
+            )
     return Table(
         "worth",
         "What feedback is worth",
@@ -243,16 +245,6 @@ def _shared(
                 one.append(before[case.task])
                 other.append(case)
     return one, other
-
-
-def _difference(one: Cases, other: Cases) -> Estimate:
-    """The second rate minus the first, in percentage points."""
-    before, after_it = (rate_of(case.share for case in cases).percent for cases in (one, other))
-    certainty = certainty_of_difference(one, other)
-    if before is None or after_it is None:
-        return Estimate(None)
-    low, high = (None, None) if certainty is None else certainty.interval
-    return Estimate(after_it - before, low, high)
 
 
 def _percent(cases: Cases) -> float | None:

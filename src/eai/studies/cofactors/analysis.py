@@ -27,14 +27,14 @@ from eai.results.lines import (
     StepLine,
     SuiteKey,
     by_model,
+    by_run,
     by_suite,
     case_of,
 )
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Table
 from eai.results.tidy import Tables
-from eai.studies.cofactors.correlation import rank_correlation
-from eai.studies.cofactors.logit import Effect, fit_logit
+from eai.studies.cofactors.effects import fit_logit, rank_correlation
 
 STEPS = "annotated_steps"
 
@@ -67,23 +67,23 @@ _NICE = (1, 2, 5)
 
 
 @dataclass(frozen=True, slots=True)
-class Column:
+class _Column:
     """A column of the adjusted table: a feature, and how it enters."""
 
     name: str
     value: Callable[[AnswerLine], float | None]
 
 
-def _log(feature: str) -> Column:
+def _log(feature: str) -> _Column:
     def value(answer: AnswerLine) -> float | None:
         number = getattr(answer, feature)
         return math.log(number) if number else None
 
-    return Column(f"log {feature}", value)
+    return _Column(f"log {feature}", value)
 
 
-def _count(feature: str) -> Column:
-    return Column(feature, lambda answer: getattr(answer, feature))
+def _count(feature: str) -> _Column:
+    return _Column(feature, lambda answer: getattr(answer, feature))
 
 
 def _has_tools(answer: AnswerLine) -> float | None:
@@ -96,7 +96,7 @@ ADJUSTED = (
     _count("ground_state_goals"),
     _count("ground_action_goals"),
     _log("objects"),
-    Column("any tool_steps", _has_tools),
+    _Column("any tool_steps", _has_tools),
     _count("quantified_goals"),
 )
 """What the adjusted table takes together."""
@@ -110,9 +110,9 @@ def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = Measu
         width: how many lengths of the annotated plan stand together; 10 are the paper's bins.
         measure: what features are set against.
     """
-    suites: dict[SuiteKey, list[Counted]] = {}
+    suites: dict[SuiteKey, list[_Counted]] = {}
     for suite, answers in by_suite(tables.answers).items():
-        counted = [Counted(answer, case_of(answer, MEASURES[measure](answer))) for answer in answers]
+        counted = [_Counted(answer, case_of(answer, MEASURES[measure](answer))) for answer in answers]
         suites[suite] = [each for each in counted if each.case.share.denominator]
     return [
         _adjusted(by_suite(tables.answers)),
@@ -123,7 +123,7 @@ def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = Measu
     ]
 
 
-class Counted(NamedTuple):
+class _Counted(NamedTuple):
     """An answer with what it adds to the measure."""
 
     answer: AnswerLine
@@ -152,7 +152,7 @@ def _decade(value: int) -> tuple[int, int]:
     return (2, 9) if power == 1 else (power, 10 * power - 1)
 
 
-def _curves(suites: Mapping[SuiteKey, Sequence[Counted]], width: int) -> Table:
+def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, answers in suites.items():
         models = _by_model(answers)
@@ -176,7 +176,7 @@ def _curves(suites: Mapping[SuiteKey, Sequence[Counted]], width: int) -> Table:
 
 
 def _curve(
-    feature: str, answers: Iterable[Counted], bins: Mapping[int, tuple[int, int]]
+    feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[int, int]]
 ) -> Iterator[tuple[Cell, ...]]:
     binned: dict[tuple[int, int], list[Case]] = {}
     for answer, case in answers:
@@ -188,7 +188,7 @@ def _curve(
         yield low, high, Estimate.of(cases), tasks, tasks < FEW
 
 
-def _by_model(answers: Sequence[Counted]) -> dict[str, list[Counted]]:
+def _by_model(answers: Sequence[_Counted]) -> dict[str, list[_Counted]]:
     shares = {id(each.answer): each for each in answers}
     return {
         model: [shares[id(line)] for line in lines]
@@ -196,7 +196,7 @@ def _by_model(answers: Sequence[Counted]) -> dict[str, list[Counted]]:
     }
 
 
-def _correlations(suites: Mapping[SuiteKey, Sequence[Counted]]) -> Table:
+def _correlations(suites: Mapping[SuiteKey, Sequence[_Counted]]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, answers in suites.items():
         for model, found in _by_model(answers).items():
@@ -211,9 +211,9 @@ def _correlations(suites: Mapping[SuiteKey, Sequence[Counted]]) -> Table:
     )
 
 
-def _correlated(answers: Iterable[Counted]) -> Iterator[tuple[Cell, ...]]:
+def _correlated(answers: Iterable[_Counted]) -> Iterator[tuple[Cell, ...]]:
     """For each feature that varies its name, its correlation with the scores of tasks, and their number."""
-    tasks: dict[str, list[Counted]] = {}
+    tasks: dict[str, list[_Counted]] = {}
     for each in answers:
         tasks.setdefault(each.answer.task, []).append(each)
     scores = {t: fmean(Rate(*e.case.share).share or 0 for e in found) for t, found in tasks.items()}
@@ -263,7 +263,7 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[tuple[Cell, ...]]:
     whole = fit_logit(np.column_stack([*spread.values(), dummies]), success, clusters)
     for number, (name, values) in enumerate(spread.items()):
         alone = fit_logit(np.column_stack([values, dummies]), success, clusters)
-        yield name, _told(alone, 0), _told(whole, number), len(rows), len(set(clusters))
+        yield name, _effect(alone, 0), _effect(whole, number), len(rows), len(set(clusters))
 
 
 def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
@@ -274,11 +274,8 @@ def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
     return [model for model, outcomes in found.items() if len(outcomes) == 2]
 
 
-def _told(effects: Sequence[Effect] | None, number: int) -> Estimate:
-    if effects is None:
-        return Estimate(None)
-    effect = effects[number]
-    return Estimate(effect.value, effect.low, effect.high)
+def _effect(effects: Sequence[Estimate] | None, number: int) -> Estimate:
+    return Estimate(None) if effects is None else effects[number]
 
 
 def _by_action(steps: Sequence[StepLine]) -> Table:
@@ -311,12 +308,11 @@ def _rates(
 ) -> tuple[tuple[Cell, ...], ...]:
     """For each suite, model and name the share of lines that count."""
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite(lines).items():
-        for model, found in by_model(of_suite).items():
-            cases: dict[str, list[Case]] = {}
-            for line in found:
-                for name in names_of(line):
-                    cases.setdefault(name, []).append(case_of(line, of_all(counts(line))))
-            for name, of_name in sorted(cases.items()):
-                rows.append((*suite, model, name, Estimate.of(of_name), len({case.task for case in of_name})))
+    for key, found in by_run(lines):
+        cases: dict[str, list[Case]] = {}
+        for line in found:
+            for name in names_of(line):
+                cases.setdefault(name, []).append(case_of(line, of_all(counts(line))))
+        for name, of_name in sorted(cases.items()):
+            rows.append((*key, name, Estimate.of(of_name), len({case.task for case in of_name})))
     return tuple(rows)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict, Share, of_all
@@ -34,7 +34,7 @@ REMARKS = (
 )
 
 
-class Placed(NamedTuple):
+class _Placed(NamedTuple):
     """What one task contributes to a rate, and what it is like."""
 
     case: Case
@@ -64,7 +64,7 @@ class _MatchedDifference:
         return self.second - self.first
 
 
-def matched_difference(first: Sequence[Placed], second: Sequence[Placed]) -> _MatchedDifference | None:
+def matched_difference(first: Sequence[_Placed], second: Sequence[_Placed]) -> _MatchedDifference | None:
     """The difference of two rates where the tasks are alike; None if they never are."""
     sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
     ones = [_apart(case, "first") for case, stratum in first if stratum in others]
@@ -88,20 +88,8 @@ def _percent(cases: Sequence[Case]) -> float:
     return 0.0 if rate.percent is None else rate.percent
 
 
-class Pair(NamedTuple):
-    """A model's answers to public tasks and to fresh ones.
-
-    Attributes:
-        model: who answered.
-        suite: what both are of, in words.
-        public: the records of the public tasks.
-        fresh: those of the fresh ones.
-    """
-
-    model: str
-    suite: str
-    public: Sequence[Record]
-    fresh: Sequence[Record]
+Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
+"""A model, its suite in words, its records of public tasks, and those of fresh ones."""
 
 
 def contamination_table(pairs: Sequence[Pair]) -> Table:
@@ -140,7 +128,7 @@ def _rows(pairs: Sequence[Pair]) -> Iterator[tuple[Cell, ...]]:
             yield (model, suite, *rates, found.first, found.second, difference, *found.tasks)
 
 
-def _placed(records: Sequence[Record]) -> Iterator[Placed]:
+def _placed(records: Sequence[Record]) -> Iterator[_Placed]:
     """What each task contributes, and its stratum; tasks that are in no statistics are left out."""
     for record in records:
         verdict, task = record.verdict, record.task
@@ -148,7 +136,7 @@ def _placed(records: Sequence[Record]) -> Iterator[Placed]:
             kinds = () if verdict.goals is None else tuple([tally.total > 0 for tally in verdict.goals])
             steps = None if task.annotated_steps is None else _bin(task.annotated_steps, STEPS)
             case = Case(record.task_id, task.name, of_all(verdict.success))
-            yield Placed(case, (steps, _bin(task.goals, GOALS), kinds))
+            yield _Placed(case, (steps, _bin(task.goals, GOALS), kinds))
 
 
 def _bin(number: int, bounds: Sequence[int]) -> int:

@@ -33,7 +33,6 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:
     from eai.abilities.declaration import declaration_of
-    from eai.studies.contamination.analysis import Pair
 
     for public in runs:
         for fresh in runs:
@@ -41,7 +40,7 @@ def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:
             alike = one._replace(domain=other.domain) == other and declaration_of(one.ability).has_plans
             if alike and other.domain.startswith(f"{one.domain}-"):
                 suite = f"{other.domain} {one.ability.value}"
-                yield Pair(one.name, suite, public.records, fresh.records)
+                yield one.name, suite, public.records, fresh.records
 
 
 CONTAMINATION = Study(

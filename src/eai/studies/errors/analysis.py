@@ -16,6 +16,7 @@ from eai.results.lines import (
     AnswerLine,
     ClauseLine,
     by_model,
+    by_run,
     by_suite,
     case_of,
     shares_by_kind,
@@ -34,7 +35,7 @@ _KINDS = ("state", "relation", "action")
 _VERDICTS = ("matched", "additional", "missing")
 
 
-class Leaf(NamedTuple):
+class _Leaf(NamedTuple):
     """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and which one."""
 
     stage: str
@@ -42,19 +43,19 @@ class Leaf(NamedTuple):
     detail: str = ""
 
 
-def leaf_of(answer: AnswerLine) -> Leaf:
+def leaf_of(answer: AnswerLine) -> _Leaf:
     """What an answer came to; every answer is at one leaf."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
-            return Leaf("grammar", answer.outcome)
+            return _Leaf("grammar", answer.outcome)
         case AnswerOutcome.HALLUCINATION:
-            return Leaf("grammar", answer.outcome, _unknown(answer))
+            return _Leaf("grammar", answer.outcome, _unknown(answer))
         case AnswerOutcome.GOAL_MISSED if answer.executable:
-            return Leaf("goal", answer.outcome, "+".join(_missed(answer)))
+            return _Leaf("goal", answer.outcome, "+".join(_missed(answer)))
         case _ if answer.outcome in RUNTIME:
-            return Leaf("runtime", answer.outcome)
+            return _Leaf("runtime", answer.outcome)
         case _:
-            return Leaf(answer.outcome)
+            return _Leaf(answer.outcome)
 
 
 def _unknown(answer: AnswerLine) -> str:
@@ -110,7 +111,7 @@ def _leaves(answers: Sequence[AnswerLine]) -> Table:
         "Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that"
         " of the error that ended it. Of a missed goal the detail says which kinds of goals are not "
         "reached.",
-        (*SUITE, MODEL, *Leaf._fields, "answers"),
+        (*SUITE, MODEL, *_Leaf._fields, "answers"),
         tuple(rows),
     )
 
@@ -118,18 +119,17 @@ def _leaves(answers: Sequence[AnswerLine]) -> Table:
 _STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
 
 
-def _order(leaf: Leaf) -> tuple[int, Leaf]:
+def _order(leaf: _Leaf) -> tuple[int, _Leaf]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
 def _why(answers: Sequence[AnswerLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite([a for a in answers if a.outcome in RUNTIME]).items():
-        for model, lines in by_model(of_suite).items():
-            checks = [line.error_check or "" for line in lines]
-            times = Counter(checks)
-            shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
-            rows += [(*suite, model, check, share) for check, share in shares]
+    for key, lines in by_run([a for a in answers if a.outcome in RUNTIME]):
+        checks = [line.error_check or "" for line in lines]
+        times = Counter(checks)
+        shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
+        rows += [(*key, check, share) for check, share in shares]
     return Table(
         "why",
         "Which precondition is overlooked",
@@ -143,10 +143,9 @@ def _why(answers: Sequence[AnswerLine]) -> Table:
 
 def _additional(answers: Sequence[AnswerLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite([a for a in answers if a.additional_steps is not None]).items():
-        for model, lines in by_model(of_suite).items():
-            cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
-            rows.append((*suite, model, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines)))
+    for key, lines in by_run([a for a in answers if a.additional_steps is not None]):
+        cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
+        rows.append((*key, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines)))
     return Table(
         "additional",
         "Additional steps",
@@ -159,15 +158,14 @@ def _additional(answers: Sequence[AnswerLine]) -> Table:
 
 def _clauses(clauses: Sequence[ClauseLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite(clauses).items():
-        for model, lines in by_model(of_suite).items():
-            parts: dict[tuple[str, str], list[ClauseLine]] = {}
-            for line in lines:
-                for category in line.categories.split():
-                    parts.setdefault((line.side, category), []).append(line)
-            for part, found in sorted(parts.items()):
-                counts = [sum(line.verdict == verdict for line in found) for verdict in _VERDICTS]
-                rows.append((*suite, model, *part, *counts, _written_to_gold(found)))
+    for key, lines in by_run(clauses):
+        parts: dict[tuple[str, str], list[ClauseLine]] = {}
+        for line in lines:
+            for category in line.categories.split():
+                parts.setdefault((line.side, category), []).append(line)
+        for part, found in sorted(parts.items()):
+            counts = [sum(line.verdict == verdict for line in found) for verdict in _VERDICTS]
+            rows.append((*key, *part, *counts, _written_to_gold(found)))
     return Table(
         "clauses",
         "Over- and understatement of operators",
@@ -193,15 +191,12 @@ def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
 
 def _predicates(clauses: Sequence[ClauseLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite([c for c in clauses if c.verdict != "matched"]).items():
-        for model, lines in by_model(of_suite).items():
-            counts: dict[tuple[str, str, str], int] = {}
-            for line in lines:
-                for predicate in line.predicates.split():
-                    key = (line.side, line.verdict, predicate)
-                    counts[key] = counts.get(key, 0) + 1
-            found = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
-            rows += [(*suite, model, *key, count) for key, count in found]
+    for key, lines in by_run([c for c in clauses if c.verdict != "matched"]):
+        counts = Counter(
+            (line.side, line.verdict, name) for line in lines for name in line.predicates.split()
+        )
+        found = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
+        rows += [(*key, *place, count) for place, count in found]
     return Table(
         "predicates",
         "Predicates of operators that are missing, or too much",
@@ -215,7 +210,7 @@ def _predicates(clauses: Sequence[ClauseLine]) -> Table:
 def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, of_suite in by_suite(answers).items():
-        found: dict[Leaf, list[AnswerLine]] = {}
+        found: dict[_Leaf, list[AnswerLine]] = {}
         for answer in of_suite:
             found.setdefault(leaf_of(answer), []).append(answer)
         for leaf in sorted(found, key=_order):
@@ -227,7 +222,7 @@ def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) 
         "examples",
         "Examples",
         "The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.",
-        (*SUITE, *Leaf._fields, "answered_by", "task", "check", "objects"),
+        (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"),
         tuple(rows),
     )
 
@@ -263,7 +258,7 @@ def _errors(answers: Sequence[AnswerLine]) -> Table:
         "Every error",
         "A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how"
         " many steps the data set's own plan has.",
-        (*SUITE, MODEL, "task", "name", *Leaf._fields, "check", "objects", "step", "annotated_steps"),
+        (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
         rows,
         shown=0,
     )

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
-from eai.results.lines import MODEL, SUITE, AtomLine, by_model, by_suite, case_of, shares_by_kind
+from eai.results.lines import MODEL, SUITE, AtomLine, by_run, by_suite, case_of, shares_by_kind
 from eai.results.table import Cell, Estimate, Table
 from eai.results.task_book import Reason
 
@@ -22,14 +22,13 @@ def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
 
 def _by_predicate(atoms: Sequence[AtomLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite(atoms).items():
-        for model, lines in by_model(of_suite).items():
-            names: dict[str, list[AtomLine]] = {}
-            for line in lines:
-                names.setdefault(line.predicate, []).append(line)
-            for name, found in sorted(names.items(), key=lambda pair: (-_asked(pair[1]), pair[0])):
-                counts = Counter(line.verdict for line in found)
-                rows.append((*suite, model, name, *(counts[v] for v in _VERDICTS), *_scores(found)))
+    for key, lines in by_run(atoms):
+        names: dict[str, list[AtomLine]] = {}
+        for line in lines:
+            names.setdefault(line.predicate, []).append(line)
+        for name, found in sorted(names.items(), key=lambda pair: (-_asked(pair[1]), pair[0])):
+            counts = Counter(line.verdict for line in found)
+            rows.append((*key, name, *(counts[v] for v in _VERDICTS), *_scores(found)))
     return Table(
         "by_predicate",
         "Goals by predicate",
@@ -61,11 +60,10 @@ def _case(line: AtomLine) -> Case:
 
 def _reasons(atoms: Sequence[AtomLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite([a for a in atoms if a.reason is not None]).items():
-        for model, lines in by_model(of_suite).items():
-            reasons = [str(line.reason) for line in lines]
-            shares = shares_by_kind(lines, reasons, [reason.value for reason in Reason])
-            rows += [(*suite, model, reason, share) for reason, share in shares]
+    for key, lines in by_run([a for a in atoms if a.reason is not None]):
+        reasons = [str(line.reason) for line in lines]
+        shares = shares_by_kind(lines, reasons, [reason.value for reason in Reason])
+        rows += [(*key, reason, share) for reason, share in shares]
     return Table(
         "reasons",
         "Where wrong goals come from",
@@ -81,13 +79,10 @@ def _reasons(atoms: Sequence[AtomLine]) -> Table:
 
 def _wrong(atoms: Sequence[AtomLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for suite, of_suite in by_suite([a for a in atoms if a.verdict == WRONG]).items():
-        for model, lines in by_model(of_suite).items():
-            counts = Counter((line.predicate, line.reason) for line in lines)
-            for (predicate, reason), count in sorted(
-                counts.items(), key=lambda pair: (-pair[1], str(pair[0]))
-            ):
-                rows.append((*suite, model, predicate, reason, count))
+    for key, lines in by_run([a for a in atoms if a.verdict == WRONG]):
+        counts = Counter((line.predicate, line.reason) for line in lines)
+        for (predicate, reason), count in sorted(counts.items(), key=lambda pair: (-pair[1], str(pair[0]))):
+            rows.append((*key, predicate, reason, count))
     return Table(
         "wrong",
         "What is made up most",

@@ -1,11 +1,15 @@
-"""A test that chooses its tasks as it goes: the most informative next, until an ability is known well enough.
+"""A test that chooses its tasks as it goes, and short tests, the same for everybody.
+
+Both are made by ``tools/short_tests.py`` from answers of nine of the paper's models under ``strict``. Short
+tests are forty tasks of a suite that stand for all of it. The other one asks the most informative task next,
+until an ability is known well enough.
 
 The difficulties of tasks are known from nine of the paper's models under ``strict``, by the Rasch model
 (`eai.studies.items.rasch`): in logits from the mean ability of these models, with the variance of a model's
 ability between names, for action sequencing and subgoal decomposition, whose answers are right or wrong
-without a planner; ``tools/short_tests.py`` writes them. A task tells most of a model whose chance to solve it
-is even: its Fisher information is p (1 - p). Near copies of a task say less than that, for a model fails or
-solves them together, so that of the tasks whose name was asked least often the most informative comes next.
+without a planner. A task tells most of a model whose chance to solve it is even: its Fisher information is
+p (1 - p). Near copies of a task say less than that, for a model fails or solves them together, so that of the
+tasks whose name was asked least often the most informative comes next.
 """
 
 from __future__ import annotations
@@ -14,15 +18,16 @@ import json
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import TypedDict
+from typing import NamedTuple, TypedDict
 
 from eai.abilities.protocol import Ability
 
 FILE = "item_difficulties.json"
-
+SHORT_TESTS = "short_tests.json"
+SHORT = "short"
+"""What the command line calls short tests."""
 
 _STEPS = 100
 
@@ -54,9 +59,8 @@ def _known() -> dict[str, _Suite]:
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class Estimated:
-    """What is known of a model's ability, in logits.
+class _Ability(NamedTuple):
+    """A model's ability, in logits.
 
     Attributes:
         value: the ability of highest posterior density; before anything is known it is standard normal.
@@ -67,33 +71,22 @@ class Estimated:
     error: float
 
 
-@dataclass(frozen=True, slots=True)
-class NearCopies:
-    """Which tasks are near copies of each other, and what these have in common for a model.
-
-    Attributes:
-        names: what near copies share, for each task.
-        variance: how much the ability of one model varies from name to name, in squared logits
-            (`eai.studies.items.rasch.variance_between`); 0 if tasks are independent.
-    """
-
-    names: Mapping[str, str]
-    variance: float
-
-
-INDEPENDENT = NearCopies({}, 0.0)
-
-
 def ability_of(
-    scores: Mapping[str, float], difficulties: Mapping[str, float], copies: NearCopies = INDEPENDENT
-) -> Estimated:
+    scores: Mapping[str, float],
+    difficulties: Mapping[str, float],
+    names: Mapping[str, str] | None = None,
+    variance: float = 0.0,
+) -> _Ability:
     """The ability of a model.
 
     Args:
         scores: what it was asked, each with its score from 0 to 1.
         difficulties: at least those of these tasks.
-        copies: tasks that tell less together than each alone. They raise the error, by the design effect:
-            each name adds the square of its share of the information, times the variance between names.
+        names: what near copies share, by task: they tell less together than each alone. They raise the error,
+            by the design effect: each name adds the square of its share of the information, times the
+            variance between names.
+        variance: how much the ability of one model varies from name to name, in squared logits
+            (`eai.studies.items.rasch.variance_between`); 0 if tasks are independent.
     """
     value = 0.0
     for _ in range(_STEPS):
@@ -103,19 +96,20 @@ def ability_of(
         value += max(-1.0, min(1.0, change))
         if abs(change) < _SMALL:
             break
-    return Estimated(value, math.sqrt(1 / information + _between(value, scores, difficulties, copies)))
+    between = variance * _concentration(value, scores, difficulties, names or {})
+    return _Ability(value, math.sqrt(1 / information + between))
 
 
-def _between(
-    ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], copies: NearCopies
+def _concentration(
+    ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], names: Mapping[str, str]
 ) -> float:
-    """The variance of the ability from which names were asked, and how much each told."""
-    told: defaultdict[str, float] = defaultdict(float)
+    """How unevenly the information is from names: 1 where all is from one, 1/n where it is from n alike."""
+    informed: defaultdict[str, float] = defaultdict(float)
     for task in scores:
         p = _chance(ability, difficulties[task])
-        told[copies.names.get(task, task)] += p * (1 - p)
-    whole = sum(told.values())
-    return copies.variance * sum((each / whole) ** 2 for each in told.values()) if whole else 0.0
+        informed[names.get(task, task)] += p * (1 - p)
+    whole = sum(informed.values())
+    return sum((each / whole) ** 2 for each in informed.values()) if whole else 0.0
 
 
 def next_tasks(
@@ -143,3 +137,14 @@ def next_tasks(
 
 def _chance(ability: float, difficulty: float) -> float:
     return 1 / (1 + math.exp(difficulty - ability))
+
+
+def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
+    """The ids of the tasks of a suite's short test, in the order of the data set; none if it has none."""
+    return _short_tests().get(f"{domain}/{ability.value}", ())
+
+
+@cache
+def _short_tests() -> dict[str, tuple[str, ...]]:
+    text = (resources.files("eai.studies.items") / SHORT_TESTS).read_text(encoding="utf-8")
+    return {suite: tuple(tasks) for suite, tasks in json.loads(text).items()}

@@ -17,9 +17,9 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.record import Perceived, Record
 from eai.abilities.verdict import Share
 from eai.errors import InputError
-from eai.results.certainty import Case, Cases, certainty_of_difference
+from eai.results.certainty import Case, Cases
 from eai.results.perceived import perception_shares
-from eai.results.rate import Rate, rate_of
+from eai.results.rate import Rate
 from eai.results.summary import cases_of
 from eai.results.table import Cell, Estimate, Table
 
@@ -113,11 +113,8 @@ class PerceptionRuns:
         without = [self.plain[case.task] for case in cases if case.task in self.plain]
         if not without or len(without) < len(cases):
             return (len(cases), Estimate.of(cases), Estimate(None), Estimate(None))
-        certainty = certainty_of_difference(cases, without)
-        before, after = rate_of(c.share for c in without).percent, rate_of(c.share for c in cases).percent
-        cost = None if before is None or after is None else before - after
-        bounds = (None, None) if certainty is None else certainty.interval
-        return (len(cases), Estimate.of(cases), Estimate.of(without), Estimate(cost, *bounds))
+        cost = Estimate.of_difference(cases, without)
+        return (len(cases), Estimate.of(cases), Estimate.of(without), cost)
 
 
 def perception_runs(runs: Sequence[Sequence[Record]], metric: str | None = None) -> PerceptionRuns:

@@ -27,7 +27,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
 from eai.planning.search import Limits
-from eai.results.certainty import Case, certainty_of_difference
+from eai.results.certainty import Case
 from eai.results.comparison import Difference, compare
 from eai.results.paper_tables import paper_models, paper_setting, paper_table
 from eai.results.rate import rate_of
@@ -122,7 +122,14 @@ class Pipeline:
             p_value = differences[metric].p_value if metric in differences else None
             figures = self.paper.get(metric, (None, None)) if self.paper else ()
             rows.append(
-                (metric, Estimate.of(one), Estimate.of(other), _difference(one, other), p_value, *figures)
+                (
+                    metric,
+                    Estimate.of(one),
+                    Estimate.of(other),
+                    Estimate.of_difference(one, other),
+                    p_value,
+                    *figures,
+                )
             )
         columns = ("metric", "modular", "pipeline", "difference", "p")
         return Table(
@@ -164,7 +171,7 @@ class Pipeline:
             len(one),
             Estimate.of(one),
             Estimate.of(other),
-            _difference(one, other),
+            Estimate.of_difference(one, other),
             success.p_value,
             len(success.only_first),
             len(success.only_second),
@@ -259,16 +266,6 @@ _PERFECT = (
     "strict: a yardstick and no bound, since a model may reach goals that it did not state."
 )
 _ONLY = ("only modular", "only pipeline")
-
-
-def _difference(one: Sequence[Case], other: Sequence[Case]) -> Estimate:
-    """The second rate minus the first, in percentage points."""
-    before, after = (rate_of(case.share for case in cases).percent for cases in (one, other))
-    certainty = certainty_of_difference(one, other)
-    if before is None or after is None:
-        return Estimate(None)
-    low, high = (None, None) if certainty is None else certainty.interval
-    return Estimate(after - before, low, high)
 
 
 def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
