@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.results.table import Table
 from eai.results.tidy import TableMaker
-from eai.studies.errors.analysis import Leaf, error_tables, leaf_of
+from eai.studies.errors.analysis import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
 from oracle import MODELS
 from report.samples import action_run, goal_run, operator_run, subgoal_run
@@ -24,22 +24,22 @@ def rows(table: Table) -> list[dict[str, Any]]:
 @pytest.mark.parametrize(
     ("changes", "leaf"),
     [
-        ({"outcome": "success"}, Leaf("success")),
-        ({"outcome": "not_answered"}, Leaf("not_answered")),
-        ({"outcome": "parsing"}, Leaf("grammar", "parsing")),
+        ({"outcome": "success"}, _Leaf("success")),
+        ({"outcome": "not_answered"}, _Leaf("not_answered")),
+        ({"outcome": "parsing"}, _Leaf("grammar", "parsing")),
         (
             {"outcome": "hallucination", "error_check": "unknown_object"},
-            Leaf("grammar", "hallucination", "object"),
+            _Leaf("grammar", "hallucination", "object"),
         ),
-        ({"outcome": "wrong_order"}, Leaf("runtime", "wrong_order")),
+        ({"outcome": "wrong_order"}, _Leaf("runtime", "wrong_order")),
         (
             {"outcome": "goal_missed", "executable": True, "state_met": 0.5, "state_total": 1.0},
-            Leaf("goal", "goal_missed", "state"),
+            _Leaf("goal", "goal_missed", "state"),
         ),
-        ({"outcome": "goal_missed", "executable": None}, Leaf("goal_missed")),
+        ({"outcome": "goal_missed", "executable": None}, _Leaf("goal_missed")),
     ],
 )
-def test_every_answer_is_at_one_leaf(changes: dict[str, Any], leaf: Leaf) -> None:
+def test_every_answer_is_at_one_leaf(changes: dict[str, Any], leaf: _Leaf) -> None:
     maker = TableMaker(Source(Store()))
     maker.add(action_run())
     answer = replace(maker.tables.answers[0], relation_met=None, error_check=None)

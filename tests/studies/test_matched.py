@@ -8,13 +8,13 @@ import pytest
 
 from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
-from eai.studies.contamination.analysis import Placed, matched_difference
+from eai.studies.contamination.analysis import _Placed, matched_difference
 
 
-def placed(which: str, *strata: tuple[str, int, int]) -> list[Placed]:
+def placed(which: str, *strata: tuple[str, int, int]) -> list[_Placed]:
     """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
     return [
-        Placed(Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", of_all(i < right)), stratum)
+        _Placed(Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", of_all(i < right)), stratum)
         for stratum, right, wrong in strata
         for i in range(right + wrong)
     ]
@@ -39,7 +39,7 @@ def test_nothing_alike_is_no_difference() -> None:
 
 def test_tasks_of_one_name_are_one_unit() -> None:
     public, fresh = placed("p", ("a", 20, 20)), placed("f", ("a", 20, 20))
-    copies = [Placed(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
+    copies = [_Placed(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
     apart, together = matched_difference(public, fresh), matched_difference(copies, fresh)
     assert apart is not None
     assert together is not None
@@ -55,7 +55,7 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
         chances = {"a": 0.8, "b": 0.3}
         sets = [
             [
-                Placed(Case(f"{w}{i}", f"{w}{i}", of_all(rng.random() < chances[s])), s)
+                _Placed(Case(f"{w}{i}", f"{w}{i}", of_all(rng.random() < chances[s])), s)
                 for i in range(80)
                 for s in ["a" if rng.random() < share else "b"]
             ]
