@@ -10,7 +10,7 @@ from eai.households.behavior.subgoal_notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State
 from subgoal_scorers import behavior_subgoals
 

@@ -33,7 +33,7 @@ from eai.results.coverage import errata_effect
 from eai.scoring.batch import Settings, score_run
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
-from eai.world.past import Past
+from eai.world.history import Past
 from oracle import MODELS, Oracle
 
 ROOT = Path(__file__).parents[2]

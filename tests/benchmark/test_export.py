@@ -23,7 +23,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
 from eai.world.fault import FaultKind
-from eai.world.past import Past
+from eai.world.history import Past
 from protocols import of_reference
 from sweeps import sweep, swept
 

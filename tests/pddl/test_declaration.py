@@ -15,7 +15,7 @@ from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import read_domain, read_problem
 from eai.world.execution import Action, Fault, attempt
 from eai.world.fault import FaultKind
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State
 from pddl.random_pddl import DOMAINS, PROBLEMS
 from sweeps import examples

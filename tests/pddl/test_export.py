@@ -29,8 +29,8 @@ from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import Action, Fault, attempt
 from eai.world.frame import AGENT
+from eai.world.history import Past
 from eai.world.operator import Operator, Try, additional, affordance, missing
-from eai.world.past import Past
 from eai.world.relation import bits
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary

@@ -9,8 +9,8 @@ from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.execution import Action, attempt
+from eai.world.history import Past
 from eai.world.operator import Operator
-from eai.world.past import Past
 from eai.world.state import Fact, State
 from world import toy
 

@@ -11,7 +11,7 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action, attempt, execute
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State
 from world import toy
 from world.toy import X, at, holding

@@ -21,7 +21,7 @@ from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, attempt, describe, execute
 from eai.world.fault import FaultKind
-from eai.world.past import Past
+from eai.world.history import Past
 
 FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
 NAMES = ("blocksworld", "logistics", "gripper", "library")

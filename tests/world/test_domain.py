@@ -12,9 +12,8 @@ from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
 from eai.world.execution import Action, Fault, Trajectory, attempt, execute
 from eai.world.fault import FaultKind
-from eai.world.history import HistoryRule, each_held_before, was_possible_before
+from eai.world.history import HistoryRule, Past, each_held_before, was_possible_before
 from eai.world.operator import Operator, Try, additional, affordance, in_paper_order, missing
-from eai.world.past import Past
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy

@@ -13,7 +13,7 @@ from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effects
 from eai.world.execution import Action, Fault, attempt
 from eai.world.frame import AGENT, Frame
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 from protocols import of_reference

@@ -40,7 +40,7 @@ from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source, TaskSet
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt, execute
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import Fact, State
 
 _TRIES = 5_000

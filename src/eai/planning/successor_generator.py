@@ -83,6 +83,6 @@ def applicable_actions(
 ) -> Iterator[Action]:
     """The actions by an operator on some objects that no check forbids in a state."""
     compiled = domain.compiled[operator.name]
-    for arguments in domain.applicability[operator.name].arguments(state, objects):
+    for arguments in domain.applicability[operator.name](state, objects):
         if not compiled.tries or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

@@ -30,9 +30,8 @@ from eai.world.episode import Episode, Luck, Notice, Slip, Slips
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
-from eai.world.history import each_held_before, was_possible_before
+from eai.world.history import Past, each_held_before, was_possible_before
 from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
-from eai.world.past import Past
 from eai.world.state import Change, Fact, Scene, State, WorldObject, change
 from eai.world.vocabulary import Predicate, Vocabulary
 

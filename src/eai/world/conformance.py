@@ -30,8 +30,8 @@ from eai.world.effect import ANYTHING, Add, Delete, Effect, When
 from eai.world.execution import Action, Fault, attempt, describe
 from eai.world.fault import FaultKind
 from eai.world.frame import Frame
+from eai.world.history import Past
 from eai.world.operator import Operator
-from eai.world.past import Past
 from eai.world.state import State, change
 from eai.world.vocabulary import Vocabulary
 

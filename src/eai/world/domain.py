@@ -9,7 +9,7 @@ from functools import cached_property
 from eai.errors import DomainError
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.condition import Conditions
-from eai.world.executable import Applicability, CompiledOperator
+from eai.world.executable import Arguments, CompiledOperator, applicability
 from eai.world.fault import FaultKind
 from eai.world.frame import Frame
 from eai.world.history import HistoryRule, each_held_before
@@ -77,9 +77,9 @@ class Domain:
         return compiled
 
     @cached_property
-    def applicability(self) -> Mapping[str, Applicability]:
+    def applicability(self) -> Mapping[str, Arguments]:
         """With which objects no check of an operator fails, by its name."""
-        return {operator.name: Applicability(operator, self.vocabulary) for operator in self.operators}
+        return {operator.name: applicability(operator, self.vocabulary) for operator in self.operators}
 
     def operator(self, name: str) -> Operator | None:
         """The operator of this name, or None."""

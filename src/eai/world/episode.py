@@ -13,7 +13,7 @@ from eai.errors import InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State
 
 

@@ -10,8 +10,8 @@ from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding
+from eai.world.history import Past
 from eai.world.operator import Check
-from eai.world.past import Past
 from eai.world.reading import Readings
 from eai.world.state import Scene, State
 

@@ -11,7 +11,7 @@ from eai.households.behavior import domain as behavior
 from eai.households.behavior.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant
 from eai.world.execution import Action, attempt, execute
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.relation import bits
 from eai.world.state import State
 from households.behavior.kitchen import actions, make_task

@@ -6,7 +6,7 @@ from eai.households.virtualhome import domain as virtualhome
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt
 from eai.world.fault import FaultKind
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State, change
 from households.virtualhome import flat
 from protocols import of_reference

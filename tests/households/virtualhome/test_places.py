@@ -10,7 +10,7 @@ from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
 from eai.world.domain import Domain
 from eai.world.execution import attempt
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import Scene, State, WorldObject
 from households.virtualhome import flat
 from protocols import of_reference

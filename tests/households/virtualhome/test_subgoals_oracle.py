@@ -19,7 +19,7 @@ from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Formula, Occurs, Then
 from eai.logic.traversal import walk
 from eai.world.execution import Action, attempt
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 from subgoal_scorers import virtualhome_subgoals

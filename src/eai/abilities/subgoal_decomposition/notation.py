@@ -23,7 +23,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.world.derived import is_a
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import Fact, Scene, State, change
 
 _UNSPEAKABLE = re.compile(r"\W")

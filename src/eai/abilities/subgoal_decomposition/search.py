@@ -44,8 +44,8 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
 from eai.world.frame import UNBOUND, Frame, Truth
+from eai.world.history import Past
 from eai.world.operator import Check
-from eai.world.past import Past
 from eai.world.state import Scene, State
 
 _ARGUMENTS = (f.Variable("argument 1"), f.Variable("argument 2"))

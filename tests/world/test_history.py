@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from eai.world.past import Past
+from eai.world.history import Past
 from eai.world.state import State
 from world import toy
 
