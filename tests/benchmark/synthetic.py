@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from eai.data.source import Archive
+from eai.data.source import Archive, Bundle
 from eai.households.published_files import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES, TEMPLATE_SOURCE
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
@@ -55,15 +55,8 @@ class MadeTask:
     final: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class MemoryBundle:
-    files: Mapping[str, bytes]
-
-    def names(self) -> tuple[str, ...]:
-        return tuple(self.files)
-
-    def read(self, path: str) -> bytes:
-        return self.files[path]
+def bundle(files: Mapping[str, bytes]) -> Bundle:
+    return Bundle(tuple(files), files.__getitem__)
 
 
 ROOM, LAMP, CHARACTER, SOFA, CUP = (

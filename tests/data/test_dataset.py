@@ -13,10 +13,9 @@ from tempfile import TemporaryDirectory
 import pytest
 from filelock import FileLock
 
-from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, info, open_pack
 from eai.data.progress import Progress, Report, Stage
-from eai.data.source import Archive
+from eai.data.source import Archive, Bundle
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, VIRTUALHOME, Pack

@@ -12,9 +12,8 @@ import pytest
 
 from benchmark.synthetic import build_sdist
 from eai.data import source
-from eai.data.bundle import open_bundle
 from eai.data.progress import Progress, Stage, silent
-from eai.data.source import Archive, download, find, installer
+from eai.data.source import Archive, download, find, installer, open_bundle
 from eai.errors import DataError
 from eai.households.packs import EAI_EVAL
 
@@ -42,7 +41,7 @@ def test_a_source_distribution_is_downloaded_without_running_it(index: Path, tar
     path = download(archive, target, silent, PIP)
     with open_bundle(path) as bundle:
         assert bundle.read("problems/one.bddl") == b"(define)"
-        assert set(bundle.names()) == {"PKG-INFO", "setup.py", "problems/one.bddl"}
+        assert set(bundle.names) == {"PKG-INFO", "setup.py", "problems/one.bddl"}
         with pytest.raises(DataError, match="no file absent"):
             bundle.read("absent")
     assert not witness.exists()

@@ -4,7 +4,7 @@ from itertools import product
 
 from hypothesis import given
 
-from eai.world.executable import Applicability
+from eai.world.executable import applicability
 from world import toy
 from world.random_domains import Case, cases
 
@@ -24,6 +24,6 @@ def test_no_check_fails_of_what_is_found_and_one_fails_of_all_else(case: Case) -
 def test_only_some_objects_are_asked_about() -> None:
     start = toy.initial()
     hall, shed = (start.scene.index[name] for name in ("hall", "shed"))
-    go = Applicability(toy.GO, toy.DOMAIN.vocabulary)
-    assert list(go.arguments(start, [hall, shed])) == [(shed,)]
-    assert list(go.arguments(start, [hall])) == []
+    go = applicability(toy.GO, toy.DOMAIN.vocabulary)
+    assert list(go(start, [hall, shed])) == [(shed,)]
+    assert list(go(start, [hall])) == []

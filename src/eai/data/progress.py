@@ -1,4 +1,4 @@
-"""Progress of a long operation, told to its caller so that a command line can draw a bar."""
+"""Progress of a long operation, reported to its caller so that a command line can draw a bar."""
 
 from __future__ import annotations
 

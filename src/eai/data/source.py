@@ -1,27 +1,139 @@
 """Obtain the published archives: from disk, or with the user's own pip or uv, and only as published.
 
 An archive is pinned by its SHA-256. pip does the download, since it knows the user's indexes, proxies and
-certificates; it is told to neither resolve dependencies nor build anything. A pack is a file of the store:
-what archives it is made from, and how.
+certificates; it neither resolves dependencies nor builds anything. A pack is a file of the store:
+the archives it is made from, and how.
+
+Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip, a source
+distribution a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the digest
+of every file; each file is checked against it when read.
 """
 
 from __future__ import annotations
 
+import base64
+import csv
 import hashlib
 import importlib.util
 import os
 import shutil
 import subprocess  # runs pip or uv with fixed arguments
 import sys
+import tarfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
-from eai.data.bundle import Bundle, read_record, record_sha256
 from eai.data.progress import Progress, Report, Stage
 from eai.errors import DataError
+
+
+@dataclass(frozen=True, slots=True)
+class Bundle:
+    """Named files; paths use `/` and, in a source distribution, leave out the top folder.
+
+    Attributes:
+        names: all files, in the order of the archive.
+        read: gives the content of one; a `DataError` where it is not there, or damaged.
+    """
+
+    names: tuple[str, ...]
+    read: Callable[[str], bytes]
+
+
+def _in_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
+    """The content of a file in a wheel."""
+    try:
+        return archive.read(path)
+    except (KeyError, zipfile.BadZipFile) as error:
+        raise DataError(f"{archive.filename}: no readable file {path} ({error})") from error
+
+
+def _in_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
+    """The content of a file of an unpacked wheel, whose digests are as in `RECORD`."""
+    try:
+        content = (folder / path).read_bytes()
+    except OSError as error:
+        raise DataError(f"{folder}: no readable file {path} ({error.strerror})") from error
+    if digests.get(path) != _record_digest(content):
+        raise DataError(f"{folder / path}: content differs from the published file")
+    return content
+
+
+def _in_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
+    """The content of a file of a source distribution."""
+    try:
+        return files[path]
+    except KeyError as error:
+        raise DataError(f"{archive}: no file {path}") from error
+
+
+def _record_digest(content: bytes) -> str:
+    """SHA-256 as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
+    return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
+
+
+def read_record(folder: Path) -> dict[str, str]:
+    """Path -> digest of the published files of an unpacked (or installed) wheel.
+
+    Lines that an installer adds (its own metadata, byte code) are left out, so that an installed package
+    gives the same mapping as the unpacked wheel.
+    """
+    digests: dict[str, str] = {}
+    for record in sorted(folder.glob("*.dist-info/RECORD")):
+        for path, digest, _size in csv.reader(record.read_text(encoding="utf-8").splitlines()):
+            own = ".dist-info/" in path or path.endswith(".pyc") or path.startswith("..")
+            if digest.startswith("sha256=") and not own:
+                digests[path] = digest.removeprefix("sha256=")
+    return digests
+
+
+def record_sha256(digests: dict[str, str]) -> str:
+    """One SHA-256 for all files of a wheel, to pin an unpacked one by."""
+    lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
+    return hashlib.sha256(lines.encode()).hexdigest()
+
+
+@contextmanager
+def open_bundle(path: Path) -> Iterator[Bundle]:
+    """Open an archive or an unpacked wheel whose digest has been verified.
+
+    Raises:
+        DataError: it cannot be read as an archive.
+    """
+    if path.is_dir():
+        digests = read_record(path)
+        yield Bundle(tuple(digests), partial(_in_folder, path, digests))
+    elif path.suffix == ".whl":
+        try:
+            archive = zipfile.ZipFile(path)
+        except (OSError, zipfile.BadZipFile) as error:
+            raise DataError(f"{path}: not a readable wheel ({error})") from error
+        with archive:
+            yield Bundle(tuple(archive.namelist()), partial(_in_wheel, archive))
+    else:
+        files = _tar_files(path)
+        yield Bundle(tuple(files), partial(_in_source, path, files))
+
+
+def _tar_files(path: Path) -> dict[str, bytes]:
+    """The files of a source distribution, read whole, since a gzipped tar has no index; these are small."""
+    files: dict[str, bytes] = {}
+    try:
+        with tarfile.open(path, "r:gz") as archive:
+            for member in archive:
+                content = archive.extractfile(member) if member.isfile() else None
+                if content is not None:
+                    files[member.name.partition("/")[2]] = content.read()
+    except (OSError, tarfile.TarError, EOFError) as error:
+        raise DataError(f"{path}: not a readable source distribution ({error})") from error
+    return files
+
 
 Convert = Callable[[Mapping[str, Bundle], Report], dict[str, bytes]]
 """(archive's name -> its files, progress) -> member -> content. Same files, same bytes; or DataError."""
@@ -150,7 +262,7 @@ def download(archive: Archive, folder: Path, report: Report, pip: Sequence[str])
     Args:
         archive: what to download.
         folder: where to; temporary files are made there too.
-        report: told how many bytes have arrived.
+        report: called with how many bytes have arrived.
         pip: the command that runs pip, as `installer` gives it.
 
     Raises:

@@ -1,4 +1,4 @@
-"""How the tasks of a benchmark are put into English, and what nobody would ask for in it.
+"""The English of a benchmark's tasks, and the goals that nobody would ask for in it.
 
 Its words come from a file of the benchmark's package; those of instructions that are the same in every world,
 and how a sentence is turned, are here.
@@ -52,9 +52,9 @@ class English:
 
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
         """Whether nobody would ask that a predicate hold of objects of these categories."""
-        told = " ".join((predicate, *categories))
-        return any(fnmatchcase(told, each) for each in self.odd) and not any(
-            fnmatchcase(told, each) for each in self.sound
+        phrase = " ".join((predicate, *categories))
+        return any(fnmatchcase(phrase, each) for each in self.odd) and not any(
+            fnmatchcase(phrase, each) for each in self.sound
         )
 
 
@@ -74,10 +74,10 @@ OPENINGS = (
     "Please arrange things so that in the end",
     "When you are done, it should be the case that",
 )
-"""How an instruction begins that says what is to be so; each says the same."""
+"""The beginnings of an instruction that states a condition; each says the same."""
 
 REQUESTS = ("Please", "Your task is to", "I would like you to")
-"""How one begins that says what to do."""
+"""The beginnings of an instruction that states an action."""
 
 SEE_TO_IT = "see to it that"
 """The words that make a request of a sentence."""
@@ -127,7 +127,7 @@ USUAL = Voice()
 
 
 def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
-    """What says that a predicate holds, the usual first: ``{x} is on top of {y}``, in the singular."""
+    """The sentences that say that a predicate holds, the usual first: ``{x} is on top of {y}``, in the singular."""
     given = english.says.get(predicate)
     if given is not None:
         return given

@@ -35,7 +35,7 @@ class ExactText:
 
     def needs(self, operator: Operator) -> str:
         """Return the conditions of an action; of several tries what one of them needs."""
-        tried = [f.And(_asked(each)) for each in operator.tries]
+        tried = [f.And(_conditions_of_try(each)) for each in operator.tries]
         none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
         asked = [check.condition for check in operator.checks]
         if tried:
@@ -44,7 +44,7 @@ class ExactText:
 
     def does(self, operator: Operator) -> str:
         """Return the effects of an action; ``nothing changes`` if it has no effect."""
-        tried = [When(f.And(_asked(each)), each.effects) for each in operator.tries]
+        tried = [When(f.And(_conditions_of_try(each)), each.effects) for each in operator.tries]
         return "; ".join(self._all((*tried, *operator.effects))) or "nothing changes"
 
     def _all(self, effects: Sequence[Effect]) -> Iterator[str]:
@@ -61,8 +61,8 @@ class ExactText:
             case Delete(atom):
                 return self.condition(f.Not(atom))
             case When(condition, effects, otherwise):
-                told = f"if {self.condition(condition)}: {self._block(effects)}"
-                return f"{told}, otherwise: {self._block(otherwise)}" if otherwise else told
+                text = f"if {self.condition(condition)}: {self._block(effects)}"
+                return f"{text}, otherwise: {self._block(otherwise)}" if otherwise else text
             case ForEach(variable, condition, effects):
                 return (
                     f"for every {variable.name} for which {self.condition(condition)}: {self._block(effects)}"
@@ -136,8 +136,8 @@ class ExactText:
         return list(found)
 
     def _joined(self, operands: Iterable[f.Formula], word: str) -> str:
-        told = list(dict.fromkeys(map(self.condition, operands)))
-        return told[0] if len(told) == 1 else f"({f' {word} '.join(told)})"
+        texts = list(dict.fromkeys(map(self.condition, operands)))
+        return texts[0] if len(texts) == 1 else f"({f' {word} '.join(texts)})"
 
     def _atom(self, atom: f.Atom, *, negated: bool = False) -> str:
         sentence = self._sentence(atom.predicate)
@@ -162,11 +162,11 @@ def conditions_of(operator: Operator) -> Iterator[f.Formula]:
     yield from (check.condition for check in operator.checks)
     yield from _conditions(operator.effects)
     for each in operator.tries:
-        yield from _asked(each)
+        yield from _conditions_of_try(each)
         yield from _conditions(each.effects)
 
 
-def _asked(tried: Try) -> tuple[f.Formula, ...]:
+def _conditions_of_try(tried: Try) -> tuple[f.Formula, ...]:
     """All that must be so where something is tried."""
     return (tried.condition, *(check.condition for check in tried.checks))
 

@@ -11,10 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
-from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, open_pack
 from eai.data.progress import Report, silent
-from eai.data.source import Archive, Pack
+from eai.data.source import Archive, Bundle, Pack
 from eai.data.store import PackFile, Store
 from eai.errors import DataError
 from eai.households.published_files import (

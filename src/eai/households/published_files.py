@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
-from eai.data.bundle import Bundle
+from eai.data.source import Bundle
 from eai.errors import DataError
 
 SCENE_PREFIX = "scene_1_"
@@ -138,7 +138,7 @@ def convert_templates(wheel: Bundle) -> dict[str, bytes]:
 def _problems(wheel: Bundle, folder: str) -> bytes:
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()
-        for name in sorted(wheel.names())
+        for name in sorted(wheel.names)
         if name.startswith(f"{folder}problem_pddl/") and name.endswith(".pddl")
     }
     return json.dumps(problems).encode()

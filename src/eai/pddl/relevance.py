@@ -24,19 +24,21 @@ _Operator = tuple[m.PddlAction, Sequence[tuple[m.AddEffect | m.DeleteEffect, tup
 def relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
     """The domain with what of its operators may matter, and of several that do the same then the first."""
     operators = [(each, list(m.effect_parts(each.effect, (each.precondition,)))) for each in domain.actions]
-    reached = _reached(operators, domain, problem)
+    reached = _reachable_predicates(operators, domain, problem)
     possible = [each for each in operators if _may_hold(each[0].precondition, reached)]
-    kept = reached & _asked(possible, domain, problem)
+    kept = reached & _relevant_predicates(possible, domain, problem)
     distinct: dict[tuple[object, ...], m.PddlAction] = {}
     for action, _ in possible:
-        effect = _kept(action.effect, kept)
+        effect = _restrict(action.effect, kept)
         if effect is not None:
             key = (action.parameters, action.precondition, effect)
             distinct.setdefault(key, replace(action, effect=effect))
     return replace(domain, actions=tuple(distinct.values()))
 
 
-def _reached(operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem) -> Set[str]:
+def _reachable_predicates(
+    operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
+) -> Set[str]:
     """The predicates of which something is true at the start, or may become so, and the derived ones."""
     reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
     additions = [
@@ -69,36 +71,40 @@ def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
             return True
 
 
-def _asked(operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem) -> Set[str]:
+def _relevant_predicates(
+    operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem
+) -> Set[str]:
     """The predicates that the goal is about, or what makes a difference to it."""
     waiting = [(part.atom.predicate, conditions) for _, parts in operators for part, conditions in parts]
     waiting += [(axiom.name, (axiom.condition,)) for axiom in domain.axioms]
-    asked, new = set[str](), _predicates(problem.goal)
-    while new - asked:
-        asked |= new
-        matter = [conditions for name, conditions in waiting if name in asked]
-        waiting = [(name, conditions) for name, conditions in waiting if name not in asked]
+    relevant_ones, new = set[str](), _predicates(problem.goal)
+    while new - relevant_ones:
+        relevant_ones |= new
+        matter = [conditions for name, conditions in waiting if name in relevant_ones]
+        waiting = [(name, conditions) for name, conditions in waiting if name not in relevant_ones]
         new = {name for conditions in matter for each in conditions for name in _predicates(each)}
-    return asked
+    return relevant_ones
 
 
 def _predicates(condition: f.Formula) -> set[str]:
     return {part.predicate for part in walk(condition) if isinstance(part, f.Atom)}
 
 
-def _kept(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:
+def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:
     """The part of an effect on atoms of some predicates; None if there is none."""
     match effect:
         case m.AddEffect(atom) | m.DeleteEffect(atom):
             return effect if atom.predicate in predicates else None
         case m.Both(parts):
-            kept = tuple([part for part in (_kept(each, predicates) for each in parts) if part is not None])
+            kept = tuple(
+                [part for part in (_restrict(each, predicates) for each in parts) if part is not None]
+            )
             return m.Both(kept) if kept else None
         case m.Each(variable, part):
-            inner = _kept(part, predicates)
+            inner = _restrict(part, predicates)
             return None if inner is None else m.Each(variable, inner)
         case m.WhenEffect(condition, part):
-            inner = _kept(part, predicates)
+            inner = _restrict(part, predicates)
             return None if inner is None else m.WhenEffect(condition, inner)
 
 

@@ -107,7 +107,7 @@ class Operator:
         description: what it does, for prompts.
         tries: where there are any, the action succeeds if one of those made succeeds, or if none is made; it
             has the effects of all that do. If all fail, what is wrong with each is reported together.
-        role: what it is for; by default told from its effects (`eai.planning.role`).
+        role: what it is for; by default inferred from its effects (`eai.planning.role`).
     """
 
     name: str

@@ -18,7 +18,7 @@ Scope: TypeAlias = Mapping[str, int]
 
 
 class Readings:
-    """The compiled formulas of one vocabulary. They are told apart by identity, so that none is hashed."""
+    """The compiled formulas of one vocabulary. They are distinguished by identity, so that none is hashed."""
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary

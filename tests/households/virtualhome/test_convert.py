@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmark.graphs import ORDERED, PlainGraph, final_graph, initial_graph
-from benchmark.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, MemoryBundle, Triple, files, graph, node
+from benchmark.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, Triple, bundle, files, graph, node
 from eai.data.progress import Progress, Stage, silent
 from eai.data.store import Store
 from eai.errors import DataError
@@ -25,7 +25,7 @@ from eai.households.virtualhome.records import (
 
 
 def converted(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
-    members = convert_tasks(MemoryBundle(files(tasks)), silent)
+    members = convert_tasks(bundle(files(tasks)), silent)
     return VirtualHome.of(Store(folder).write("virtualhome", {}, members))
 
 
@@ -95,7 +95,7 @@ def test_relevant_objects_come_in_the_order_met(tasks: VirtualHome) -> None:
 
 def test_progress_counts_tasks() -> None:
     steps: list[Progress] = []
-    convert_tasks(MemoryBundle(files()), steps.append)
+    convert_tasks(bundle(files()), steps.append)
     assert [(step.stage, step.done, step.total) for step in steps] == [
         (Stage.CONVERT, done, 3) for done in range(4)
     ]
@@ -113,7 +113,7 @@ def test_a_script_of_another_form_is_told(old: bytes, new: bytes, reason: str) -
     path = f"{PROGRAMS}executable_programs/{SCENE}1_1.txt"
     contents[path] = contents[path].replace(old, new)
     with pytest.raises(DataError, match=reason):
-        convert_tasks(MemoryBundle(contents), silent)
+        convert_tasks(bundle(contents), silent)
 
 
 IDS = st.integers(1, 4)

@@ -12,8 +12,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from eai.data.bundle import Bundle
 from eai.data.progress import Progress, Report, Stage
+from eai.data.source import Bundle
 from eai.errors import DataError, ParseError
 from eai.households.behavior.records import FLOOR, OPTIONS_MEMBER, STATE_OF_ABILITY, TASKS_MEMBER
 from eai.logic.bddl import Problem, parse_problem

@@ -13,8 +13,8 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
-from eai.data.bundle import open_bundle
 from eai.data.progress import Report, silent
+from eai.data.source import open_bundle
 from eai.data.store import Store
 from eai.english.english import english_of
 from eai.households.packs import RESOURCES, open_published

