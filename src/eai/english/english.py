@@ -127,7 +127,7 @@ USUAL = Voice()
 
 
 def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
-    """The sentences that say that a predicate holds, the usual first: ``{x} is on top of {y}``, in the singular."""
+    """The sentences for a predicate, the usual first: ``{x} is on top of {y}``, in the singular."""
     given = english.says.get(predicate)
     if given is not None:
         return given
