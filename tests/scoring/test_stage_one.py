@@ -22,7 +22,6 @@ from eai.scoring.batch import Settings, score_run
 from eai.scoring.records import write_records
 from eai.studies.pipeline.stage_one import (
     BelievedGoals,
-    Interpretations,
     believe,
     read_believed,
     read_interpretations,
@@ -41,7 +40,7 @@ def source(data_store: Store) -> Source:
 
 
 def believed(answer: str, source: Source) -> BelievedGoals:
-    return believe(Interpretations("m", {JARS: answer}), BEHAVIOR, source)
+    return believe(("m", {JARS: answer}), BEHAVIOR, source)
 
 
 def test_a_right_answer(source: Source, data_store: Store) -> None:
@@ -119,13 +118,13 @@ def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_
     responses.parent.mkdir()
     responses.write_text(json.dumps([{"identifier": JARS, "llm_output": "said"}]), encoding="utf-8")
     for path in (responses, responses.parent):
-        assert read_interpretations(path, BEHAVIOR, source) == Interpretations("alpha", {JARS: "said"})
+        assert read_interpretations(path, BEHAVIOR, source) == ("alpha", {JARS: "said"})
     runs = tmp_path / "runs"
     for model in ("alpha", "org_beta"):
         (runs / model).mkdir(parents=True)
         write_records(runs / model / "records.jsonl", goal_records(suite, model))
     alone = read_interpretations(runs / "alpha" / "records.jsonl", BEHAVIOR, source)
-    assert alone == Interpretations("alpha", {JARS: '{"node goals": [["alpha", "x"]]}'})
+    assert alone == ("alpha", {JARS: '{"node goals": [["alpha", "x"]]}'})
     assert read_interpretations(runs / "alpha", BEHAVIOR, source) == alone
     assert read_interpretations(runs, BEHAVIOR, source, "org/beta").model == "org_beta"
     with pytest.raises(InputError, match="of one model, found alpha, org_beta"):

@@ -11,8 +11,10 @@ from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.errors import InputError
 from eai.results.table import Estimate, Table
 from eai.studies.perception import plots as plot_perception
-from eai.studies.perception.analysis import PLAIN, perception_runs, perception_tables
+from eai.studies.perception.analysis import PLAIN, perception_tables
+from eai.studies.study import metric_of
 
+SUCCESS = "task_success"
 NOTHING_WRONG = Perceived(
     4, 2, 4, 0, 0, 0, 0, 3, 3, 0, 0, {"in": Confusion(2, 0, 0), "lit": Confusion(2, 0, 0)}
 )
@@ -59,7 +61,7 @@ NOISY = [
 
 
 def tables(*runs: list[Record]) -> dict[str, Table]:
-    return {table.name: table for table in perception_tables(perception_runs(runs))}
+    return {table.name: table for table in perception_tables(runs, SUCCESS)}
 
 
 def plain(row: tuple[object, ...]) -> list[object]:
@@ -121,14 +123,14 @@ def test_near_copies_are_one_unit() -> None:
 
 def test_what_cannot_be_analysed_is_refused() -> None:
     with pytest.raises(InputError, match="expected records that say what was perceived"):
-        perception_runs([PLAIN_RUN])
+        perception_tables([PLAIN_RUN], SUCCESS)
     with pytest.raises(InputError, match="metric=speed: expected one of task_success"):
-        perception_runs([NOISY], "speed")
+        metric_of(Ability.ACTION_SEQUENCING, "speed")
 
 
 def test_the_plot_has_a_point_a_run() -> None:
     pytest.importorskip("matplotlib")
-    figure = plot_perception.draw(perception_runs([PLAIN_RUN, NOISY]))
+    figure = plot_perception.draw(tables(PLAIN_RUN, NOISY)["perception_runs"], SUCCESS)
     assert figure is not None
     (panel,) = figure.axes
     points = [(line.get_xdata()[0], line.get_ydata()[0]) for line in panel.lines]

@@ -16,13 +16,15 @@ from eai.abilities.record import Record
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.results.table import Estimate, Table
-from eai.studies.prompts.analysis import PLAIN, matrix_of, prompt_tables
+from eai.studies.prompts.analysis import PLAIN, prompt_tables
+from eai.studies.study import metric_of
 from eai.world.fault import FaultKind
 from processes import eai as in_own_process
 from results.verdicts import SUCCEEDED, failed, record
 from studies.told import read_table
 from suites import answer_book
 
+SUCCESS = "task_success"
 BAD = failed(FaultKind.AFFORDANCE)
 
 
@@ -35,7 +37,7 @@ def run(model: str, successes: int, tasks: int = 20) -> list[Record]:
 def tables_of(matrix: dict[str, dict[str, int]]) -> dict[str, Table]:
     """The tables of a matrix: prompt -> model -> successes."""
     runs = [(prompt, run(model, n)) for prompt, row in matrix.items() for model, n in row.items()]
-    return {table.name: table for table in prompt_tables(matrix_of(runs), next(iter(matrix)))}
+    return {table.name: table for table in prompt_tables(runs, SUCCESS)}
 
 
 def rows(table: Table) -> list[dict[str, object]]:
@@ -86,7 +88,7 @@ def test_gains_are_paired_and_corrected() -> None:
 
 def test_cells_are_of_the_tasks_that_all_runs_have() -> None:
     runs = [("a", run("m", 5)), ("b", run("m", 5, tasks=10))]
-    cells = rows({t.name: t for t in prompt_tables(matrix_of(runs), "a")}["prompts"])
+    cells = rows({t.name: t for t in prompt_tables(runs, SUCCESS)}["prompts"])
     assert [value(row["value"]) for row in cells] == [50.0, 50.0]
     assert {value(row["format_errors"]) for row in cells} == {0.0}
 
@@ -100,15 +102,15 @@ def test_cells_are_of_the_tasks_that_all_runs_have() -> None:
 )
 def test_what_makes_no_matrix(runs: list[tuple[str, list[Record]]], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        matrix_of(runs)
+        prompt_tables(runs, SUCCESS)
 
 
 def test_unknown_metrics_and_references_are_refused() -> None:
     runs = [("a", run("m", 1)), ("b", run("m", 2))]
     with pytest.raises(InputError, match="metric=luck: expected one of"):
-        matrix_of(runs, "luck")
+        metric_of(Ability.ACTION_SEQUENCING, "luck")
     with pytest.raises(InputError, match="reference=c: expected one of a, b"):
-        prompt_tables(matrix_of(runs), "c")
+        prompt_tables(runs, SUCCESS, "c")
 
 
 def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Store, tmp_path: Path) -> None:

@@ -79,9 +79,7 @@ class FirstStage:
         outcome = self.ask(endpoint, {task_id: prompts[task_id] for task_id in wanted}, first)
         self.outcomes.append(outcome)
         answered = [record for record in outcome.records if record.unanswered is None]
-        return Interpretations(
-            file_name(endpoint.model), {record.task_id: record.response for record in answered}
-        )
+        return file_name(endpoint.model), {record.task_id: record.response for record in answered}
 
 
 def stage_two(abilities: Collection[Ability] | None) -> list[Ability]:

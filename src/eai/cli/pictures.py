@@ -49,9 +49,9 @@ def pictures(
     words = picture_words(suite.benchmark)
     chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
     for task_id in chosen:
-        picture = picture_of(suite.tasks[task_id], words, clutter)
-        drawn = png(picture.drawing) if form is Format.PNG else svg(picture.drawing)
+        drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
+        drawn = png(drawing) if form is Format.PNG else svg(drawing)
         beside = out / f"{task_id}.json"
-        write_whole({out / f"{task_id}.{form.value}": drawn, beside: f"{picture.truth.text}\n"})
+        write_whole({out / f"{task_id}.{form.value}": drawn, beside: f"{truth.text}\n"})
     message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
     tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)

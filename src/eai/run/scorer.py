@@ -46,7 +46,7 @@ from eai.scoring.majority import majority
 from eai.scoring.trials import Place, record_of_trial, replay
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.perception.scenes import PerceivedScenes, listed_scenes
-from eai.studies.pipeline.stage_one import STATED, Interpretations, believe
+from eai.studies.pipeline.stage_one import STATED, believe
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 
@@ -175,7 +175,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
         return listed_scenes(experiment.scene, suite, listed).marked(record)
     if experiment is None or experiment.goals_from is None:
         return record
-    stated = Interpretations(experiment.goals_from, {task_id: state.metadata[STATED]})
+    stated = experiment.goals_from, {task_id: state.metadata[STATED]}
     return believe(stated, suite.benchmark, suite.source).marked(record)
 
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.options import Options
+from eai.errors import InputError
 from eai.results.lines import SuiteKey
 from eai.results.plots import clipped, entitle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from eai.abilities.protocol import Ability
     from eai.abilities.verdict import Json
     from eai.results.table import Table
     from eai.scoring.runs import RunKey
@@ -88,6 +90,20 @@ def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure |
         suite = SuiteKey(key.protocol.value, key.domain, key.ability.value)
         entitle(figure, f"{suite}, {clipped(key.model)}")
     return name, figure
+
+
+def metric_of(ability: Ability, chosen: str | None) -> str:
+    """The chosen metric of an ability's main table; the first of it if None.
+
+    Raises:
+        InputError: there is no such metric.
+    """
+    from eai.abilities.declaration import declaration_of
+
+    known = declaration_of(ability).main
+    if chosen is not None and chosen not in known:
+        raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
+    return chosen or next(iter(known))
 
 
 def several(given: object) -> object:

@@ -19,7 +19,7 @@ from eai.results.summary import summarise
 from eai.results.table import Estimate
 from eai.scoring.batch import NO_ROW, Settings, score_run
 from eai.studies.pipeline.analysis import Pipeline, pooled
-from eai.studies.pipeline.stage_one import Interpretations, believe
+from eai.studies.pipeline.stage_one import believe
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
 
@@ -64,7 +64,7 @@ def runs(suite: Suite) -> dict[str, Pipeline]:
 def _runs(model: str, suite: Suite) -> Pipeline:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
-    goals = Interpretations(model, {row["identifier"]: row["response"] or "" for row in first})
+    goals = model, {row["identifier"]: row["response"] or "" for row in first}
     believed = believe(goals, benchmark, suite.source)
     alone = read_oracle("behavior", "subgoal_decomposition", model)["records"]
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]

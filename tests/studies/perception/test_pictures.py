@@ -12,9 +12,9 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.studies.perception.drawing import WIDTH, _Rectangle, _Text, png, svg, text_width
+from eai.studies.perception.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.pictures import Clutter, Picture, images_in, picture_of, picture_words
+from eai.studies.perception.pictures import Clutter, images_in, picture_of, picture_words
 from eai.studies.perception.scene_graph import ReadGraph, SceneGraph
 from eai.studies.perception.tiles import Kind, tiles_of
 from eai.tasks.source import Source
@@ -43,9 +43,9 @@ def area(text: _Text) -> _Rectangle:
     return _Rectangle(text.x, text.y, text_width(text.text, text.size), text.size, "", "")
 
 
-def check(picture: Picture) -> None:
+def check(picture: tuple[Drawing, SceneGraph]) -> None:
     """Boxes are apart or nested, and texts cross no edge and each other nowhere."""
-    drawing = picture.drawing
+    drawing, _ = picture
     boxes = [shape for shape in drawing.shapes if isinstance(shape, _Rectangle)]
     texts = [area(shape) for shape in drawing.shapes if isinstance(shape, _Text)]
     page = _Rectangle(0, 0, drawing.width, drawing.height, "", "")
@@ -87,21 +87,19 @@ def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_st
         task = tasks[task_id]
         picture = picture_of(task, words, clutter)
         check(picture)
-        perceived = perception_errors(task, words, ReadGraph(picture.truth))
+        perceived = perception_errors(task, words, ReadGraph(picture[1]))
         wrong = (perceived.missing, perceived.misplaced, perceived.unnecessary, perceived.invented)
         assert (wrong, perceived.unseen) == ((0, 0, 0, 0), 0)
-        assert {*words.describe(task).facts} <= {*picture.truth.facts}
+        assert {*words.describe(task).facts} <= {*picture[1].facts}
 
 
 def test_clutter_adds_objects() -> None:
-    sizes = [
-        len(picture_of(kitchen_task(), WORDS, clutter, objects=[1]).truth.objects) for clutter in Clutter
-    ]
+    sizes = [len(picture_of(kitchen_task(), WORDS, clutter, objects=[1])[1].objects) for clutter in Clutter]
     assert sizes == [1, 2, 4]
 
 
 def test_equal_states_give_equal_bytes() -> None:
-    one, other = (picture_of(kitchen_task(), WORDS).drawing for _ in range(2))
+    one, other = (picture_of(kitchen_task(), WORDS)[0] for _ in range(2))
     assert svg(one) == svg(other)
     assert png(one) == png(other)
     assert png(one).startswith(b"\x89PNG")

@@ -13,7 +13,6 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TypeAlias
 
-from eai.abilities.declaration import declaration_of
 from eai.abilities.record import Perceived, Record
 from eai.abilities.verdict import Share
 from eai.errors import InputError
@@ -35,7 +34,7 @@ _COSTS = ("cases", "value", "without_errors", "cost")
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class _Seen:
     """One task in one run: what was perceived, and what the answer adds to the metric."""
 
     perceived: Perceived
@@ -68,11 +67,11 @@ class Seen:
         return self.case._replace(share=share)
 
 
-Group: TypeAlias = Sequence[Seen]
+Group: TypeAlias = Sequence[_Seen]
 
 
 @dataclass(frozen=True)
-class PerceptionRuns:
+class _Runs:
     """The runs of one model on one suite that show the scene in several ways.
 
     Attributes:
@@ -84,15 +83,15 @@ class PerceptionRuns:
     runs: dict[str, Sequence[Record]]
 
     @cached_property
-    def seen(self) -> list[Seen]:
+    def seen(self) -> list[_Seen]:
         """All tasks in all runs of which it is known what was perceived."""
         return [each for name in self.runs for each in self.of_run(name)]
 
-    def of_run(self, name: str) -> list[Seen]:
+    def of_run(self, name: str) -> list[_Seen]:
         """The tasks of a run of which it is known what was perceived."""
         cases = {case.task: case for case in self.cases(name)}
         return [
-            Seen(record.perceived, cases[record.task_id])
+            _Seen(record.perceived, cases[record.task_id])
             for record in self.runs[name]
             if record.perceived is not None and record.task_id in cases
         ]
@@ -117,26 +116,22 @@ class PerceptionRuns:
         return (len(cases), Estimate.of(cases), Estimate.of(without), cost)
 
 
-def perception_runs(runs: Sequence[Sequence[Record]], metric: str | None = None) -> PerceptionRuns:
-    """The runs of one model and suite.
+def perception_tables(runs: Sequence[Sequence[Record]], metric: str) -> list[Table]:
+    """The tables of the runs of one model and suite.
 
     Args:
         runs: the records of each.
-        metric: one of the ability's main table; its first if None.
+        metric: one of the ability's.
 
     Raises:
-        InputError: there is no such metric, or none of the runs says what was perceived.
+        InputError: none of the runs says what was perceived.
     """
-    known = declaration_of(runs[0][0].ability).main
-    chosen = next(iter(known)) if metric is None else metric
-    if chosen not in known:
-        raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
-    found = PerceptionRuns(chosen, {_name(records): records for records in runs})
+    found = _Runs(metric, {_name(records): records for records in runs})
     if not found.seen:
         raise InputError(
             "expected records that say what was perceived; eai run --with perception.scene=noisy does"
         )
-    return found
+    return [_by_run(found), _by_rate(found), _by_kind(found), _by_predicate(found)]
 
 
 def _name(records: Sequence[Record]) -> str:
@@ -144,12 +139,7 @@ def _name(records: Sequence[Record]) -> str:
     return PLAIN if experiment is None or experiment.scene is None else experiment.scene
 
 
-def perception_tables(runs: PerceptionRuns) -> list[Table]:
-    """All tables."""
-    return [_by_run(runs), _by_rate(runs), _by_kind(runs), _by_predicate(runs)]
-
-
-def _by_run(runs: PerceptionRuns) -> Table:
+def _by_run(runs: _Runs) -> Table:
     return Table(
         "perception_runs",
         f"{runs.metric} by how the scene is shown",
@@ -163,7 +153,7 @@ def _by_run(runs: PerceptionRuns) -> Table:
     )
 
 
-def _run_rows(runs: PerceptionRuns) -> Iterator[tuple[Cell, ...]]:
+def _run_rows(runs: _Runs) -> Iterator[tuple[Cell, ...]]:
     for name in runs.runs:
         seen = runs.of_run(name)
         rates = [_rate(seen, rate) if seen else Estimate(None) for rate in _RATES]
@@ -181,7 +171,7 @@ def _rate(seen: Group, name: str) -> Estimate:
     return Estimate.of([each.with_share(perception_shares(each.perceived)[name]) for each in seen])
 
 
-def _by_rate(runs: PerceptionRuns) -> Table:
+def _by_rate(runs: _Runs) -> Table:
     groups = [(0.0, 0.0), *pairwise(BOUNDS)]
     return Table(
         "perception_rates",
@@ -200,7 +190,7 @@ def _by_rate(runs: PerceptionRuns) -> Table:
     )
 
 
-def _by_kind(runs: PerceptionRuns) -> Table:
+def _by_kind(runs: _Runs) -> Table:
     kinds = sorted({kind for each in runs.seen for kind in each.kinds})
     rows = [("none", *runs.costs([each for each in runs.seen if not each.kinds]))]
     rows += [(kind, *runs.costs([each for each in runs.seen if each.kinds == {kind}])) for kind in kinds]
@@ -215,7 +205,7 @@ def _by_kind(runs: PerceptionRuns) -> Table:
     )
 
 
-def _by_predicate(runs: PerceptionRuns) -> Table:
+def _by_predicate(runs: _Runs) -> Table:
     names = sorted({name for each in runs.seen for name in each.lost})
     rows = [_predicate_row(name, runs) for name in names]
     return Table(
@@ -230,7 +220,7 @@ def _by_predicate(runs: PerceptionRuns) -> Table:
     )
 
 
-def _predicate_row(name: str, runs: PerceptionRuns) -> tuple[Cell, ...]:
+def _predicate_row(name: str, runs: _Runs) -> tuple[Cell, ...]:
     having = [each for each in runs.seen if name in each.perceived.predicates]
     lost = [each for each in having if name in each.lost]
     alone = [each for each in lost if each.lost == {name} and _is_only_lost(each.perceived)]

@@ -20,8 +20,8 @@ from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
-from eai.studies.perception.description import SceneWords
 from eai.studies.perception.pictures import picture_words
+from eai.studies.perception.scene_graph import SceneWords
 from eai.studies.perception.tiles import Tile, tiles_of
 from eai.tasks.source import ErrataChoice, Source
 from eai.world.domain import Domain

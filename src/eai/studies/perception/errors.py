@@ -12,8 +12,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, ErrorReport
 from eai.studies.perception.declaration import SceneGraphVerdict
-from eai.studies.perception.description import SceneWords
-from eai.studies.perception.scene_graph import NamedFact, ReadGraph, read_scene_graph
+from eai.studies.perception.scene_graph import NamedFact, ReadGraph, SceneWords, read_scene_graph
 from eai.world.fault import FaultKind
 
 

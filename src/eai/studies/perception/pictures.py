@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -13,9 +13,8 @@ from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
 from eai.prompts.prompt import Image
-from eai.studies.perception.description import SceneWords
 from eai.studies.perception.drawing import Drawing, draw, image_of, png
-from eai.studies.perception.scene_graph import SceneGraph
+from eai.studies.perception.scene_graph import SceneGraph, SceneWords
 from eai.studies.perception.tiles import tiles_of
 from eai.world.state import State
 
@@ -43,14 +42,6 @@ class Clutter(str, Enum):
 _TIMES = {Clutter.NONE: 0, Clutter.SOME: 1, Clutter.MANY: 4}
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A drawing of a state, with all that can be seen in it."""
-
-    drawing: Drawing
-    truth: SceneGraph
-
-
 def picture_words(benchmark: Benchmark) -> SceneWords:
     """How pictures say what is so: as observations do, so that they show hands too."""
     return SceneWords(benchmark.observed_wording())
@@ -62,8 +53,8 @@ def picture_of(
     clutter: Clutter = Clutter.NONE,
     state: State | None = None,
     objects: Sequence[int] | None = None,
-) -> Picture:
-    """The picture of a task's scene.
+) -> tuple[Drawing, SceneGraph]:
+    """The picture of a task's scene, and all that can be seen in it.
 
     Args:
         task: the task.
@@ -81,7 +72,7 @@ def picture_of(
         truth = words.describe(now, [*shown, *others])
         drawing = draw(tiles_of(truth, words, doer, [names[index] for index in others]))
         if drawing.height <= MOST_HEIGHT or not others:
-            return Picture(drawing, truth)
+            return drawing, truth
         others = others[: len(others) * 3 // 4]
 
 
@@ -103,7 +94,7 @@ def drawn_image(task: Task, words: SceneWords, clutter: Clutter = Clutter.NONE) 
     Raises:
         EaiError: the library that draws them is not installed.
     """
-    return PNG, png(picture_of(task, words, clutter).drawing)
+    return PNG, png(picture_of(task, words, clutter)[0])
 
 
 def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
@@ -112,7 +103,7 @@ def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int
     Raises:
         EaiError: the library that draws them is not installed.
     """
-    drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects).drawing)
+    drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects)[0])
     import numpy as np  # which comes with matplotlib
 
     return np.asarray(drawn)

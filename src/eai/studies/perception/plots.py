@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, cases_of
 from eai.results.table import Estimate
-from eai.studies.perception.analysis import PerceptionRuns, perception_tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from eai.results.table import Table
 
-def draw(runs: PerceptionRuns) -> Figure | None:
+
+def draw(by_run: Table, metric: str) -> Figure | None:
     """The points of all runs of which it is known what was perceived; the plain run is at 0, hollow."""
     from matplotlib.figure import Figure
 
-    by_run = perception_tables(runs)[0]
     figure = Figure(figsize=(COLUMN, 2.6), layout="constrained")
     panel = figure.subplots()
     cases = set[int]()
@@ -37,7 +37,7 @@ def draw(runs: PerceptionRuns) -> Figure | None:
         panel.plot(place, value.value, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
     of = " to ".join(f"{number:,}" for number in sorted({min(cases), max(cases)})) if cases else "0"
     panel.set_xlabel(f"facts missing or misplaced, percent (n = {of})")
-    panel.set_ylabel(f"{runs.metric.replace('_', ' ')} in percent")
+    panel.set_ylabel(f"{metric.replace('_', ' ')} in percent")
     panel.set_ylim(0, 102)
     panel.set_xlim(left=-2)
     panel.grid(axis="y", color=RULE, linewidth=0.6)

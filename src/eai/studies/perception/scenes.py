@@ -17,11 +17,10 @@ from eai.errors import InputError
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet
 from eai.prompts.template import Templates
 from eai.studies.perception.belief import believed_task, scene_words
-from eai.studies.perception.description import SceneWords
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.pictures import Clutter, drawn_images, images_in
-from eai.studies.perception.scene_graph import SCENE, ReadGraph, SceneGraph, read_scene_graph
+from eai.studies.perception.scene_graph import SCENE, ReadGraph, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.perception.study import Perception, Scene
 
 SCENE_GRAPH = Ability("scene_graph")

@@ -15,11 +15,11 @@ from eai.abilities.responses import file_name
 from eai.errors import InputError
 from eai.studies.perception.noise import Noise, noise_of
 from eai.studies.perception.pictures import Clutter
-from eai.studies.study import Analysis, Figures, Study, of_run
+from eai.studies.study import Analysis, Figures, Study, metric_of, of_run
 
 if TYPE_CHECKING:
+    from eai.results.table import Table
     from eai.scoring.runs import RunKey
-    from eai.studies.perception.analysis import PerceptionRuns
     from eai.studies.records import Records
 
 _NAME = "perception"
@@ -131,7 +131,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are none that say what was perceived.
     """
-    from eai.studies.perception.analysis import perception_runs, perception_tables
+    from eai.studies.perception.analysis import perception_tables
     from eai.studies.records import by_place
 
     shown = (run for run in records.runs() if run.key.experiment is None or run.key.experiment.name == _NAME)
@@ -146,17 +146,17 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         )
     for group in groups:
         key = group[0].key
-        found = perception_runs([run.records for run in group], chosen.metric)
+        metric = metric_of(key.ability, chosen.metric)
+        tables = perception_tables([run.records for run in group], metric)
         place = f"{key.domain}-{key.ability.value}-{key.protocol.value}-{file_name(key.model)}"
-        yield Analysis(
-            perception_tables(found), _figures(found, key), folder=place if len(groups) > 1 else ""
-        )
+        folder = place if len(groups) > 1 else ""
+        yield Analysis(tables, _figures(tables[0], metric, key), folder=folder)
 
 
-def _figures(runs: PerceptionRuns, key: RunKey) -> Figures:
+def _figures(by_run: Table, metric: str, key: RunKey) -> Figures:
     from eai.studies.perception import plots
 
-    yield of_run(key, "success_by_error_rate", plots.draw(runs))
+    yield of_run(key, "success_by_error_rate", plots.draw(by_run, metric))
 
 
 PERCEPTION = Study(

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import declaration_of
@@ -39,7 +40,6 @@ from eai.studies.study import Analysis
 from eai.tasks.source import Source
 
 if TYPE_CHECKING:
-    from eai.studies.pipeline.study import PipelineChoices
     from eai.studies.records import Records
 
 _EFFORT = 400
@@ -49,7 +49,7 @@ _NOT_SHOWN = ("p", "only modular", "only pipeline")
 """The columns that are in the files alone."""
 
 
-class Believed(str, Enum):
+class _Believed(str, Enum):
     """How right the goals are that a question states."""
 
     RIGHT = "exactly right"
@@ -58,7 +58,7 @@ class Believed(str, Enum):
     NONE = "no answer"
 
     @classmethod
-    def of(cls, stated: Stated | None) -> Believed:
+    def of(cls, stated: Stated | None) -> _Believed:
         """What was stated: all that is stated besides the goals is one of the others, whatever it is."""
         if stated is None:
             return cls.NONE
@@ -67,7 +67,7 @@ class Believed(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Pipeline:
+class _Compared:
     """A model's run of one ability alone, and the same where the goals are interpreted ones.
 
     Attributes:
@@ -144,9 +144,9 @@ class Pipeline:
 
     def _goals(self) -> Table:
         """Success in both runs by how right the stated goals are."""
-        believed = {record.task_id: Believed.of(record.stated) for record in self._shared(self.pipeline)}
+        believed = {record.task_id: _Believed.of(record.stated) for record in self._shared(self.pipeline)}
         rows = []
-        for kind in (*Believed, None):
+        for kind in (*_Believed, None):
             tasks = {task for task, what in believed.items() if kind in (what, None)}
             if tasks:
                 rows.append(self._goal_row("all" if kind is None else kind.value, tasks))
@@ -245,10 +245,10 @@ class Pipeline:
         return [record for record in side if record.task_id in tasks]
 
 
-def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
+def pooled(pipelines: Sequence[_Compared]) -> _Compared:
     """Several as one, in which each answer to a task is one to a task of its own, of the same name."""
     numbered = list(enumerate(pipelines))
-    return Pipeline(
+    return _Compared(
         [_numbered(number, record) for number, each in numbered for record in each.modular],
         [_numbered(number, record) for number, each in numbered for record in each.pipeline],
         {f"{number} {task}": value for number, each in numbered for task, value in each.reachable.items()},
@@ -277,15 +277,19 @@ def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
             yield from ((atoms.statement(condition).signed_name, missed) for condition in conditions)
 
 
-def analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
+def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[Analysis]:
     """Runs of one model, domain, ability and protocol belong together; several models are pooled too.
+
+    Args:
+        records: the records.
+        goals: the answers to goal interpretation, if they are at hand.
+        search: whether to look for what a perfect second stage would make of them.
 
     Raises:
         InputError: there is no pipeline, or none whose ability was also tried alone.
     """
-    found = [
-        _opened(one, other, records.source, chosen) for one, other in _pairs(records, list(records.runs()))
-    ]
+    pairs = _pairs(records, list(records.runs()))
+    found = [_opened(*pair, records.source, goals, search=search) for pair in pairs]
     if not found:
         raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
     for place, group in groupby(found, key=_place):
@@ -316,27 +320,27 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             yield alone, run
 
 
-def _place(found: Pipeline) -> str:
+def _place(found: _Compared) -> str:
     record = found.modular[0]
     return f"{record.domain}-{record.ability.value}-{record.protocol.value}"
 
 
-def _opened(one: Run, other: Run, source: Source, chosen: PipelineChoices) -> Pipeline:
+def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> _Compared:
     key = one.key
     asked: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
-    if chosen.goals is not None:
+    if goals is not None:
         benchmark = find_benchmark(key.domain)
         experiment = other.key.experiment
         model = "" if experiment is None else experiment.goals_from or ""
-        answers = read_interpretations(chosen.goals, benchmark, source, model).answers
+        answers = read_interpretations(goals, benchmark, source, model)[1]
         suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
         asked = {task: list(_conditions(suite.scorer(task), text)) for task, text in answers.items()}
-        if chosen.search:
+        if search:
             tasks = {record.task_id for record in other.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_reached(benchmark, wanted, source))
-    return Pipeline(one.records, other.records, reachable, asked, _paper_figures(key))
+    return _Compared(one.records, other.records, reachable, asked, _paper_figures(key))
 
 
 def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:
@@ -363,7 +367,7 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
     }
 
 
-def _remarks(found: Pipeline) -> list[str]:
+def _remarks(found: _Compared) -> list[str]:
     """What a reader must know of the paper's figures."""
     record = found.modular[0]
     remarks: list[str] = []
@@ -377,7 +381,7 @@ def _remarks(found: Pipeline) -> list[str]:
     return remarks
 
 
-def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
+def _analysis(found: _Compared, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
     heading = f"{title}, {record.domain} {record.ability.value}, protocol {record.protocol.value}"
     goals = next(table for table in tables if table.name == "goals")

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import Experiment
@@ -35,12 +36,8 @@ STATED = "stated"
 """The field of a question's metadata that has the answer whose goals it states instead of the task's."""
 
 
-@dataclass(frozen=True, slots=True)
-class Interpretations:
-    """The answers of one model to goal interpretation, by task id."""
-
-    model: str
-    answers: Mapping[str, str]
+Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
+"""A model, and its answers to goal interpretation by task id."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,14 +93,14 @@ def refuse_no_stage_two(ability: Ability) -> None:
 
 def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> BelievedGoals:
     """What answers state of the tasks of a benchmark, and how right that is under the default protocol."""
+    model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
     beliefs: dict[str, Belief] = {}
     stated: dict[str, Stated] = {}
     for task_id in suite.task_ids:
-        if task_id in interpretations.answers:
-            answer = interpretations.answers[task_id]
-            beliefs[task_id], stated[task_id] = _believed(answer, task_id, suite)
-    return BelievedGoals(interpretations.model, beliefs, stated)
+        if task_id in answers:
+            beliefs[task_id], stated[task_id] = _believed(answers[task_id], task_id, suite)
+    return BelievedGoals(model, beliefs, stated)
 
 
 def _believed(answer: str, task_id: str, suite: Suite) -> tuple[Belief, Stated]:
@@ -152,9 +149,9 @@ def read_interpretations(
         found = list(_in_records([path], benchmark))
     else:
         found = list(_in_responses(path, benchmark, source))
-    by_model = {each.model: each for each in found}
+    by_model = dict(found)
     if model and len(by_model) > 1 and file_name(model) in by_model:
-        return by_model[file_name(model)]
+        return file_name(model), by_model[file_name(model)]
     if len(by_model) != 1:
         names = ", ".join(sorted(by_model)) or "none"
         wanted = f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
@@ -170,12 +167,11 @@ def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretat
                 break
             if record.unanswered is None:
                 answers.setdefault(record.model, {})[record.task_id] = record.response
-        for model, of_model in answers.items():
-            yield Interpretations(model, of_model)
+        yield from answers.items()
 
 
 def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
     for file in files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.task_id_of)
-        yield Interpretations(read.model, {each.task_id: each.text for each in read.responses})
+        yield read.model, {each.task_id: each.text for each in read.responses}

@@ -25,7 +25,7 @@ class Pipeline(Options):
     )
 
 
-class PipelineChoices(Options):
+class _Choices(Options):
     """How a pipeline is compared."""
 
     goals: Path | None = option(
@@ -35,16 +35,16 @@ class PipelineChoices(Options):
     search: bool = option("With goals, search for plans (half a minute a hundred tasks).", True)
 
 
-def _analyze(records: Records, chosen: PipelineChoices) -> Iterator[Analysis]:
+def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     from eai.studies.pipeline.analysis import analyze
 
-    return analyze(records, chosen)
+    return analyze(records, chosen.goals, search=chosen.search)
 
 
 PIPELINE = Study(
     "pipeline",
     "Interpreted goals (action sequencing, subgoal decomposition).",
     Pipeline,
-    choices=PipelineChoices,
+    choices=_Choices,
     analyze=_analyze,
 )

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from eai.abilities.declaration import AnswerOutcome, declaration_of
+from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, Share
 from eai.errors import InputError
@@ -119,7 +119,7 @@ def _sign(number: float) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Matrix:
+class _Matrix:
     """One metric of runs of each model with each prompt, on the tasks that all of them have.
 
     Attributes:
@@ -159,24 +159,16 @@ class Matrix:
         return [self.value(prompt, model) for prompt in self.prompts]
 
 
-def matrix_of(runs: Sequence[tuple[str, Sequence[Record]]], metric: str | None = None) -> Matrix:
+def _matrix_of(runs: Sequence[tuple[str, Sequence[Record]]], metric: str) -> _Matrix:
     """The matrix of runs of one suite and protocol.
 
-    Args:
-        runs: the name of the prompts, and the records of one model.
-        metric: one of the ability's; the first of its main table if None.
-
     Raises:
-        InputError: a model lacks a prompt that another has, there are fewer than two prompts, no task is
-            in all runs, or there is no such metric.
+        InputError: a model lacks a prompt that another has, there are fewer than two prompts, or no task is
+            in all runs.
     """
     prompts = tuple(dict.fromkeys(name for name, _ in runs))
     models = tuple(dict.fromkeys(records[0].model for _, records in runs))
     found = {(name, records[0].model): records for name, records in runs}
-    known = declaration_of(runs[0][1][0].ability).main
-    chosen = next(iter(known)) if metric is None else metric
-    if chosen not in known:
-        raise InputError(f"metric={chosen}: expected one of {', '.join(known)}")
     if len(prompts) < 2:
         raise InputError(f"expected runs with two prompts or more, found {prompts[0]} alone")
     for prompt in prompts:
@@ -192,21 +184,30 @@ def matrix_of(runs: Sequence[tuple[str, Sequence[Record]]], metric: str | None =
     if not tasks:
         raise InputError("expected runs on the same tasks, found no task that all of them have")
     shared = {place: [records[task] for task in tasks] for place, records in scored.items()}
-    return Matrix(chosen, prompts, models, shared)
+    return _Matrix(metric, prompts, models, shared)
 
 
-def prompt_tables(matrix: Matrix, reference: str) -> list[Table]:
-    """All tables; ``reference`` are the prompts that gains are measured from.
+def prompt_tables(
+    runs: Sequence[tuple[str, Sequence[Record]]], metric: str, reference: str | None = None
+) -> list[Table]:
+    """The tables of runs of one suite and protocol.
+
+    Args:
+        runs: the name of the prompts, and the records of one model.
+        metric: one of the ability's.
+        reference: the prompts that gains are measured from; the first if None.
 
     Raises:
-        InputError: there are no such prompts.
+        InputError: the runs make no matrix, or there are no such prompts.
     """
-    if reference not in matrix.prompts:
-        raise InputError(f"reference={reference}: expected one of {', '.join(matrix.prompts)}")
-    return [_cells(matrix), _agreement(matrix), _variance(matrix), _gains(matrix, reference)]
+    matrix = _matrix_of(runs, metric)
+    base = reference or matrix.prompts[0]
+    if base not in matrix.prompts:
+        raise InputError(f"reference={base}: expected one of {', '.join(matrix.prompts)}")
+    return [_cells(matrix), _agreement(matrix), _variance(matrix), _gains(matrix, base)]
 
 
-def _cells(matrix: Matrix) -> Table:
+def _cells(matrix: _Matrix) -> Table:
     tasks = len(next(iter(matrix.records.values())))
     return Table(
         "prompts",
@@ -228,7 +229,7 @@ def _cells(matrix: Matrix) -> Table:
     )
 
 
-def _agreement(matrix: Matrix) -> Table:
+def _agreement(matrix: _Matrix) -> Table:
     columns = {model: matrix.column(model) for model in matrix.models}
     drawn = list(_drawn(matrix))
     rows: list[tuple[Cell, ...]] = []
@@ -255,7 +256,7 @@ def _agreement(matrix: Matrix) -> Table:
     )
 
 
-def _drawn(matrix: Matrix) -> Iterator[dict[str, list[float]]]:
+def _drawn(matrix: _Matrix) -> Iterator[dict[str, list[float]]]:
     """The columns of the matrix for names drawn with replacement, the same ones for all runs."""
     sums: dict[tuple[str, str], dict[str, Share]] = {}
     for place in matrix.records:
@@ -287,7 +288,7 @@ def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
     return Estimate(value, low, high)
 
 
-def _variance(matrix: Matrix) -> Table:
+def _variance(matrix: _Matrix) -> Table:
     shares = two_way_shares([matrix.column(model) for model in matrix.models])
     named = zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
     return Table(
@@ -300,7 +301,7 @@ def _variance(matrix: Matrix) -> Table:
     )
 
 
-def _gains(matrix: Matrix, reference: str) -> Table:
+def _gains(matrix: _Matrix, reference: str) -> Table:
     others = [prompt for prompt in matrix.prompts if prompt != reference]
     rows: list[tuple[Cell, ...]] = []
     for model in matrix.models:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
 from eai.errors import InputError
-from eai.studies.study import Analysis, Figures, Study
+from eai.studies.study import Analysis, Figures, Study, metric_of
 
 if TYPE_CHECKING:
+    from eai.results.table import Table
     from eai.scoring.runs import Run
-    from eai.studies.prompts.analysis import Matrix
     from eai.studies.records import Records
 
 
@@ -24,23 +24,27 @@ class _Choices(Options):
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     from eai.abilities.responses import file_name
-    from eai.studies.prompts.analysis import matrix_of, prompt_tables
+    from eai.studies.prompts.analysis import prompt_tables
 
     for suite, runs in _by_suite(records.runs()).items():
-        matrix = matrix_of([(_name(run), run.records) for run in runs], chosen.metric)
-        tables = prompt_tables(matrix, chosen.reference or matrix.prompts[0])
+        named, metric = [(_name(run), run) for run in runs], metric_of(runs[0].key.ability, chosen.metric)
+        tables = prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
         yield Analysis(
             tables,
-            _figures(matrix, suite),
+            _figures(tables[0], metric, suite),
             folder=file_name(suite),
-            facts={"suite": suite, "prompts": list(matrix.prompts), "models": list(matrix.models)},
+            facts={
+                "suite": suite,
+                "prompts": list(dict.fromkeys(name for name, _ in named)),
+                "models": list(dict.fromkeys(run.key.model for _, run in named)),
+            },
         )
 
 
-def _figures(matrix: Matrix, suite: str) -> Figures:
+def _figures(cells: Table, metric: str, suite: str) -> Figures:
     from eai.studies.prompts import plots
 
-    yield "prompts", plots.draw(matrix, suite.replace("-", ", "))
+    yield "prompts", plots.draw(cells, metric, suite.replace("-", ", "))
 
 
 def _name(run: Run) -> str:

@@ -8,19 +8,22 @@ task, out of all tasks that ask for it: an operator that the answer does not hav
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.transition_modeling.declaration import Category, OperatorVerdict
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.verdict import Share
+from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
 from eai.results.table import Cell, Estimate, Table
 from eai.results.tidy import beginning_of
+from eai.tasks.source import Source
 
 OVERALL = "overall"
 """The category of all tasks."""
@@ -33,7 +36,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial(Line):
+class _Trial(Line):
     """One operator of one answer, tried among gold ones.
 
     Attributes:
@@ -51,9 +54,26 @@ class Trial(Line):
     errors: str
 
 
+def tried(
+    records: Sequence[Record], source: Source, ways: Sequence[Replaced], done: Callable[[int], None]
+) -> Iterator[_Trial]:
+    """Try all operators of records; all models share a suite, so that equal ones are planned with once."""
+    keys = dict.fromkeys((record.domain, record.protocol) for record in records)
+    suites = {
+        (domain, protocol): open_suite(domain, Ability.TRANSITION_MODELING, protocol, source=source)
+        for domain, protocol in keys
+    }
+    for number, record in enumerate(records, 1):
+        scorer = suites[record.domain, record.protocol].scorer(record.task_id)
+        if isinstance(scorer, TransitionModeling):
+            for way in ways:
+                yield from try_operators(scorer, record, way)
+        done(number)
+
+
 def try_operators(
     scorer: TransitionModeling, record: Record, replaced: Replaced = Replaced.OPERATOR
-) -> Iterator[Trial]:
+) -> Iterator[_Trial]:
     """What comes of each operator that a task asks for, as the record's answer has it.
 
     Nothing comes of an answer that the rules leave out; one that is missing has no operator.
@@ -63,7 +83,7 @@ def try_operators(
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
-        yield Trial(
+        yield _Trial(
             **beginning_of(record),
             replaced=replaced.value,
             operator=operator,
@@ -92,12 +112,12 @@ def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
     }
 
 
-def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
+def sensitivity_tables(trials: Sequence[_Trial]) -> list[Table]:
     """The tables of the analysis."""
     return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials(trials)]
 
 
-def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
+def cells_of(trials: Iterable[_Trial]) -> dict[tuple[str, str], list[Case]]:
     """What trials add to the success of each operator: by operator and category, `OVERALL` first."""
     cells: dict[tuple[str, str], list[Case]] = {}
     for trial in trials:
@@ -107,7 +127,7 @@ def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     return cells
 
 
-def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[Trial], list[str]]]:
+def _by_model(trials: Sequence[_Trial]) -> Iterator[tuple[tuple[str, ...], list[_Trial], list[str]]]:
     """The trials of each suite, model and way to replace, what they are of, and the suite's operators.
 
     These are in order of success, the one that breaks most plans first.
@@ -126,7 +146,7 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
 _KEY = (*SUITE, MODEL, "replaced")
 
 
-def _sensitivity(trials: Sequence[Trial]) -> Table:
+def _sensitivity(trials: Sequence[_Trial]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     categories = (OVERALL, *(category.value for category in Category))
     for key, found, order in _by_model(trials):
@@ -146,7 +166,7 @@ def _sensitivity(trials: Sequence[Trial]) -> Table:
     )
 
 
-def _outcomes(trials: Sequence[Trial]) -> Table:
+def _outcomes(trials: Sequence[_Trial]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for key, found, order in _by_model(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in found)
@@ -164,10 +184,10 @@ def _outcomes(trials: Sequence[Trial]) -> Table:
     )
 
 
-def _errors_table(trials: Sequence[Trial]) -> Table:
+def _errors_table(trials: Sequence[_Trial]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
-        of_operators: dict[str, list[Trial]] = {}
+        of_operators: dict[str, list[_Trial]] = {}
         for trial in found:
             of_operators.setdefault(trial.operator, []).append(trial)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
@@ -185,7 +205,7 @@ def _errors_table(trials: Sequence[Trial]) -> Table:
     )
 
 
-def _of_errors(trials: Sequence[Trial]) -> Iterator[tuple[Cell, ...]]:
+def _of_errors(trials: Sequence[_Trial]) -> Iterator[tuple[Cell, ...]]:
     """Each error of an operator with how often trials fail with and without it, the most frequent first."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [case_of(trial, Share(int(trial.outcome != _SOLVED), 1)) for trial in trials]
@@ -205,13 +225,13 @@ def _broken(row: Sequence[Cell]) -> float:
     return (unsolved.numerator or 0) if isinstance(unsolved, Estimate) else 0
 
 
-def _trials(trials: Sequence[Trial]) -> Table:
+def _trials(trials: Sequence[_Trial]) -> Table:
     return Table(
         "trials",
         "Every trial",
         "A line an operator of an answer: how the planner ended, the task's categories, and what is wrong "
         "with the operator, as side, verdict and predicate.",
-        tuple(column.name for column in fields(Trial)),
+        tuple(column.name for column in fields(_Trial)),
         tuple(astuple(trial) for trial in trials),
         shown=0,
     )

@@ -9,19 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import BeforeValidator
 
 from eai.abilities.options import Options, option
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.studies.study import Analysis, Figures, Study, of_suite, several
 
 if TYPE_CHECKING:
-    from eai.abilities.record import Record
-    from eai.benchmark.suite import Suite
     from eai.results.table import Table
     from eai.studies.records import Records
-    from eai.studies.sensitivity.analysis import Trial
-    from eai.tasks.source import Source
 
 
 class _Choices(Options):
@@ -40,7 +36,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are no operators, or no planner is to try them.
     """
-    from eai.studies.sensitivity.analysis import sensitivity_tables
+    from eai.studies.sensitivity.analysis import sensitivity_tables, tried
 
     if chosen.planner is PlannerChoice.NONE:
         raise InputError("planner=none: operators are tried by a planner")
@@ -48,38 +44,11 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     found = [record for run in runs for record in run.records]
     if not found:
         raise InputError("expected records of transition modeling, found none")
-    suites = _suites(found, replace(records.source, planner=chosen.planner))
     ways = tuple(dict.fromkeys(chosen.replace))
-    tables = sensitivity_tables(list(_tried(records, found, suites, ways)))
-    yield Analysis(tables, _figures(tables, ways))
-
-
-def _suites(records: Sequence[Record], source: Source) -> dict[tuple[str, Protocol], Suite]:
-    """One suite for all models, so that equal operators are planned with once."""
-    from eai.benchmark.suite import open_suite
-
-    return {
-        key: open_suite(key[0], Ability.TRANSITION_MODELING, key[1], source=source)
-        for key in dict.fromkeys((record.domain, record.protocol) for record in records)
-    }
-
-
-def _tried(
-    records: Records,
-    found: Sequence[Record],
-    suites: dict[tuple[str, Protocol], Suite],
-    ways: Sequence[Replaced],
-) -> Iterator[Trial]:
-    from eai.abilities.transition_modeling.scorer import TransitionModeling
-    from eai.studies.sensitivity.analysis import try_operators
-
+    source = replace(records.source, planner=chosen.planner)
     with records.progress("trying operators", len(found)) as done:
-        for number, record in enumerate(found, 1):
-            scorer = suites[record.domain, record.protocol].scorer(record.task_id)
-            if isinstance(scorer, TransitionModeling):
-                for way in ways:
-                    yield from try_operators(scorer, record, way)
-            done(number)
+        tables = sensitivity_tables(list(tried(found, source, ways, done)))
+    yield Analysis(tables, _figures(tables, ways))
 
 
 def _figures(tables: Sequence[Table], ways: Sequence[Replaced]) -> Figures:
