@@ -126,7 +126,7 @@ def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_
     alone = read_interpretations(runs / "alpha" / "records.jsonl", BEHAVIOR, source)
     assert alone == ("alpha", {JARS: '{"node goals": [["alpha", "x"]]}'})
     assert read_interpretations(runs / "alpha", BEHAVIOR, source) == alone
-    assert read_interpretations(runs, BEHAVIOR, source, "org/beta").model == "org_beta"
+    assert read_interpretations(runs, BEHAVIOR, source, "org/beta")[0] == "org_beta"
     with pytest.raises(InputError, match="of one model, found alpha, org_beta"):
         read_interpretations(runs, BEHAVIOR, source, "gamma")
     with pytest.raises(InputError, match="goal_interpretation of one model, found none"):
