@@ -26,11 +26,10 @@ from eai.abilities.task import Task
 from eai.benchmark.registry import FIRST, find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.errors import DataError
-from eai.generator import fingerprint
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior, kinds_of
-from eai.generator.sets import Seeds
+from eai.generator.sets import Seeds, fingerprint_of
 from eai.generator.spec import Generated, Spec, Tier
 from eai.pddl.val import installed_val
 from eai.tasks.source import Source
@@ -111,7 +110,7 @@ def checked(file: Path, like: str) -> dict[str, object]:
     domain, prior = benchmark.domain, prior_of(benchmark, benchmark.tasks(Source()).values())
     prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
     for task in _tasks(file, domain):
-        prints[fingerprint.of_task(task)] += 1
+        prints[fingerprint_of(task)] += 1
         wrong["certificates not accepted"] += not solves(domain, task, task.script)
         wrong["solved with a step left out"] += any(
             solves(domain, task, (*task.script[:i], *task.script[i + 1 :])) for i in range(len(task.script))

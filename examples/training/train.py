@@ -24,9 +24,8 @@ from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.envs import TextEnvironment, make
 from eai.generator.generator import Generator, generate
-from eai.generator.sets import Seeds
+from eai.generator.sets import Rivals, Seeds
 from eai.generator.spec import Generated, Spec, Split, Tier
-from eai.generator.splits import Rivals
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written

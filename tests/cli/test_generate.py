@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
-from eai.generator.fingerprint import Prints
 from eai.generator.generator import Generator
+from eai.generator.sets import Prints
 from eai.generator.spec import Outcome
 from eai.pddl.val import VALID
 

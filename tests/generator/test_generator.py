@@ -20,10 +20,9 @@ from eai.benchmark.registry import find_benchmark
 from eai.cli.generate import verdict_of_val
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.generator import fingerprint
 from eai.generator.goals import Proposals
 from eai.generator.prior import Pattern, kinds_of
-from eai.generator.sets import Seeds
+from eai.generator.sets import Seeds, fingerprint_of
 from eai.generator.spec import LENGTHS, Forms, Generated, Reason, Rejected, Tier
 from eai.generator.walk import Walk, lower_bound
 from eai.logic.traversal import walk
@@ -180,16 +179,14 @@ def test_what_is_called_odd_occurs(like: str) -> None:
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
-    public = {
-        fingerprint.of_task(task)[0] for task in find_benchmark(like).tasks(generator(like).source).values()
-    }
+    public = {fingerprint_of(task)[0] for task in find_benchmark(like).tasks(generator(like).source).values()}
     known: set[tuple[str, str]] = set()
     made = [
         each
         for each in generate(generator(like), iter(Seeds("test", 1)), 15, known)
         if isinstance(each, Generated)
     ]
-    prints = [fingerprint.of_task(each.task) for each in made]
+    prints = [fingerprint_of(each.task) for each in made]
     assert public.isdisjoint(of_goals for of_goals, _ in prints)
     assert len(set(prints)) == 15
     repeated = next(generate(generator(like), iter([str(made[0].about["seed"])]), 1, known))
@@ -203,9 +200,9 @@ def test_fingerprints_know_objects_by_category() -> None:
         line = line.replace(f'"{name}"', f'"other_{name}"').replace(f"({name}", f"(other_{name}")
         line = line.replace(f", {name}", f", other_{name}")
     renamed = task_of(read_line(line), find_benchmark("behavior").domain)
-    assert fingerprint.of_task(renamed) == fingerprint.of_task(made)
+    assert fingerprint_of(renamed) == fingerprint_of(made)
     without = replace(made, goals=made.goals[1:])
-    assert fingerprint.of_task(without)[0] != fingerprint.of_task(made)[0]
+    assert fingerprint_of(without)[0] != fingerprint_of(made)[0]
 
 
 def line_names(task: Task) -> list[str]:

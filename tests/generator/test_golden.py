@@ -19,7 +19,7 @@ from eai.data.store import Store
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator
 from eai.generator.goals import Proposals
-from eai.generator.measures import AtLeast, Measure
+from eai.generator.measures import Measure
 from eai.generator.prior import clash, is_idle
 from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
 from eai.generator.sets import Seeds
@@ -34,7 +34,7 @@ SPECS = {
     "all forms": {"forms": Forms.ALL, "tier": Tier.M},
     "actions, over time": {"actions": True, "over_time": True},
     "by place": {"by_place": True, "forms": Forms.ALL},
-    "hidden": {"at_least": (AtLeast(Measure.HIDDEN, 1),)},
+    "hidden": {"at_least": ((Measure.HIDDEN, 1),)},
     "little": {"tier": Tier.S, "disturbances": 0, "most_objects": 8, "depth": 2},
 }
 SEEDS, TASKS = 40, 4
@@ -104,7 +104,7 @@ def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
         for forms, about in product(Forms, (None, theme)):
             known = Proposals.for_scene(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
             told = [known.goal(rng) for _ in range(60)] if known.patterns else []
-            told += [known.literal(rng) for _ in range(10)] + [known.disturbance(rng) for _ in range(10)]
+            told += [known.literal(rng) for _ in range(10)] + [known.literal(rng, 0.5) for _ in range(10)]
             told += known.ending(theme, rng)
             told += [known.about(kinds)._pattern(rng)] if known.patterns else []
             pairs = list(pairwise([goal for goal in told[:60] if goal is not None]))

@@ -16,7 +16,7 @@ import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.generator.generator import Generator
-from eai.generator.measures import FILE, Measure, Measures, _DifficultyModel, _Lid, difficulty_model, lids
+from eai.generator.measures import FILE, Measure, _DifficultyModel, _Lid, difficulty_model, lids, measured
 from eai.generator.spec import Generated, Spec
 from eai.generator.walk import posed
 from eai.tasks.source import Source
@@ -67,17 +67,16 @@ def test_containers_hidden_things_and_tools_of_a_plan(plan: str, expected: tuple
         for name, *about in (step.split() for step in plan.split("; "))
     ]
     goal = f.Atom("sliced", (f.Constant("apple"),))
-    measured = Measures(domain).of(posed("t", "-", scene.state(facts), [goal], steps))
-    assert tuple(measured[each] for each in _MEASURED) == expected
+    found = measured(posed("t", "-", scene.state(facts), [goal], steps), domain)
+    assert tuple(found[each] for each in _MEASURED) == expected
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_all_that_is_measured_is_recorded(like: str) -> None:
-    measures = Measures(find_benchmark(like).domain)
     for made in tasks(like):
-        measured = measures.of(made.task)
-        assert {each.value: made.about[each.value] for each in Measure} == measured
-        assert measured[Measure.STEPS] == len(made.task.script)
+        found = measured(made.task, find_benchmark(like).domain)
+        assert {each.value: made.about[each.value] for each in Measure} == found
+        assert found[Measure.STEPS] == len(made.task.script)
         assert "planner_steps" not in made.about
 
 
@@ -117,7 +116,7 @@ def test_longer_plans_and_more_goals_are_harder() -> None:
     longer = model.expected(replace(task, script=task.script * 2))
     assert found is not None
     assert longer is not None
-    assert longer.value == pytest.approx(found.value + math.log(2), abs=0.011)
+    assert longer == pytest.approx(found + math.log(2), abs=0.011)
     assert model.expected(replace(task, script=())) is None
 
 

@@ -11,7 +11,7 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
 from eai.benchmark.benchmark import Benchmark
-from eai.generator.objections import Objections
+from eai.generator.generator import _Objections
 from eai.generator.spec import Reason
 from eai.generator.words import Words
 from eai.tasks.source import Source
@@ -66,13 +66,13 @@ def test_a_task_is_refused_for_one_reason(
     lamps: Benchmark, change: Change, least: int, most: int, reason: Reason | None
 ) -> None:
     task = change(made(lamps, LIT, OPEN))
-    objections = Objections(lamps.domain, (), by_place=False)
+    objections = _Objections(lamps.domain, (), by_place=False)
     assert objections.to(task, Words.of(lamps, task.initial), least, most) is reason
 
 
 def test_what_is_public_or_solved_by_a_public_plan_is_refused(lamps: Benchmark) -> None:
     public = made(lamps, LIT, OPEN)
-    objections = Objections(lamps.domain, [public], by_place=False)
+    objections = _Objections(lamps.domain, [public], by_place=False)
 
     def reason(task: Task) -> Reason | None:
         task = replace(task, id="new")
@@ -87,8 +87,8 @@ def test_what_is_public_or_solved_by_a_public_plan_is_refused(lamps: Benchmark) 
 def test_without_names_a_thing_must_be_told_by_its_place(lamps: Benchmark) -> None:
     task = made(lamps, LIT, way="GO lamp_1; PRESS lamp_1")
     words = Words.of(lamps, task.initial, by_place=True)
-    by_place = Objections(lamps.domain, (), by_place=True)
+    by_place = _Objections(lamps.domain, (), by_place=True)
     assert by_place.to(task, words, 0, 9) is Reason.NAMELESS
-    assert Objections(lamps.domain, (), by_place=False).to(task, words, 0, 9) is None
+    assert _Objections(lamps.domain, (), by_place=False).to(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
     assert by_place.to(alone, words, 0, 9) is None

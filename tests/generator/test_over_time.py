@@ -18,11 +18,10 @@ from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
-from eai.generator import over_time
-from eai.generator.over_time import Seeker, _are_apart, _if_it_matters, _reach_all
+from eai.generator import walk as module
 from eai.generator.prior import Kind
 from eai.generator.spec import Generated
-from eai.generator.walk import Walk
+from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, _reach_all
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.trace import TakenAction
 from eai.planning.planner import Planner
@@ -224,7 +223,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, goals: tuple[f.Formula, ...], walks: int
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
-    monkeypatch.setattr(over_time, "_reach_all", lambda walk, goals: reached.append(goals))
+    monkeypatch.setattr(module, "_reach_all", lambda walk, goals: reached.append(goals))
     monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
 
     def begin() -> Walk:

@@ -10,7 +10,7 @@ from cli.conftest import Command, eai
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
-from eai.generator.problem_files import ProblemReader, problem_files_in
+from eai.generator.problem_files import problem_files_in, read_problems
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.export import export
@@ -69,7 +69,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def read(domain: str, text: str, name: str = "p.bddl") -> Task:
     Path(name).write_text(text)
-    (task,) = ProblemReader(find_benchmark(domain), Source()).read([Path(name)])
+    (task,) = read_problems([Path(name)], find_benchmark(domain), Source())
     return task
 
 
@@ -80,8 +80,8 @@ def facts(state: State) -> set[tuple[str, ...]]:
 def test_the_problems_of_the_data_set_are_its_tasks(behavior_tasks: BehaviorTasks, tmp_path: Path) -> None:
     for task_id, task in behavior_tasks.items():
         (tmp_path / f"{task_id}.bddl").write_text(print_problem(task.record.problem))
-    reader = ProblemReader(find_benchmark("behavior"), Source())
-    imported = reader.read([tmp_path / f"{task_id}.bddl" for task_id in behavior_tasks])
+    paths = [tmp_path / f"{task_id}.bddl" for task_id in behavior_tasks]
+    imported = read_problems(paths, find_benchmark("behavior"), Source())
     for task, found in zip(behavior_tasks.values(), imported, strict=True):
         assert found.goals == tuple(dict.fromkeys(task.goals))
         assert found.scene.objects == task.scene.objects
@@ -207,7 +207,7 @@ def test_exports_are_imported_as_the_same_tasks(
     paths = [Path(f"{number}.pddl") for number in range(len(tasks))]
     for path, task in zip(paths, tasks, strict=True):
         path.write_text(exported(task, domain))
-    for path, task, found in zip(paths, tasks, ProblemReader(benchmark, Source()).read(paths), strict=True):
+    for path, task, found in zip(paths, tasks, read_problems(paths, benchmark, Source()), strict=True):
         kept = {task.scene.objects[i].name for i in about(task)}
         assert facts(found.initial) == {each for each in facts(task.initial) if kept.issuperset(each[1:])}
         again = export(benchmark.domain, found.initial, [goal.formula for goal in found.goals], name="it")
@@ -246,12 +246,15 @@ def test_the_command_writes_a_sound_task_file(eai: Command) -> None:
 def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
     for name in ("one", "two"):
         Path(f"{name}.pddl").write_text(LAMP)
-    reader = ProblemReader(find_benchmark("lamps:lamps"), Source())
-    assert [task.id for task in reader.read(problem_files_in([tmp_path]))] == ["one", "two"]
+    lamps = find_benchmark("lamps:lamps")
+    assert [task.id for task in read_problems(problem_files_in([tmp_path]), lamps, Source())] == [
+        "one",
+        "two",
+    ]
     Path("more").mkdir()
     Path("more/one.pddl").write_text(LAMP)
     with pytest.raises(InputError, match="expected another name than 'one'"):
-        reader.read(problem_files_in([tmp_path]))
+        read_problems(problem_files_in([tmp_path]), lamps, Source())
 
 
 def test_what_holds_no_problems_is_refused(eai: Command) -> None:

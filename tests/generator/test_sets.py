@@ -17,14 +17,13 @@ from eai.errors import InputError
 from eai.generator.sets import (
     MANIFEST,
     Seeds,
-    Shape,
     manifest_entry,
     sets_in,
+    shape_of,
     unproven,
     write_manifest,
 )
 from eai.generator.spec import CANARY, Generated, Reason, Rejected, Spec, Tier
-from eai.generator.splits import Overlap
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
@@ -58,16 +57,16 @@ def test_the_shape_of_a_set_has_least_quartiles_and_greatest(
     light: Task, steps: tuple[int, ...], spread: tuple[int, ...]
 ) -> None:
     tasks = of_steps(light, *steps)
-    shape = Shape.of(tasks)
-    assert shape.steps == spread
-    assert set(shape.goals) == ({1} if tasks else set())
-    assert set(shape.objects) == ({5} if tasks else set())
-    assert shape.forms == ((("ForAll", len(tasks)),) if tasks else ())
+    shape = shape_of(tasks)
+    assert shape["steps"] == list(spread)
+    assert set(shape["goals"]) == ({1} if tasks else set())
+    assert set(shape["objects"]) == ({5} if tasks else set())
+    assert shape["forms"] == ({"ForAll": len(tasks)} if tasks else {})
 
 
 def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
     light, pack = lamps.tasks(Source()).values()
-    assert Shape.of([light, pack, pack]).forms == (("Atom", 2), ("ForAll", 1))
+    assert shape_of([light, pack, pack])["forms"] == {"Atom": 2, "ForAll": 1}
 
 
 def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(light: Task) -> None:
@@ -145,7 +144,7 @@ def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_
 
 
 def test_a_manifest_keeps_other_sets_and_what_they_have_in_common(tmp_path: Path) -> None:
-    one, two, three = (Overlap(number, 0, 1, 2) for number in (1, 2, 3))
+    one, two, three = ({"tasks": number, "same": 0} for number in (1, 2, 3))
     write_manifest(tmp_path, "train", {"tasks": 1}, {})
     write_manifest(tmp_path, "test", {"tasks": 2}, {("test", "train"): one})
     write_manifest(tmp_path, "other", {"tasks": 3}, {("other", "test"): two, ("test", "other"): three})
@@ -157,13 +156,13 @@ def test_a_manifest_keeps_other_sets_and_what_they_have_in_common(tmp_path: Path
     assert found["canary"] == CANARY
     assert found["sets"] == {"train": {"tasks": 1}, "test": {"tasks": 2}, "other": {"tasks": 3}}
     assert found["overlap"] == {
-        "test": {"train": asdict(one), "other": asdict(three)},
-        "other": {"test": asdict(two)},
+        "test": {"train": one, "other": three},
+        "other": {"test": two},
     }
     write_manifest(tmp_path, "test", {"tasks": 4}, {("test", "train"): two})
     found = manifest()
     assert found["sets"]["test"] == {"tasks": 4}
-    assert found["overlap"] == {"test": {"train": asdict(two)}}
+    assert found["overlap"] == {"test": {"train": two}}
 
 
 @pytest.mark.parametrize("content", ["[]", "{}", "nothing", '{"sets": 3}'])

@@ -11,9 +11,8 @@ import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
 from eai.english.english import English, Voice, plural
 from eai.errors import InputError
-from eai.generator.objections import _Reader
 from eai.generator.spec import Forms
-from eai.generator.words import Words
+from eai.generator.words import Words, _Reader
 from eai.logic.ltl import parse
 from eai.logic.signature import Signature
 from eai.world import Predicate, Scene, Vocabulary, WorldObject

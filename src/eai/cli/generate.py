@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.progress import Progress
@@ -17,12 +17,20 @@ from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output,
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
-from eai.generator import fingerprint
 from eai.generator.generator import Generator, generate
-from eai.generator.measures import AtLeast, Measure
-from eai.generator.sets import Seeds, Shape, manifest_entry, sets_in, write_manifest
+from eai.generator.measures import Measure
+from eai.generator.sets import (
+    Rivals,
+    Seeds,
+    fingerprint_of,
+    is_before,
+    manifest_entry,
+    overlap_of,
+    sets_in,
+    shape_of,
+    write_manifest,
+)
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Rejected, Spec, Split, Tier
-from eai.generator.splits import Overlap, Rivals, is_before
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.source import Source
@@ -158,7 +166,7 @@ def generate_tasks(
     later = {name: made for name, made in others.items() if is_before(split.value, name)}
     for path in against or ():
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
-    known = {fingerprint.of_task(task) for tasks in others.values() for task in tasks}
+    known = {fingerprint_of(task) for tasks in others.values() for task in tasks}
     rivals = Rivals(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     _make_folder(out)
     generator = Generator(benchmark, spec, source, rivals, plans_again=planner_steps)
@@ -173,14 +181,14 @@ def generate_tasks(
     write_task_file(file, lines)
     entry = manifest_entry(spec, seeds, task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
-    overlap = {(split.value, name): Overlap.of(new, known, domain) for name, known in earlier.items()}
-    overlap |= {(name, split.value): Overlap.of(known, new, domain) for name, known in later.items()}
+    overlap = {(split.value, name): overlap_of(new, known, domain) for name, known in earlier.items()}
+    overlap |= {(name, split.value): overlap_of(known, new, domain) for name, known in later.items()}
     write_manifest(out, seeds.split, entry, overlap)
     if stopped is not None:
         kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
-        _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
+        _print_shapes(shape_of(list(tasks.values())), shape_of([each.task for each in made]))
     told = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
     told += "; VAL accepts every certificate" if val else ""
     tell(told, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
@@ -237,20 +245,21 @@ def _between(text: str) -> tuple[float, float]:
     return numbers
 
 
-def _at_least(text: str) -> AtLeast:
+def _at_least(text: str) -> tuple[Measure, int]:
     """What is to be measured, and its least number."""
     name, _, number = text.partition("=")
     names = [measure.value for measure in Measure]
     if name not in names or not number.isdecimal():
         hint = did_you_mean(name, names) if name not in names else ""
         raise InputError(f"--at-least: expected NAME=N, as in containers=1, found {text!r}{hint}")
-    return AtLeast(Measure(name), int(number))
+    return Measure(name), int(number)
 
 
-def _print_shapes(public: Shape, made: Shape) -> None:
+def _print_shapes(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
     """What the data set and the new tasks are like, side by side."""
     table = Table("min, quartiles, max", "data set", "generated")
     for name in ("steps", "goals", "objects"):
-        table.add_row(name, *(", ".join(map(str, getattr(shape, name))) for shape in (public, made)))
-    table.add_row("forms", *("\n".join(f"{form} {n}" for form, n in shape.forms) for shape in (public, made)))
+        table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (public, made)))
+    forms = [[f"{form} {n}" for form, n in shape["forms"].items()] for shape in (public, made)]
+    table.add_row("forms", *map("\n".join, forms))
     output().print(table)

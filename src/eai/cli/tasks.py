@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -17,9 +16,8 @@ from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell, tell_find
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
-from eai.generator.problem_files import ProblemReader, problem_files_in
-from eai.generator.sets import unproven
-from eai.generator.splits import Overlap
+from eai.generator.problem_files import problem_files_in, read_problems
+from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
 from eai.tasks.source import Finding, Source
 from eai.tasks.task_files import check_task_files, write_task_file
@@ -77,9 +75,9 @@ def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) 
         source = Source(store(data), report)
         benchmark, tested = find_benchmark(known), find_benchmark(asked)
         tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
-    found = Overlap.of(tasks[1], tasks[0], benchmark.domain)
-    said = f"of {found.tasks} tasks {found.same} are the same, {found.same_goals} have the same goals, "
-    tell(f"{said}{found.solved_by_lookup} are solved by lookup", value=asdict(found), as_json=as_json)
+    found = overlap_of(tasks[1], tasks[0], benchmark.domain)
+    counts = "of {tasks} tasks {same} are the same, {same_goals} have the same goals, {solved_by_lookup} are "
+    tell(f"{counts.format_map(found)}solved by lookup", value=dict(found), as_json=as_json)
 
 
 @app.command(no_args_is_help=True)
@@ -123,7 +121,7 @@ def write(
     with data_progress() as report:
         benchmark, source = find_benchmark(name), Source(store(data), report)
         tasks: Iterable[Task] = (
-            ProblemReader(benchmark, source).read(problem_files_in(problems))
+            read_problems(problem_files_in(problems), benchmark, source)
             if problems
             else benchmark.tasks(source).values()
         )

@@ -27,6 +27,7 @@ from eai.generator.prior import (
     Patterns,
     Prior,
     Theme,
+    kept,
     kinds_of,
     narrowed,
     patterns_of,
@@ -194,11 +195,11 @@ class _Census:
         """Whether nobody would ask for it; that something odd be not so is sound."""
         return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
 
-    def _theme(self, title: str, told: Patterns) -> Theme:
+    def _theme(self, title: str, usual: Patterns) -> Theme:
         """What tasks of a title are about: what some of them need, and what most of them show."""
         shown = self._shown[title].items()
         about = frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
-        return Theme(about, self._endings[title], narrowed(told, about))
+        return Theme(about, self._endings[title], narrowed(usual, about))
 
     def prior(self) -> Prior:
         """What all tasks so far tell."""
@@ -214,16 +215,13 @@ class _Census:
         for pattern, weight in self._weights.items():
             if weight > 0 and (pattern.predicate, pattern.truth) in self._wanted:
                 patterns.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
-        told = {
-            key: {p: weight for p, weight in known.items() if not self._is_odd(p)}
-            for key, known in patterns.items()
-        }
+        sound = kept(patterns, lambda pattern: not self._is_odd(pattern))
         roles = {operator.name: role_of(operator) for operator in self._domain.operators}
         going = (Role.TAKES, Role.MOVEMENT)
         return Prior(
             patterns=patterns,
             wanted=self._wanted,
-            themes={title: self._theme(title, told) for title in self._titles},
+            themes={title: self._theme(title, sound) for title in self._titles},
             forms=_varied(self._forms) if is_plain else self._forms,
             paired=frozenset(self._paired),
             nestings=frozenset(self._nestings),

@@ -9,19 +9,28 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
+from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.lookup import LookupTable
 from eai.errors import InputError
-from eai.generator import fingerprint
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
-from eai.generator.measures import Measure, Measures, difficulty_model
-from eai.generator.objections import Objections
-from eai.generator.over_time import Seeker
+from eai.generator.measures import Measure, difficulty_model, measured
 from eai.generator.prior import Prior, Theme, clash, is_idle, subjects_of
 from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_more_of_a_kind
+from eai.generator.sets import (
+    SHARES,
+    Prints,
+    Rivals,
+    bases_of,
+    fingerprint,
+    fingerprint_of,
+    goals_fingerprint,
+    split_of_goals,
+)
 from eai.generator.spec import (
     CANARY,
     LENGTHS,
@@ -34,8 +43,8 @@ from eai.generator.spec import (
     Tier,
     tier_of,
 )
-from eai.generator.splits import SHARES, Rivals, bases_of, split_of_goals
 from eai.generator.walk import (
+    Seeker,
     Walk,
     certificate,
     lower_bound,
@@ -43,9 +52,11 @@ from eai.generator.walk import (
     steps_of_planner,
 )
 from eai.generator.words import Words
+from eai.logic.traversal import objects
 from eai.planning.planner import Planner
 from eai.tasks.source import Source
 from eai.tasks.task_lines import plan_of
+from eai.world.domain import Domain
 from eai.world.relation import bits
 from eai.world.state import State
 
@@ -86,6 +97,50 @@ _RENEWED = 200
 """After so many tasks the planner begins anew: it keeps every formula that it has read."""
 
 
+class _Objections:
+    """Reasons against a task: it is none, its words are not exact, it is too near a public one.
+
+    Args:
+        domain: whose world they are in.
+        public: its benchmark's own tasks.
+        by_place: whether instructions are to name nothing.
+    """
+
+    def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
+        self._domain, self._by_place = domain, by_place
+        self._public = {
+            goals_fingerprint([goal.formula for goal in task.goals], task.scene) for task in public
+        }
+        self._table = LookupTable(public, domain)
+
+    def to(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
+        """Why a task in these words, with a certificate that is to be about so long, is not to be asked."""
+        if len(task.script) < least:
+            return Reason.TOO_SHORT
+        if len(task.script) > most:
+            return Reason.TOO_LONG
+        reached = zip(task.goals, GoalTest(task).reached(task.initial, ()), strict=True)
+        if any(holds for each, holds in reached if not each.is_over_time):
+            return Reason.HOLDS_ALREADY
+        if not solves(self._domain, task, task.script):
+            return Reason.NO_CERTIFICATE
+        if (reason := self._objection_to_words(task, words)) is not None:
+            return reason
+        if fingerprint_of(task)[0] in self._public:
+            return Reason.PUBLIC
+        if solves(self._domain, task, self._table.plan(task)):
+            return Reason.PUBLIC_PLAN
+        return None
+
+    def _objection_to_words(self, task: Task, words: Words) -> Reason | None:
+        """The instruction names what it is not to name, or, read again, does not give the goals back."""
+        goals = tuple([goal.formula for goal in task.goals])
+        named = (name for goal in goals for name in objects(goal))
+        if self._by_place and not all(map(words.is_told, named)):
+            return Reason.NAMELESS
+        return None if words.says(task.instruction, goals) else Reason.AMBIGUOUS
+
+
 @dataclass
 class Generator:
     """Makes tasks.
@@ -122,8 +177,7 @@ class Generator:
                 f"by {self.spec.held_out.value}"
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
-        self._objections = Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
-        self._measures = Measures(self.benchmark.domain)
+        self._objections = _Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
         self._usage = Usage(self.benchmark.domain, self.prior)
         self._hiding = Hiding(self.benchmark.domain, self.prior)
         self._weights = list(self._weights_of_bases())
@@ -149,7 +203,7 @@ class Generator:
             more = _OFFERS * (offers + bool(self._hiding.places(task)))
             yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
 
-    def task(self, seed: str, known: Collection[fingerprint.Prints] = ()) -> Outcome:
+    def task(self, seed: str, known: Collection[Prints] = ()) -> Outcome:
         """The task of a seed: the same on every machine; none if its fingerprints are known."""
         self._made += 1
         if self._made % _RENEWED == 0:
@@ -165,7 +219,7 @@ class Generator:
         split = split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
             return Rejected(seed, Reason.OTHER_SPLIT)
-        if not self.spec.over_time and fingerprint.of(goals, start) in known:
+        if not self.spec.over_time and fingerprint(goals, start) in known:
             return Rejected(seed, Reason.COPY)
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
         task = posed(
@@ -187,7 +241,7 @@ class Generator:
             task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
             about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
             reason = self._objections.to(task, words, least, most + _LONGER)
-            if reason is None and fingerprint.of_task(task) in known:
+            if reason is None and fingerprint_of(task) in known:
                 reason = Reason.COPY
         if reason is None and self.rivals is not None and self.rivals.give_away(task):
             reason = Reason.KNOWN_PLAN
@@ -195,25 +249,24 @@ class Generator:
 
     def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
         """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
-        measured = self._measures.of(task)
-        if any(measured[each.measure] < each.number for each in self.spec.at_least):
+        found = measured(task, self.benchmark.domain)
+        if any(found[measure] < number for measure, number in self.spec.at_least):
             return Rejected(seed, Reason.TOO_LITTLE)
-        expected = None if self._difficulty is None else self._difficulty.expected(task)
-        if expected is not None:
-            about["difficulty"] = {"expected": expected.value, "error": expected.error}
+        if self._difficulty is not None and (expected := self._difficulty.expected(task)) is not None:
+            about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
             low, high = self.spec.difficulty or (-math.inf, math.inf)
-            if not low <= expected.value <= high:
+            if not low <= expected <= high:
                 return Rejected(seed, Reason.DIFFICULTY)
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Rejected(seed, Reason.ONE_ACTION)
         if self.plans_again and not self.spec.over_time:
             about["planner_steps"] = steps_of_planner(walk)
-        return Generated(task, {**self._about(task, seed, measured), **about})
+        return Generated(task, {**self._about(task, seed, found), **about})
 
     def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
         """Return everything known about a task."""
-        of_goals, of_scene = fingerprint.of_task(task)
+        of_goals, of_scene = fingerprint_of(task)
         return {
             "tier": tier_of(len(task.script)).value,
             **{measure.value: number for measure, number in measured.items()},
@@ -242,7 +295,7 @@ class Generator:
         proposals = self._proposals(closed)
         walk = Walk(self._usage.domain, self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
-            wanted, before = proposals.disturbance(rng), walk.state
+            wanted, before = proposals.literal(rng, relations=0.5), walk.state
             if wanted is not None:
                 walk.reach(wanted)
                 walk.conditions.clear()
@@ -363,7 +416,7 @@ class Generator:
 
 
 def generate(
-    generator: Generator, seeds: Iterator[str], number: int, known: set[fingerprint.Prints]
+    generator: Generator, seeds: Iterator[str], number: int, known: set[Prints]
 ) -> Iterator[Outcome]:
     """So many tasks by seeds in order, and what was rejected on the way.
 
@@ -383,7 +436,7 @@ def generate(
             raise InputError(f"only {found} of {number} tasks found: the last {in_vain} seeds gave none")
         outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):
-            known.add(fingerprint.of_task(outcome.task))
+            known.add(fingerprint_of(outcome.task))
             found += 1
         in_vain = 0 if isinstance(outcome, Generated) else in_vain + 1
         yield outcome

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
-from eai.generator.prior import Pattern, Patterns, Prior, Theme, narrowed
+from eai.generator.prior import Pattern, Patterns, Prior, Theme, kept, narrowed
 from eai.generator.spec import Forms
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -47,11 +47,7 @@ class Proposals:
     ) -> Proposals:
         """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
         usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
-        patterns = {
-            key: sayable
-            for key, known in usual.items()
-            if (sayable := {p: w for p, w in known.items() if _can_say(p, scene, prior)})
-        }
+        patterns = kept(usual, lambda pattern: _can_say(pattern, scene, prior))
         shapes = dict.fromkeys(_SHAPES, 1) if forms is Forms.ALL else prior.forms
         shapes = {
             shape: n for shape, n in shapes.items() if shape in _SHAPES or (actions and shape == "Occurs")
@@ -63,24 +59,12 @@ class Proposals:
 
     def about(self, kinds: Collection[str]) -> Proposals:
         """Those of them that are about things of some kinds alone."""
-        known = {
-            key: {
-                pattern: n
-                for pattern, n in patterns.items()
-                if kinds and pattern.categories[:1] and pattern.categories[0] in kinds
-            }
-            for key, patterns in self.patterns.items()
-        }
-        return replace(self, patterns={key: patterns for key, patterns in known.items() if patterns})
+        known = kept(self.patterns, lambda p: bool(p.categories) and p.categories[0] in kinds)
+        return replace(self, patterns=known)
 
-    def literal(self, rng: random.Random) -> f.Formula | None:
-        """A positive literal, such as the state of something or its place."""
-        pattern = self._pattern(rng, truth=True)
-        return None if pattern is None else self._ground(pattern, rng)
-
-    def disturbance(self, rng: random.Random) -> f.Formula | None:
-        """A positive literal, at least every other time about the place of something."""
-        pattern = self._pattern(rng, truth=True, relations_only=rng.random() < 0.5)
+    def literal(self, rng: random.Random, relations: float = 0.0) -> f.Formula | None:
+        """A positive literal, at least as often as asked for about the place of something."""
+        pattern = self._pattern(rng, truth=True, relations_only=relations > 0 and rng.random() < relations)
         return None if pattern is None else self._ground(pattern, rng)
 
     def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
@@ -240,17 +224,12 @@ def _is_counted(category: str, prior: Prior) -> bool:
 
 def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
     """Those about a kind of which there are several, and all or some of which may be spoken of."""
-    found = {
-        key: {
-            pattern: weight
-            for pattern, weight in known.items()
-            if pattern.categories
-            and _is_counted(pattern.categories[0], prior)
-            and scene.category(pattern.categories[0]).bit_count() > 1
-        }
-        for key, known in patterns.items()
-    }
-    return {key: known for key, known in found.items() if known}
+
+    def is_countable(pattern: Pattern) -> bool:
+        first = pattern.categories[:1]
+        return any(_is_counted(c, prior) and scene.category(c).bit_count() > 1 for c in first)
+
+    return kept(patterns, is_countable)
 
 
 def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:

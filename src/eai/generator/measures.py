@@ -22,13 +22,12 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.benchmark.features import operators_with_tools
-from eai.generator import fingerprint
-from eai.logic.traversal import children
+from eai.logic.traversal import children, objects, walk
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.relation import bits
-from eai.world.state import State
+from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
 FILE = "difficulty.json"
@@ -41,14 +40,6 @@ def features_of(task: Task) -> Sequence[float]:
     """The features of a task with a plan, in order."""
     steps = [action.operator for action in task.script]
     return math.log(len(steps)), float(len(set(steps))), math.log(1 + len(task.goals))
-
-
-@dataclass(frozen=True, slots=True)
-class _ExpectedDifficulty:
-    """An expected difficulty in logits, and its standard error."""
-
-    value: float
-    error: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +60,13 @@ class _DifficultyModel:
     r_squared: float
     rank_correlation: float
 
-    def expected(self, task: Task) -> _ExpectedDifficulty | None:
-        """The expected difficulty of a task; None if it has no plan."""
+    def expected(self, task: Task) -> float | None:
+        """The expected difficulty of a task in logits; None if it has no plan."""
         if not task.script:
             return None
         terms = zip(self.weights, features_of(task), strict=True)
         value = self.intercept + sum([weight * feature for weight, feature in terms])
-        return _ExpectedDifficulty(round(value, 2), self.error)
+        return round(value, 2)
 
 
 def difficulty_model(domain: str) -> _DifficultyModel | None:
@@ -107,13 +98,6 @@ class Measure(str, Enum):
     """The steps that need a thing of some kind that they do not name (`eai.benchmark.features`)."""
 
 
-class AtLeast(NamedTuple):
-    """That something is to be so many at least."""
-
-    measure: Measure
-    number: int
-
-
 class _Lid(NamedTuple):
     """A state of one thing that decides whether others are seen, and whether it lets them be seen or not."""
 
@@ -121,50 +105,39 @@ class _Lid(NamedTuple):
     reveals: bool
 
 
-class Measures:
-    """Measures tasks.
+def measured(task: Task, domain: Domain) -> Mapping[Measure, int]:
+    """All that is counted of a task."""
+    needed, tools = needed_by(task), operators_with_tools(domain)
+    operators = [action.operator for action in task.script]
+    containers, hidden = _opened(task, needed, domain)
+    return {
+        Measure.STEPS: len(operators),
+        Measure.GOALS: len(task.goals),
+        Measure.OPERATORS: len(set(operators)),
+        Measure.DISTRACTORS: len(task.scene.objects) - len(needed),
+        Measure.CONTAINERS: len(containers),
+        Measure.HIDDEN: len(hidden),
+        Measure.TOOL_STEPS: sum(operator in tools for operator in operators),
+    }
 
-    Args:
-        domain: whose world they are in.
-    """
 
-    def __init__(self, domain: Domain) -> None:
-        self._domain = domain
-        self._tools = operators_with_tools(domain)
-        self._lids = sorted(set(lids(domain)))
+def _opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set[int]]:
+    """The objects that the certificate opens, and those that come to light by it."""
+    containers: set[int] = set()
+    hidden: set[int] = set()
+    known = set(lids(domain))
+    states = execute(domain, task.initial, task.script).states if known else ()
+    for before, after in pairwise(states):
+        opened = {i for lid in known for i in _opened_between(lid, before, after)}
+        if opened:
+            containers |= opened
+            hidden |= {i for i in needed if domain.sees(after, i) and not domain.sees(before, i)}
+    return containers, hidden
 
-    def of(self, task: Task) -> Mapping[Measure, int]:
-        """All that is counted of a task."""
-        needed = needed_by(task)
-        operators = [action.operator for action in task.script]
-        containers, hidden = self._opened(task, needed)
-        return {
-            Measure.STEPS: len(operators),
-            Measure.GOALS: len(task.goals),
-            Measure.OPERATORS: len(set(operators)),
-            Measure.DISTRACTORS: len(task.scene.objects) - len(needed),
-            Measure.CONTAINERS: len(containers),
-            Measure.HIDDEN: len(hidden),
-            Measure.TOOL_STEPS: sum(operator in self._tools for operator in operators),
-        }
 
-    def _opened(self, task: Task, needed: set[int]) -> tuple[set[int], set[int]]:
-        """Return the objects that the certificate opens, and those that come to light by it."""
-        containers: set[int] = set()
-        hidden: set[int] = set()
-        states = execute(self._domain, task.initial, task.script).states if self._lids else ()
-        for before, after in pairwise(states):
-            opened = set(self._opened_between(before, after))
-            if opened:
-                containers |= opened
-                sees = self._domain.sees
-                hidden |= {i for i in needed if sees(after, i) and not sees(before, i)}
-        return containers, hidden
-
-    def _opened_between(self, before: State, after: State) -> Iterator[int]:
-        for lid in self._lids:
-            then, now = before.those(lid.predicate), after.those(lid.predicate)
-            yield from bits(now & ~then if lid.reveals else then & ~now)
+def _opened_between(lid: _Lid, before: State, after: State) -> Iterator[int]:
+    then, now = before.those(lid.predicate), after.those(lid.predicate)
+    return bits(now & ~then if lid.reveals else then & ~now)
 
 
 def lids(domain: Domain) -> Iterator[_Lid]:
@@ -188,7 +161,7 @@ def _lids(
                     yield _Lid(name, reveals)
             elif isinstance(derived, Defined) and name not in within:
                 pairs = zip(derived.parameters, variables, strict=True)
-                inner = frozenset([parameter.name for parameter, told in pairs if told in own])
+                inner = frozenset([parameter.name for parameter, name in pairs if name in own])
                 yield from _lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)
         case _:
             for part in children(formula):
@@ -198,5 +171,16 @@ def _lids(
 def needed_by(task: Task) -> set[int]:
     """The objects that the goals name or range over, that the certificate uses, and the agent."""
     used = {index for action in task.script for index in action.arguments}
-    asked = {index for each in task.goals for index in fingerprint.spoken_of(each.formula, task.scene)}
+    asked = {index for each in task.goals for index in spoken_of(each.formula, task.scene)}
     return used | asked | {i for i in (task.scene.agent,) if i is not None}
+
+
+def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
+    """The objects that a goal names or ranges over."""
+    yield from (scene.index[name] for name in objects(goal))
+    for part in walk(goal):
+        match part:
+            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(variable=variable):
+                yield from bits(scene.category(variable.category))
+            case f.ForPairs(first, second):
+                yield from bits(scene.category(first.category) | scene.category(second.category))

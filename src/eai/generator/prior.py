@@ -5,7 +5,7 @@ It says which goals nobody would want together: those that no public task wants 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -121,14 +121,19 @@ Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
 """How usual patterns are, by predicate and truth."""
 
 
-def narrowed(patterns: Patterns, categories: Collection[str]) -> Patterns:
-    """Those that are about objects of some categories alone."""
-    about = frozenset(categories)
+def kept(patterns: Patterns, is_kept: Callable[[Pattern], bool]) -> Patterns:
+    """Those of some patterns that are to be kept; what has none is left out."""
     found = {
-        key: {pattern: weight for pattern, weight in known.items() if about.issuperset(pattern.categories)}
+        key: {pattern: weight for pattern, weight in known.items() if is_kept(pattern)}
         for key, known in patterns.items()
     }
     return {key: known for key, known in found.items() if known}
+
+
+def narrowed(patterns: Patterns, categories: Collection[str]) -> Patterns:
+    """Those that are about objects of some categories alone."""
+    about = frozenset(categories)
+    return kept(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
 class Kind(NamedTuple):

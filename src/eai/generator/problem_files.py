@@ -6,7 +6,6 @@ import random
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import eai.logic.formula as f
@@ -54,71 +53,66 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
     return list(dict.fromkeys(found))
 
 
-@dataclass(frozen=True)
-class ProblemReader:
-    """Reads problems as tasks of a benchmark.
+def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -> list[Task]:
+    """The tasks of some files, each known by the name of its problem, or by that of its file.
 
     PDDL is of the domain that `eai.pddl.export` makes of the declaration, or of the data set's own where it
     has one; BDDL has the declared names in small letters, or those of the data set where that has problems in
     BDDL. Goals are the parts of the outermost conjunction.
+
+    Raises:
+        InputError: a file cannot be read, or is no problem of this world; names file, line and what was
+            expected.
     """
+    endings = dict.fromkeys(path.suffix for path in paths)
+    worlds = {ending: _worlds(ending, benchmark, source) for ending in endings}
+    files = [(world := _named(path, worlds[path.suffix]), _read(path, world)) for path in paths]
+    times = Counter(file.problem.name for _, file in files)
+    tasks: dict[str, Path] = {}
+    made = []
+    for world, file in files:
+        name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
+        if name in tasks:
+            raise InputError(f"{file.path}: expected another name than {name!r}, as in {tasks[name]}")
+        tasks[name] = file.path
+        made.append(_task(name, file, world, benchmark))
+    return made
 
-    benchmark: Benchmark
-    source: Source
 
-    def read(self, paths: Sequence[Path]) -> list[Task]:
-        """The tasks of some files, each known by the name of its problem, or by that of its file.
+def _worlds(ending: str, benchmark: Benchmark, source: Source) -> list[ProblemWorld]:
+    tasks = benchmark.tasks(source).values()
+    if ending == PDDL:
+        own = benchmark.open_pddl
+        declared = DeclaredWorld.in_pddl(benchmark.domain, tasks)
+        return [declared] if own is None else [declared, own(source)]
+    if benchmark.open_bddl is not None:
+        return [benchmark.open_bddl(source)]
+    return [DeclaredWorld.in_bddl(benchmark.domain, tasks)]
 
-        Raises:
-            InputError: a file cannot be read, or is no problem of this world; names file, line and what was
-                expected.
-        """
-        worlds = {ending: self._worlds(ending) for ending in dict.fromkeys(path.suffix for path in paths)}
-        files = [(world := _named(path, worlds[path.suffix]), _read(path, world)) for path in paths]
-        times = Counter(file.problem.name for _, file in files)
-        tasks: dict[str, Path] = {}
-        made = []
-        for world, file in files:
-            name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
-            if name in tasks:
-                raise InputError(f"{file.path}: expected another name than {name!r}, as in {tasks[name]}")
-            tasks[name] = file.path
-            made.append(self._task(name, file, world))
-        return made
 
-    def _worlds(self, ending: str) -> list[ProblemWorld]:
-        tasks = self.benchmark.tasks(self.source).values()
-        if ending == PDDL:
-            own = self.benchmark.open_pddl
-            declared = DeclaredWorld.in_pddl(self.benchmark.domain, tasks)
-            return [declared] if own is None else [declared, own(self.source)]
-        if self.benchmark.open_bddl is not None:
-            return [self.benchmark.open_bddl(self.source)]
-        return [DeclaredWorld.in_bddl(self.benchmark.domain, tasks)]
+def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
+    posed = world.pose(file.problem)
+    readings = Readings(benchmark.domain.vocabulary)
+    facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
+    for each in facts:
+        if not readings.holds(posed.meaning(each), {}, posed.initial):
+            expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
+            raise InputError(f"{file.path}: line {_line(file.text, each)}: {expected}")
+    asked = file.problem.goal
+    parts = asked.operands if isinstance(asked, f.And) else (asked,)
+    goals = list(dict.fromkeys(map(posed.meaning, parts)))
+    if not goals:
+        raise InputError(f"{file.path}: expected a goal")
+    return make_task(name, _instruction(goals, posed.initial, benchmark), posed.initial, *goals)
 
-    def _task(self, name: str, file: ProblemFile, world: ProblemWorld) -> Task:
-        posed = world.pose(file.problem)
-        readings = Readings(self.benchmark.domain.vocabulary)
-        said: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
-        for each in said:
-            if not readings.holds(posed.meaning(each), {}, posed.initial):
-                line = _line(file.text, each)
-                told = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
-                raise InputError(f"{file.path}: line {line}: {told}")
-        asked = file.problem.goal
-        parts = asked.operands if isinstance(asked, f.And) else (asked,)
-        goals = list(dict.fromkeys(map(posed.meaning, parts)))
-        if not goals:
-            raise InputError(f"{file.path}: expected a goal")
-        return make_task(name, self._instruction(goals, posed.initial), posed.initial, *goals)
 
-    def _instruction(self, goals: Sequence[f.Formula], initial: State) -> str:
-        """Return the instruction, in English where there are words for it."""
-        try:
-            words = Words.of(self.benchmark, initial)
-            return words.instruction(goals, random.Random(0))  # noqa: S311 - how it begins
-        except (InputError, KeyError):
-            return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
+def _instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
+    """The instruction, in English where there are words for it."""
+    try:
+        words = Words.of(benchmark, initial)
+        return words.instruction(goals, random.Random(0))  # noqa: S311 - how it begins
+    except (InputError, KeyError):
+        return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
 
 
 def _named(path: Path, worlds: Sequence[ProblemWorld]) -> ProblemWorld:

@@ -1,4 +1,4 @@
-"""Sets of generated tasks: their seeds, their files, and what is known of a set as a whole."""
+"""Sets of generated tasks: seeds, splits that share no goals, fingerprints, files and the manifest."""
 
 from __future__ import annotations
 
@@ -10,20 +10,32 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import count, islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import eai.logic.formula as f
+from eai.abilities.goal_test import solves
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
+from eai.benchmark.lookup import LookupTable
 from eai.data.files import write_whole
 from eai.errors import InputError
-from eai.generator.spec import CANARY, Generated, Reason, Rejected, Spec
-from eai.generator.splits import Overlap
+from eai.generator.measures import spoken_of
+from eai.generator.prior import Pattern, patterns_of
+from eai.generator.spec import CANARY, Generated, HeldOut, Reason, Rejected, Spec, Split
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
 from eai.tasks.task_lines import read_line
 from eai.world.domain import Domain
+from eai.world.state import Scene, State
 
 MANIFEST = "generated.json"
 """The name of the manifest of a folder of generated tasks."""
+
+SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
+"""The share of what is held out that falls to each split, in the order in which the splits are made."""
+
+_ORDER = tuple(SHARES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,47 +53,167 @@ class Seeds:
     secret: str | None = None
 
     def __iter__(self) -> Iterator[str]:
-        """The seeds, without end; a secret cannot be told from them."""
+        """The seeds, without end; a secret cannot be read from them."""
         for number in count():
             if self.secret is None:
                 yield f"{self.split}-{self.seed}-{number}"
             else:
-                told = f"{self.secret} {self.split} {self.seed} {number}"
-                yield f"{self.split}-{hashlib.sha256(told.encode()).hexdigest()[:16]}"
+                hidden = f"{self.secret} {self.split} {self.seed} {number}"
+                yield f"{self.split}-{hashlib.sha256(hidden.encode()).hexdigest()[:16]}"
 
 
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """The features of tasks, as the least, the quartiles and the greatest of each number.
+class Prints(NamedTuple):
+    """The digests that distinguish tasks: of its goals, and of its scene."""
 
-    Attributes:
-        steps: of the plans of those that have one.
-        goals: per task.
-        objects: per task.
-        forms: how many goals have each form, the most frequent first.
+    goals: str
+    scene: str
+
+
+def goals_fingerprint(goals: Iterable[f.Formula], scene: Scene) -> str:
+    """The fingerprint of goals: equal if they ask for the same of objects of the same categories."""
+    categories = {thing.name: thing.category for thing in scene.objects}
+    texts = [print_ltl(rename_variables(rename_objects(goal, categories))) for goal in goals]
+    return _digest(sorted(texts))
+
+
+def _scene_fingerprint(initial: State, goals: Iterable[f.Formula]) -> str:
+    """The fingerprint of what can change and holds at the start of what the goals speak of."""
+    scene, vocabulary = initial.scene, initial.scene.vocabulary
+    named = {index for goal in goals for index in spoken_of(goal, scene)}
+    static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
+    facts = [
+        f"{fact.predicate} {[scene.objects[i].category for i in fact.arguments]}"
+        for fact in initial.facts()
+        if fact.predicate not in static and named.intersection(fact.arguments)
+    ]
+    return _digest(sorted(facts))
+
+
+def fingerprint(goals: Sequence[f.Formula], initial: State) -> Prints:
+    """The fingerprints of goals, and of the scene in which they are to be reached."""
+    return Prints(goals_fingerprint(goals, initial.scene), _scene_fingerprint(initial, goals))
+
+
+def fingerprint_of(task: Task) -> Prints:
+    """Both fingerprints of a task."""
+    return fingerprint([goal.formula for goal in task.goals], task.initial)
+
+
+def _digest(texts: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
+
+
+def split_of(key: str) -> Split:
+    """The split that a hash gives a text."""
+    return _split_at(_hash(key))
+
+
+def _hash(key: str) -> float:
+    return int.from_bytes(hashlib.sha256(key.encode()).digest()[:8], "big") / 2**64
+
+
+def _split_at(place: float) -> Split:
+    """The split at a place between 0 and 1, of which each has its share."""
+    for split, share in SHARES.items():
+        place -= share
+        if place < 0:
+            return split
+    return _ORDER[-1]
+
+
+def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
+    """The split to which a task with these goals belongs, whatever their objects are called."""
+    if held_out is HeldOut.PAIRS:
+        literals = [pattern for goal in goals for pattern in patterns_of(goal, scene)]
+        splits = {split_of(f"pair {_pair(pattern, scene)}") for pattern in literals}
+        if splits:
+            return max(splits, key=_ORDER.index)
+    return split_of(f"goals {goals_fingerprint(goals, scene)}")
+
+
+def _pair(pattern: Pattern, scene: Scene) -> tuple[str, ...]:
+    """The predicate, and the first kind of thing that is not the agent's."""
+    agent = None if scene.agent is None else scene.objects[scene.agent].category
+    return pattern.predicate, *[kind for kind in pattern.categories if kind != agent][:1]
+
+
+def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence[Task]:
+    """The public tasks from which those of a split are made.
+
+    Titles and scenes are few, so that splits get their share of them, in the order of their hashes.
+    """
+    if split is Split.ALL or held_out not in (HeldOut.TITLES, HeldOut.SCENES):
+        return tasks
+    keys = [task.title if held_out is HeldOut.TITLES else task.id for task in tasks]
+    ranked = sorted(set(keys), key=lambda key: _hash(f"{held_out.value} {key}"))
+    splits = {key: _split_at((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)}
+    return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
+
+
+class Rivals:
+    """The tasks of other splits, whose plans are not to solve the tasks of this one, nor the other way round.
+
+    Args:
+        domain: whose world they are in.
+        known: the tasks of earlier splits: no plan that `eai/lookup` finds among them solves a task.
+        held_out: the tasks of later splits: none of them is solved by the plan of a task.
     """
 
-    steps: tuple[int, ...]
-    goals: tuple[int, ...]
-    objects: tuple[int, ...]
-    forms: tuple[tuple[str, int], ...]
+    def __init__(self, domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()) -> None:
+        self._domain = domain
+        self._table = LookupTable(known, domain)
+        self._held_out = tuple(held_out)
 
-    @staticmethod
-    def of(tasks: Sequence[Task]) -> Shape:
-        """The shape of some tasks."""
-        forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
-        return Shape(
-            _spread([len(task.script) for task in tasks if task.script]),
-            _spread([len(task.goals) for task in tasks]),
-            _spread([len(task.scene.objects) for task in tasks]),
-            tuple(forms.most_common()),
-        )
+    def give_away(self, task: Task) -> bool:
+        """Whether a task is solved by looking up another, or would be what another is solved by."""
+        if solves(self._domain, task, self._table.plan(task)):
+            return True
+        own = LookupTable([task], self._domain)
+        return any(solves(self._domain, each, own.plan(each)) for each in self._held_out)
 
 
-def _spread(numbers: Sequence[int]) -> tuple[int, ...]:
+def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
+    """The overlap of tasks with others that are known, say those of a training set.
+
+    ``tasks``: how many there are. ``same``: those that are the same as a known one, with equal goals of
+    things that start alike. ``same_goals``: those with the goals of a known one, objects known by kind.
+    ``solved_by_lookup``: those that are solved by the plan of the known task with the most similar goals.
+    """
+    prints = set(map(fingerprint_of, known))
+    goals = {each.goals for each in prints}
+    table = LookupTable(known, domain)
+    found = list(map(fingerprint_of, tasks))
+    return {
+        "tasks": len(tasks),
+        "same": sum(each in prints for each in found),
+        "same_goals": sum(each.goals in goals for each in found),
+        "solved_by_lookup": sum(solves(domain, task, table.plan(task)) for task in tasks),
+    }
+
+
+def is_before(one: str, other: str) -> bool:
+    """Whether one name is that of a split, and the other that of a later one."""
+    return one in _ORDER and other in _ORDER and _ORDER.index(Split(one)) < _ORDER.index(Split(other))
+
+
+def shape_of(tasks: Sequence[Task]) -> dict[str, Any]:
+    """The least, the quartiles and the greatest of steps of plans, goals and objects, and the forms of goals.
+
+    Tasks without a plan have no steps; the most frequent form is first.
+    """
+    forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
+    return {
+        "steps": _spread([len(task.script) for task in tasks if task.script]),
+        "goals": _spread([len(task.goals) for task in tasks]),
+        "objects": _spread([len(task.scene.objects) for task in tasks]),
+        "forms": dict(forms.most_common()),
+    }
+
+
+def _spread(numbers: list[int]) -> list[int]:
     if len(numbers) < 2:
-        return tuple(numbers)
-    return (min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers))
+        return numbers
+    return [min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers)]
 
 
 def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
@@ -99,9 +231,8 @@ def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[s
 def manifest_entry(
     spec: Spec, seeds: Seeds, content: bytes, made: Sequence[Generated], rejected: Iterable[Rejected]
 ) -> dict[str, Json]:
-    """What a manifest says of a set: what it takes to make it again, but no secret, and what it is like."""
+    """The entry of a manifest: all it takes to make it again, but no secret, and the shape of its tasks."""
     reasons = Counter(each.reason for each in rejected)
-    shape = Shape.of([each.task for each in made])
     return {
         "spec": {
             name: value.value if hasattr(value, "value") else value for name, value in asdict(spec).items()
@@ -112,20 +243,15 @@ def manifest_entry(
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
-        "shape": {
-            "steps": list(shape.steps),
-            "goals": list(shape.goals),
-            "objects": list(shape.objects),
-            "forms": dict(shape.forms),
-        },
+        "shape": shape_of([each.task for each in made]),
     }
 
 
 def unproven(folder: Path, split: str, secret: str) -> Iterator[str]:
-    """What does not prove that a set was made with a secret whose digest its manifest published.
+    """Reasons against the claim that a set was made with a secret whose digest its manifest published.
 
     The content of the file, the secret, and that the seed of every task follows from it are checked; that a
-    seed gives its task is told by making the set again.
+    seed gives its task shows when the set is made again.
 
     Raises:
         InputError: there is no such set, or it was made without a secret.
@@ -164,7 +290,7 @@ def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
 
 
 def write_manifest(
-    folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], Overlap]
+    folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], dict[str, int]]
 ) -> None:
     """Enter a set into the manifest of a folder, and what sets have in common with others: (set, other).
 
@@ -172,13 +298,13 @@ def write_manifest(
         InputError: there is a file of that name that is no manifest, or it cannot be written.
     """
     file = folder / MANIFEST
-    sets, told = (_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
-    common: dict[str, dict[str, Json]] = {
+    sets, known = (_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
+    common: dict[str, dict[str, dict[str, int]]] = {
         name: {other: found for other, found in others.items() if split not in (name, other)}
-        for name, others in told.items()
+        for name, others in known.items()
     }
     for (name, other), found in overlap.items():
-        common.setdefault(name, {})[other] = asdict(found)
+        common.setdefault(name, {})[other] = found
     common = {name: others for name, others in common.items() if others}
     content = {"canary": CANARY, "sets": {**sets, split: entry}, "overlap": common}
     write_whole({file: f"{json.dumps(content, indent=2)}\n"})

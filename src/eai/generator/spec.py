@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.generator.measures import AtLeast
+from eai.generator.measures import Measure
 
 
 class Reason(str, Enum):
@@ -102,7 +102,7 @@ class Split(str, Enum):
 
 
 class HeldOut(str, Enum):
-    """What the splits have nothing of in common."""
+    """The property that splits do not share."""
 
     GOALS = "goals"
     """All goals of a task together, objects known by kind."""
@@ -130,7 +130,7 @@ class Spec:
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
         difficulty: between which expected difficulties tasks are (`eai.generator.measures`); None for any.
-        at_least: how much of what a task has at least.
+        at_least: measures, and how much of each a task has at least.
         split: which part of them.
         held_out: what the parts have nothing of in common.
         disturbances: how many things are brought about at most in a scene before the task begins.
@@ -147,7 +147,7 @@ class Spec:
     most_objects: int = 30
     depth: int = 1
     difficulty: tuple[float, float] | None = None
-    at_least: tuple[AtLeast, ...] = ()
+    at_least: tuple[tuple[Measure, int], ...] = ()
     split: Split = Split.ALL
     held_out: HeldOut = HeldOut.GOALS
     disturbances: int = 4

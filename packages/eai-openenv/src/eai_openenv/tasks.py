@@ -9,8 +9,7 @@ from itertools import combinations
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.errors import InputError
-from eai.generator import fingerprint
-from eai.generator.splits import SHARES
+from eai.generator.sets import SHARES, fingerprint_of
 from eai.scoring.reward import suite_of
 from eai.tasks.source import TaskReference
 
@@ -50,7 +49,7 @@ class Tasks:
     def _refuse_common_goals(self) -> None:
         """Splits that are called as those of `eai generate` are have no goals in common."""
         goals = {
-            split: {fingerprint.of_task(task).goals for task in self._of_split[split].values()}
+            split: {fingerprint_of(task).goals for task in self._of_split[split].values()}
             for split in SHARES
             if split in self._of_split
         }
