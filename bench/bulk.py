@@ -23,7 +23,7 @@ from statistics import quantiles
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import find_response_files, read_responses
-from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
+from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import Suite, open_suite
 from eai.scoring.batch import Scoring
 from eai.scoring.collector import collecting_seldom
@@ -64,7 +64,7 @@ def main() -> None:
 def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
     book = open_answer_book(suite.benchmark, suite.ability)
     return [
-        [(task_id, noisy_answer(book, task_id, Noise(0.2, f"{seed}")).text) for task_id in suite.task_ids]
+        [(task_id, noisy_answer(book, task_id, 0.2, f"{seed}").text) for task_id in suite.task_ids]
         for seed in range(9)
     ]
 

@@ -22,7 +22,7 @@ from typing import TypeVar
 from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmark.gold_answers import AnswerBook, Noise, WrittenAnswer, noisy_answer
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.households.packs import fetch_published
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.goal_notation import VirtualHomeGoals
@@ -104,7 +104,7 @@ def made_answers(ability: Ability, size: int) -> list[list[Response]]:
     book = open_book(ability)
     tasks = spread(book.task_ids, size)
     return [
-        [Response(task, noisy_answer(book, task, Noise(RATE, str(seed))).text) for task in tasks]
+        [Response(task, noisy_answer(book, task, RATE, str(seed)).text) for task in tasks]
         for seed in range(SETS)
     ]
 

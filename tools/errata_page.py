@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from eai.benchmark.errata import Erratum, published_errata
+from eai.benchmark.errata import _Erratum, published_errata
 from eai.benchmark.registry import title_of
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "errata.md"
@@ -33,7 +33,7 @@ def page() -> str:
     return before + BEGIN + head + "".join(map(_row, errata.entries)) + END + rest.partition(END)[2]
 
 
-def _row(entry: Erratum) -> str:
+def _row(entry: _Erratum) -> str:
     abilities = ", ".join(ability.value.replace("_", " ") for ability in entry.abilities)
     names = [task_id.split("_0_")[0] for task_id in entry.tasks]
     named = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")

@@ -1,4 +1,4 @@
-"""What a derived predicate computes is what its formula says, in any state, in every built-in domain."""
+"""Derived predicates compute what their formulas say, in any state, in every built-in domain."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMPUTED = [
     if isinstance(evaluated_as(derived), Computed | Lookup)
 ]
 SUPPORTS = ("lies_in", "lies_on")
-"""What rests in something does not rest on anything else, nor in a circle: no action leads to that."""
+"""A thing that rests in something does not rest on anything else, nor in a circle, by any action."""
 
 
 @pytest.mark.parametrize(("domain", "scene", "derived"), COMPUTED)
@@ -48,7 +48,7 @@ def test_what_is_computed_is_what_the_formula_says(
 
 
 def computed(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
-    """What the function of a derived predicate says."""
+    """The values of the function of a derived predicate."""
     match evaluated_as(derived):
         case Computed(test=test):
             return test(state, arguments)

@@ -19,7 +19,7 @@ from eai.abilities.task import make_task
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.errata import Erratum, published_errata, read_errata
+from eai.benchmark.errata import _Erratum, published_errata, read_errata
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
@@ -39,18 +39,18 @@ from oracle import MODELS, Oracle
 ROOT = Path(__file__).parents[2]
 
 VERSIONS = {1: "1+92cd0f75", 2: "2+2ce9dbe1"}
-"""What each version of the table holds: whoever changes a correction makes a new version."""
+"""The content of each version of the table: whoever changes a correction makes a new version."""
 
 CURRENT, NONE = ErrataChoice.CURRENT, ErrataChoice.NONE
 ENTRIES = {entry.id: entry for entry in published_errata().entries}
 
 
-def opened(store: Store, entry: Erratum, ability: Ability, errata: ErrataChoice) -> Suite:
+def opened(store: Store, entry: _Erratum, ability: Ability, errata: ErrataChoice) -> Suite:
     source = Source(store, planner=PlannerChoice.BUILT_IN, errata=errata)
     return open_suite(entry.domain, ability, source=source)
 
 
-def gold_succeeds(store: Store, entry: Erratum, errata: ErrataChoice, task_id: str) -> bool | None:
+def gold_succeeds(store: Store, entry: _Erratum, errata: ErrataChoice, task_id: str) -> bool | None:
     """Whether the data set's own answer is a success; None where it is not counted."""
     suite = opened(store, entry, entry.abilities[0], errata)
     book = open_answer_book(suite.benchmark, suite.ability, suite.source)
@@ -59,8 +59,8 @@ def gold_succeeds(store: Store, entry: Erratum, errata: ErrataChoice, task_id: s
     return verdict.success
 
 
-def no_plan_exists(entry: Erratum, store: Store, oracle: Oracle) -> None:
-    """What puts a thing into a hand never leaves one in both that was in one at most."""
+def no_plan_exists(entry: _Erratum, store: Store, oracle: Oracle) -> None:
+    """An action that puts a thing into a hand never leaves one in both that was in one at most."""
     (task_id,) = entry.tasks
     for ability in entry.abilities:
         suite = opened(store, entry, ability, NONE)
@@ -88,7 +88,7 @@ def no_plan_exists(entry: Erratum, store: Store, oracle: Oracle) -> None:
         assert opened(store, entry, ability, CURRENT).score(task_id, "").excluded == entry.exclude
 
 
-def names_alone_do_not_do(entry: Erratum, store: Store, oracle: Oracle) -> None:
+def names_alone_do_not_do(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     (ability,) = entry.abilities
     suite = opened(store, entry, ability, CURRENT)
     book = open_answer_book(suite.benchmark, ability, suite.source)
@@ -109,7 +109,7 @@ def names_alone_do_not_do(entry: Erratum, store: Store, oracle: Oracle) -> None:
             assert not verdict.success
 
 
-def nobody_writes_the_hyphen(entry: Erratum, store: Store, oracle: Oracle) -> None:
+def nobody_writes_the_hyphen(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     found = find_benchmark("behavior").operators(Source(store, errata=NONE))
     assert [i for i, task in found.items() if "slice-carvingknife" in task.operators] == list(entry.tasks)
     texts = behavior_answers(oracle, entry.tasks)
@@ -118,7 +118,7 @@ def nobody_writes_the_hyphen(entry: Erratum, store: Store, oracle: Oracle) -> No
     assert not any("slice-carvingknife" in text for text in texts)
 
 
-def the_published_models_were_asked_for_the_scored(entry: Erratum, store: Store, oracle: Oracle) -> None:
+def the_published_models_were_asked_for_the_scored(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     benchmark = find_benchmark("behavior")
     tasks = benchmark.operators(Source(store))
     for choice, all_right in ((NONE, 0), (CURRENT, 25)):
@@ -134,7 +134,7 @@ def the_published_models_were_asked_for_the_scored(entry: Erratum, store: Store,
     assert (sum(named), len(named)) == (219, 225)
 
 
-def the_problem_names_what_it_does_not_declare(entry: Erratum, store: Store, oracle: Oracle) -> None:
+def the_problem_names_what_it_does_not_declare(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     for choice, offences in ((NONE, {Offence.UNDECLARED_CONSTANT}), (CURRENT, set())):
         tasks = find_benchmark("behavior").operators(Source(store, errata=choice))
         for task_id in entry.tasks:
@@ -142,13 +142,13 @@ def the_problem_names_what_it_does_not_declare(entry: Erratum, store: Store, ora
             assert {each.offence for each in check_problem(task.problem, task.domain.header)} == offences
 
 
-def the_plan_fails_as_published(entry: Erratum, store: Store, oracle: Oracle) -> None:
+def the_plan_fails_as_published(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     for task_id in entry.tasks:
         assert gold_succeeds(store, entry, NONE, task_id) is False
         assert gold_succeeds(store, entry, CURRENT, task_id) is True
 
 
-def the_question_asks_for_another_relation(entry: Erratum, store: Store, oracle: Oracle) -> None:
+def the_question_asks_for_another_relation(entry: _Erratum, store: Store, oracle: Oracle) -> None:
     """Of the questions about plans these alone have other predicates in their goals than are scored."""
     (ability,) = entry.abilities
     for choice, others in ((NONE, set(entry.tasks)), (CURRENT, set())):
@@ -175,7 +175,7 @@ def the_question_asks_for_another_relation(entry: Erratum, store: Store, oracle:
             assert not verdict.success
 
 
-EVIDENCE: Mapping[str, Callable[[Erratum, Store, Oracle], None]] = {
+EVIDENCE: Mapping[str, Callable[[_Erratum, Store, Oracle], None]] = {
     "glass-in-both-hands": no_plan_exists,
     "two-lights-of-one-name": names_alone_do_not_do,
     "slice-carvingknife": nobody_writes_the_hyphen,
@@ -184,7 +184,7 @@ EVIDENCE: Mapping[str, Callable[[Erratum, Store, Oracle], None]] = {
     "undeclared-cleansing-agent": the_problem_names_what_it_does_not_declare,
     **{name: the_plan_fails_as_published for name in ENTRIES if name.startswith("plan-of-")},
 }
-"""What shows that an entry is right."""
+"""The evidence that an entry is right."""
 
 
 def behavior_answers(oracle: Oracle, task_ids: object) -> list[str]:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmark.features import FeatureBook, Features
+from eai.benchmark.features import Features, features_of
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.tasks.source import ErrataChoice, Source
@@ -10,7 +10,7 @@ from studies.lamps import lamp_task, lamps
 
 
 def test_features_are_of_the_task_alone() -> None:
-    assert FeatureBook(lamps()).of(lamp_task()) == Features(
+    assert features_of(lamp_task(), lamps()) == Features(
         annotated_steps=6,
         annotated_operators=4,
         tool_steps=1,
@@ -41,6 +41,6 @@ def test_features_are_of_the_task_alone() -> None:
 )
 def test_features_add_up_to_the_papers_table(domain: str, sums: dict[str, int], data_store: Store) -> None:
     benchmark = find_benchmark(domain)
-    book = FeatureBook(benchmark)
-    found = [book.of(task) for task in benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE)).values()]
+    tasks = benchmark.tasks(Source(data_store, errata=ErrataChoice.NONE))
+    found = [features_of(task, benchmark) for task in tasks.values()]
     assert {name: sum(getattr(each, name) for each in found) for name in sums} == sums

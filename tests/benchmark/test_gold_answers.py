@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.gold_answers import AnswerBook, Noise, WrittenAnswer, noisy_answer
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
@@ -22,14 +22,14 @@ PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
 
 def test_noise_is_decided_by_its_arguments() -> None:
-    assert noisy_answer(BOOK, "1", Noise(0.0, "0")).text == "1a 1b 1c 1d 1e 1f 1g 1h"
-    texts = {noisy_answer(BOOK, "1", Noise(0.5, str(seed))).text for seed in range(20)}
+    assert noisy_answer(BOOK, "1", 0.0, "0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
+    texts = {noisy_answer(BOOK, "1", 0.5, str(seed)).text for seed in range(20)}
     assert len(texts) > 15
-    assert noisy_answer(BOOK, "1", Noise(0.5, "3")) == noisy_answer(BOOK, "1", Noise(0.5, "3"))
+    assert noisy_answer(BOOK, "1", 0.5, "3") == noisy_answer(BOOK, "1", 0.5, "3")
 
 
 def test_noise_drops_repeats_swaps_and_replaces() -> None:
-    answers = [noisy_answer(BOOK, "1", Noise(0.3, str(seed))).parts for seed in range(50)]
+    answers = [noisy_answer(BOOK, "1", 0.3, str(seed)).parts for seed in range(50)]
     gold = BOOK.gold("1").parts
     assert any(len(parts) < len(gold) for parts in answers)
     assert any(part == after for parts in answers for part, after in pairwise(parts))

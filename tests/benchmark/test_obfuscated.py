@@ -10,7 +10,7 @@ import pytest
 
 from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
-from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
+from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.obfuscated import _Cipher
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
@@ -42,7 +42,7 @@ def test_verdicts_are_those_of_the_plain_answers(name: str, ability: Ability) ->
     assert twin.task_ids == plain.task_ids
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 12)]:
         for rate in (0.0, 0.4):
-            text = noisy_answer(book, task_id, Noise(rate, "1")).text
+            text = noisy_answer(book, task_id, rate, "1").text
             assert words.decode(words.encode(text)) == text
             assert twin.score(task_id, words.encode(text)) == plain.score(task_id, text)
 
@@ -93,7 +93,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
     plain, suite = open_suite(name, ability), open_suite(told, ability)
     book = open_answer_book(plain.benchmark, ability)
     for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 6)]:
-        text = noisy_answer(book, task_id, Noise(0.4, "1")).text
+        text = noisy_answer(book, task_id, 0.4, "1").text
         assert suite.score(task_id, text) == plain.score(task_id, text)
 
 

@@ -9,7 +9,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmark.gold_answers import noisy_answer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
@@ -28,7 +28,7 @@ def entail(stated: set[Formula], task: Task) -> bool:
 
 def noisy(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str, str]:
     book = open_answer_book(benchmark, Ability.GOAL_INTERPRETATION, source)
-    return {task: noisy_answer(book, task, Noise(0.2, "0")).text for task in task_ids}
+    return {task: noisy_answer(book, task, 0.2, "0").text for task in task_ids}
 
 
 @pytest.mark.parametrize(

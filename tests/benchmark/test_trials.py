@@ -15,7 +15,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt
-from eai.benchmark.gold_answers import Noise, corrupted_answer, heeding_answer, noisy_answer
+from eai.benchmark.gold_answers import corrupted_versions, heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
@@ -101,7 +101,7 @@ def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 5), ("behavior", 1)])
 def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -> None:
     """It mends one corrupted part an attempt; with the first question asked again it stays where it was."""
-    book, noise = answer_book(name, ACTIONS, data_store), Noise(0.1, "0 1")
+    book, rate, seed = answer_book(name, ACTIONS, data_store), 0.1, "0 1"
     trials = trials_of(name, data_store, EXPLAINED)
     first_again = replace(trials, asker=Unchanging(trials.asker.prompt_of, trials.asker.wording))
     mended, gained = [], 0
@@ -110,11 +110,12 @@ def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -
             continue
 
         def heeding(question: Prompt, attempt: int, task_id: str = task_id) -> str:
-            return heeding_answer(book, task_id, question.user, attempt, noise, 1.0).text
+            asked = question.user
+            return heeding_answer(book, task_id, asked, attempt, rate=rate, seed=seed, heed=1.0).text
 
         attempts = played(trials, task_id, heeding)
         versions = list(
-            dict.fromkeys(answer.text for answer in corrupted_answer(book, task_id, noise).versions())
+            dict.fromkeys(answer.text for answer in corrupted_versions(book, task_id, rate, seed))
         )
         versions += versions[-1:] * ATTEMPTS
         wins = [bool(getattr(trials.suite.score(task_id, text), "success", False)) for text in versions]
@@ -151,7 +152,7 @@ class Resampling:
         self._succeeds = cache(self._score)
 
     def answer(self, task_id: str, seed: str) -> str:
-        return noisy_answer(self._book, task_id, Noise(self._rate, seed)).text
+        return noisy_answer(self._book, task_id, self._rate, seed).text
 
     def chance(self, task_id: str, seeds: int) -> float:
         """The share of so many answers that succeed, none of which is given in a trial."""
@@ -201,7 +202,7 @@ def test_the_scorer_holds_the_true_task_whatever_is_asked(world: World, data_sto
         trials, asker=replace(trials.asker, prompt_of=lambda i: prompt_of(task_ids[task_ids.index(i) - 1]))
     )
     for task_id in task_ids:
-        answers = [noisy_answer(book, task_id, Noise(0.3, str(k))).text for k in range(ATTEMPTS)]
+        answers = [noisy_answer(book, task_id, 0.3, str(k)).text for k in range(ATTEMPTS)]
 
         def given(_: Prompt, attempt: int, answers: Sequence[str] = answers) -> str:
             return answers[attempt - 1]

@@ -1,4 +1,4 @@
-"""What is counted in the tasks of a benchmark."""
+"""The counts of the tasks of a benchmark."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is measured on a task and its certificate, by tasks of both households that were written by hand."""
+"""Measures of a task and its certificate, by tasks of both households that were written by hand."""
 
 from __future__ import annotations
 

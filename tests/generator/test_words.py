@@ -197,7 +197,7 @@ def test_instructions_give_the_goals_back(like: str, forms: Forms) -> None:
 
 
 def test_things_are_told_by_their_places() -> None:
-    """What only one of its kind is to a thing that is the only one of its own; else by their names."""
+    """Things are described by what is the only one of its kind; else by their names."""
     benchmark = find_benchmark("behavior")
     told = 0
     for each in tasks("behavior"):
@@ -216,7 +216,7 @@ def test_things_are_told_by_what_is_so_of_them_alone() -> None:
     scene = WORDS.scene
     seen = [Fact("inside", (1, 4)), Fact("is_clean", (2,)), Fact("ON", (1,)), Fact("ON", (2,))]
     words = replace(WORDS, seen=[Fact("on_top", (1, 3)), *seen])
-    assert [words.is_told(thing.name) for thing in scene.objects] == [True] * 4 + [False, False, True]
+    assert [words.is_described(thing.name) for thing in scene.objects] == [True] * 4 + [False, False, True]
     said = words.clause(formula("inside(cup_1, box_1) or not is_clean(cup_2)"))
     assert said == (
         "either the cup that is on top of the shelf is inside box_1 or the cup that is clean now is not clean"

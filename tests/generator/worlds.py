@@ -32,7 +32,7 @@ NOTHING_IS_USUAL = Prior(
     pieces=frozenset(),
     holding=(),
 )
-"""What tests of small worlds say otherwise of them."""
+"""A prior without anything, that tests of small worlds change."""
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 
@@ -53,7 +53,7 @@ def generator(
 
 @cache
 def outcomes(like: str, number: int = 40, forms: Forms = Forms.DATA) -> tuple[Outcome, ...]:
-    """What becomes of so many seeds."""
+    """The outcomes of so many seeds."""
     made = generator(like, forms=forms)
     return tuple([made.task(seed) for seed in islice(iter(Seeds("test", 1)), number)])
 

@@ -29,7 +29,7 @@ CHOICE = re.compile(r"^([A-D])\. (.+)$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class World:
-    """What a prompt tells, and the declaration."""
+    """The world that a prompt describes, and the declaration."""
 
     domain: Domain
     scene: Scene
@@ -159,7 +159,7 @@ class _Asked:
 
     @property
     def statement(self) -> str:
-        """What is asked with yes or no."""
+        """The answer to a question of yes or no."""
         patterns = {
             Kind.FORWARD: r"Does (.+) hold afterwards",
             Kind.BACKWARD: r"Is (.+) possible now, and",
@@ -212,7 +212,7 @@ class _Asked:
                 return text in self.right()
 
     def final(self) -> Facts:
-        """What holds after what is done."""
+        """The facts that hold after the actions."""
         if self.question.kind is Kind.FORWARD:
             (text,) = re.findall(r"Now (.+\)) is taken", self.text)
             plan = [text]

@@ -1,4 +1,4 @@
-"""What can be had of questions without knowing the world is no more than chance."""
+"""Shortcuts without knowledge of the world get no more than chance."""
 
 from __future__ import annotations
 

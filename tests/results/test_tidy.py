@@ -9,7 +9,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
+from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
@@ -89,7 +89,7 @@ def test_values_say_what_the_texts_of_older_records_do(
     suite = open_suite(domain, ability, protocol, source=source)
     book = open_answer_book(suite.benchmark, ability, source)
     asked = list(suite.task_ids)[:30:3]
-    written = [Response(task, noisy_answer(book, task, Noise(0.7, "values")).text) for task in asked]
+    written = [Response(task, noisy_answer(book, task, 0.7, "values").text) for task in asked]
     scored = score_run(suite, ResponseFile("m", tuple(written)), {}, Settings(explanations=True))
     records = [record for record in scored if record.unanswered is None]
     assert len(records) == len(asked)

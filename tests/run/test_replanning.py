@@ -18,7 +18,7 @@ from eai.abilities.codec import record_to_json
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.benchmark.gold_answers import Noise, heeding_answer, noisy_answer
+from eai.benchmark.gold_answers import heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
@@ -65,10 +65,10 @@ def offline(experiment: Experiment, store: Store, heed: float | None) -> dict[st
             attempt = len(inquiry.attempts) + 1
             if heed is None:
                 seed = "0 1" + (f" {attempt}" if attempt > 1 else "")
-                text = noisy_answer(book, task_id, Noise(RATE, seed)).text
+                text = noisy_answer(book, task_id, RATE, seed).text
             else:
                 shown = inquiry.question.user
-                text = heeding_answer(book, task_id, shown, attempt, Noise(RATE, "0 1"), heed).text
+                text = heeding_answer(book, task_id, shown, attempt, rate=RATE, seed="0 1", heed=heed).text
             inquiry.take(text)
         found[task_id] = [(attempt.response, attempt.verdict) for attempt in inquiry.attempts]
     return found

@@ -167,7 +167,7 @@ class Benchmark:
         return self.errata_for(source).tasks(self.open_tasks(source))
 
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Any]:
-        """What an ability is asked of, in the same order: tasks, published operators, or tasks of its own.
+        """The tasks that an ability is asked of, in the same order, published operators, or tasks of its own.
 
         Raises:
             InputError: the ability is asked of tasks of its own, and there are none, or of no such tasks.

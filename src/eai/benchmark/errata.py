@@ -72,7 +72,7 @@ class _StepEdit:
 
 
 @dataclass(frozen=True, slots=True)
-class Erratum:
+class _Erratum:
     """One thing that is wrong in the data of a benchmark, and one correction of it.
 
     Attributes:
@@ -125,12 +125,12 @@ class Errata:
 
     Attributes:
         version: of the table that they stand in, and after a plus the first digits of the digest of all its
-            corrections, so that two tables of one version are told apart; empty where there is none.
+            corrections, so that two tables of one version are distinguished; empty where there is none.
         entries: in the order of the table.
     """
 
     version: str = ""
-    entries: tuple[Erratum, ...] = ()
+    entries: tuple[_Erratum, ...] = ()
 
     def use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """The version, and the errata that decide verdicts on a task, for its record."""
@@ -212,8 +212,8 @@ class Errata:
         entries = [entry for entry in self.entries if entry.about_questions and ability in entry.abilities]
         return frozenset(task_id for entry in entries for task_id in entry.tasks)
 
-    def _by_task(self, ability: Ability) -> Mapping[str, list[Erratum]]:
-        found: dict[str, list[Erratum]] = {}
+    def _by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
+        found: dict[str, list[_Erratum]] = {}
         for entry in self.entries:
             for task_id in entry.tasks if ability in entry.abilities else ():
                 found.setdefault(task_id, []).append(entry)
@@ -245,7 +245,7 @@ def read_errata(text: str) -> Errata:
     values = tomllib.loads(text)
     number = values["version"]
     try:
-        entries = TypeAdapter(tuple[Erratum, ...]).validate_python(values.get("erratum", []))
+        entries = TypeAdapter(tuple[_Erratum, ...]).validate_python(values.get("erratum", []))
     except ValidationError as error:
         raise DataError(f"errata: {misfit(error)}") from error
     for entry in entries:
@@ -259,7 +259,7 @@ def read_errata(text: str) -> Errata:
     return Errata(f"{number}+{digest[:8]}", entries)
 
 
-def _edited(script: tuple[Action, ...], entry: Erratum, scene: Scene) -> tuple[Action, ...]:
+def _edited(script: tuple[Action, ...], entry: _Erratum, scene: Scene) -> tuple[Action, ...]:
     """A plan with the corrections of an erratum, the last one first, so that steps keep their numbers."""
     steps = list(script)
     for edit in sorted(entry.plan, key=lambda each: -each.step):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
 
@@ -68,56 +67,34 @@ class Features:
     instruction_words: int
 
 
-class FeatureBook:
-    """The features of the tasks of a benchmark; those of a task are found once.
-
-    Args:
-        benchmark: the benchmark.
-    """
-
-    def __init__(self, benchmark: Benchmark) -> None:
-        self._benchmark = benchmark
-        self._tools = operators_with_tools(benchmark.domain)
-        self._known: dict[str, Features] = {}
-
-    def of(self, task: Task) -> Features:
-        """The features of a task."""
-        if task.id not in self._known:
-            self._known[task.id] = self._found(task)
-        return self._known[task.id]
-
-    def _found(self, task: Task) -> Features:
-        steps = [step.operator for step in task.script]
-        kinds = Counter(goal.kind for goal in task.goals)
-        ground = Counter(_kind(condition) for condition in self._conditions(task))
-        about = set(task.relevant)
-        return Features(
-            annotated_steps=len(steps) or None,
-            annotated_operators=len(set(steps)) or None,
-            tool_steps=sum(step in self._tools for step in steps) if steps else None,
-            goals=len(task.goals),
-            state_goals=kinds[GoalKind.STATE],
-            relation_goals=kinds[GoalKind.RELATION],
-            action_goals=kinds[GoalKind.ACTION],
-            quantified_goals=sum(map(_is_quantified, task.goals)),
-            goal_options=prod(
-                count_options(goal.formula, task.scene.named) for goal in task.at_the_end.goals
-            ),
-            ground_goals=ground.total(),
-            ground_state_goals=ground[GoalKind.STATE],
-            ground_relation_goals=ground[GoalKind.RELATION],
-            ground_action_goals=ground[GoalKind.ACTION],
-            goals_at_start=sum(GoalTest(task).reached(task.initial, ())),
-            objects=len(about),
-            object_categories=len({task.scene.objects[i].category for i in about}),
-            initial_facts=_initial_facts(task),
-            instruction_words=len(task.instruction.split()),
-        )
-
-    def _conditions(self, task: Task) -> Iterator[Literal]:
-        """The ground goals of a task."""
-        for goal in self._benchmark.goals.alternatives(task.at_the_end):
-            yield from next(choice_options(goal.options), ())
+def features_of(task: Task, benchmark: Benchmark) -> Features:
+    """The features of a task of a benchmark."""
+    steps, tools = [step.operator for step in task.script], operators_with_tools(benchmark.domain)
+    kinds = Counter(goal.kind for goal in task.goals)
+    alternatives = benchmark.goals.alternatives(task.at_the_end)
+    conditions = [part for goal in alternatives for part in next(choice_options(goal.options), ())]
+    ground = Counter(map(_kind, conditions))
+    about = set(task.relevant)
+    return Features(
+        annotated_steps=len(steps) or None,
+        annotated_operators=len(set(steps)) or None,
+        tool_steps=sum(step in tools for step in steps) if steps else None,
+        goals=len(task.goals),
+        state_goals=kinds[GoalKind.STATE],
+        relation_goals=kinds[GoalKind.RELATION],
+        action_goals=kinds[GoalKind.ACTION],
+        quantified_goals=sum(map(_is_quantified, task.goals)),
+        goal_options=prod(count_options(goal.formula, task.scene.named) for goal in task.at_the_end.goals),
+        ground_goals=ground.total(),
+        ground_state_goals=ground[GoalKind.STATE],
+        ground_relation_goals=ground[GoalKind.RELATION],
+        ground_action_goals=ground[GoalKind.ACTION],
+        goals_at_start=sum(GoalTest(task).reached(task.initial, ())),
+        objects=len(about),
+        object_categories=len({task.scene.objects[i].category for i in about}),
+        initial_facts=_initial_facts(task),
+        instruction_words=len(task.instruction.split()),
+    )
 
 
 def _kind(condition: Literal) -> GoalKind:
@@ -136,9 +113,9 @@ def _is_quantified(goal: Goal) -> bool:
 
 def _initial_facts(task: Task) -> int:
     about, state = mask_of(task.relevant), task.initial
-    told = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
-    alone = sum((state.those(p.name) & about).bit_count() for p in told if p.arity == 1)
-    relations = [state.relation(p.name) for p in told if p.arity == 2]
+    shown = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
+    alone = sum((state.those(p.name) & about).bit_count() for p in shown if p.arity == 1)
+    relations = [state.relation(p.name) for p in shown if p.arity == 2]
     return alone + sum((each.row(i) & about).bit_count() for each in relations for i in bits(about))
 
 

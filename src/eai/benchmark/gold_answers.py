@@ -11,7 +11,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import NamedTuple
+from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.lexicon import write_goals
@@ -29,91 +29,75 @@ from eai.prompts.feedback import REASONS
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action, execute
 
-
-@dataclass(frozen=True, slots=True)
-class Noise:
-    """How often parts of an answer are corrupted, and the seed of it."""
-
-    rate: float
-    seed: str
+_Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
+"""Parts of a gold answer that belong together, and those that stand in their place."""
 
 
-class _Segment(NamedTuple):
-    """Parts of a gold answer that belong together, and what stands in their place."""
-
-    gold: tuple[str, ...]
-    written: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _CorruptedAnswer:
-    """A gold answer of which parts are corrupted; what is corrupted can be mended from the front."""
-
-    segments: tuple[_Segment, ...]
-    join: Callable[[Iterable[str]], str]
-
-    def versions(self) -> Iterator[WrittenAnswer]:
-        """The answer as it is, then with one more segment mended each time, up to the gold answer."""
-        segments = list(self.segments)
-        yield self._answer(segments)
-        for number, (gold, written) in enumerate(segments):
-            if gold != written:
-                segments[number] = _Segment(gold, gold)
-                yield self._answer(segments)
-
-    def _answer(self, segments: Iterable[_Segment]) -> WrittenAnswer:
-        return WrittenAnswer(tuple([part for each in segments for part in each.written]), self.join)
-
-
-def noisy_answer(book: AnswerBook, task_id: str, noise: Noise) -> WrittenAnswer:
+def noisy_answer(book: AnswerBook, task_id: str, rate: float, seed: str) -> WrittenAnswer:
     """A gold answer in which parts are corrupted, each by itself: a pure function of the arguments.
 
     A part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
+
+    Args:
+        book: the gold answers.
+        task_id: the id of the task.
+        rate: how often a part is corrupted.
+        seed: of all that is random.
     """
-    return next(corrupted_answer(book, task_id, noise).versions())
+    return next(corrupted_versions(book, task_id, rate, seed))
 
 
 def heeding_answer(
-    book: AnswerBook, task_id: str, question: str, attempt: int, noise: Noise, heed: float
+    book: AnswerBook, task_id: str, question: str, attempt: int, *, rate: float, seed: str, heed: float
 ) -> WrittenAnswer:
-    """The answer of a noisy model that mends what it is told of, and nothing else.
+    """The answer of a noisy model that mends only mistakes that the question names.
 
     If the question contains its last answer and a reason after it, it mends the first corrupted part of that
     answer with probability ``heed``; otherwise it says the same again.
     """
-    versions = list(corrupted_answer(book, task_id, noise).versions())
-    said = [(question.rfind(version.text), number) for number, version in enumerate(versions)]
-    place, last = max(said)
+    versions = list(corrupted_versions(book, task_id, rate, seed))
+    place, last = max((question.rfind(version.text), number) for number, version in enumerate(versions))
     if attempt == 1 or place < 0:
         return versions[0]
-    is_told = REASONS in question[place + len(versions[last].text) :]
-    heeds = is_told and _generator(f"{noise.seed} {attempt}", task_id).random() < heed
+    has_reason = REASONS in question[place + len(versions[last].text) :]
+    heeds = has_reason and _generator(f"{seed} {attempt}", task_id).random() < heed
     return versions[min(last + heeds, len(versions) - 1)]
 
 
-def corrupted_answer(book: AnswerBook, task_id: str, noise: Noise) -> _CorruptedAnswer:
-    """A gold answer in which parts are corrupted, with what they were."""
-    rng = _generator(noise.seed, task_id)
+def corrupted_versions(book: AnswerBook, task_id: str, rate: float, seed: str) -> Iterator[WrittenAnswer]:
+    """The corrupted answer, then with one more corrupted part mended each time, up to the gold answer."""
     answer = book.gold(task_id)
-    segments: list[_Segment] = []
-    pending = list(answer.parts)
+    segments = list(_segments(book, answer.parts, rate, _generator(seed, task_id)))
+    yield _written(segments, answer)
+    for number, (gold, corrupted) in enumerate(segments):
+        if gold != corrupted:
+            segments[number] = gold, gold
+            yield _written(segments, answer)
+
+
+def _written(segments: Iterable[_Segment], answer: WrittenAnswer) -> WrittenAnswer:
+    return WrittenAnswer(tuple([part for _, parts in segments for part in parts]), answer.join)
+
+
+def _segments(book: AnswerBook, parts: Iterable[str], rate: float, rng: random.Random) -> Iterator[_Segment]:
+    """The parts of a gold answer, some of them corrupted."""
+    pending = list(parts)
     while pending:
         part = pending.pop(0)
-        if rng.random() >= noise.rate:
-            segments.append(_Segment((part,), (part,)))
+        if rng.random() >= rate:
+            yield (part,), (part,)
             continue
         match rng.choice(("drop", "repeat", "swap", "replace")):
             case "repeat":
-                segments.append(_Segment((part,), (part, part)))
+                yield (part,), (part, part)
             case "swap" if pending:
                 other = pending.pop(0)
-                segments.append(_Segment((part, other), (other, part)))
+                yield (part, other), (other, part)
             case "swap" | "replace":
                 foreign = book.gold(rng.choice(book.task_ids)).parts
-                segments.append(_Segment((part,), (rng.choice(foreign) if foreign else part,)))
+                yield (part,), (rng.choice(foreign) if foreign else part,)
             case _:
-                segments.append(_Segment((part,), ()))
-    return _CorruptedAnswer(tuple(segments), answer.join)
+                yield (part,), ()
 
 
 def _generator(seed: str, task_id: str) -> random.Random:

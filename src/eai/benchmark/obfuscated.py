@@ -157,8 +157,8 @@ class _TwinWording(Wording):
         stored = [self.domain.vocabulary.stored(name) for name in self._spoken_of]
         hidden = [p.name for p in stored if p is not None and is_property(p) and not p.visible]
         having = [self.cipher.encode(name) for name in hidden if task.initial.has(name, index)]
-        head, _, told = self.cipher.encode(super().object(task, index)).rpartition(": ")
-        return f"{head}: {', '.join([*(told.split(', ') if told != '-' else ()), *having]) or '-'}"
+        head, _, known = self.cipher.encode(super().object(task, index)).rpartition(": ")
+        return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def initial(self, task: Task) -> str:
         return self.cipher.encode(super().initial(task))

@@ -142,7 +142,7 @@ def _subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Rando
 
 
 def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> WrittenAnswer:
-    """What has come about at the end."""
+    """The goals that have come about at the end."""
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
@@ -152,7 +152,7 @@ def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) 
 
 
 def _changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
-    """What of that of which prompts speak is no longer so, then what has become so."""
+    """The facts of which prompts speak that no longer hold, then those that have come to hold."""
     was, is_now = (
         dict.fromkeys([fact for each in wording.listings for fact in each.facts(state, subjects(task))])
         for state in (before, after)

@@ -44,7 +44,7 @@ from eai.world.vocabulary import Predicate, Vocabulary
 
 
 class Usage:
-    """A domain restricted to what is usual; unrestricted if the data set has no plans to tell it from.
+    """A domain restricted to what is usual; unrestricted if the data set has no plans to learn it from.
 
     Attributes:
         domain: the restricted domain.
@@ -101,7 +101,7 @@ _WHERE_ALL_ARE_PLAIN = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
 """How often each shape is proposed where the data set has no quantified goals, which tell nothing of that."""
 
 _AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
-"""What it counts that something is a goal, is brought about by a plan, or is so in a scene."""
+"""The weights of something that is a goal, is brought about by a plan, or is so in a scene."""
 
 
 def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
@@ -196,13 +196,13 @@ class _Census:
         return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
 
     def _theme(self, title: str, usual: Patterns) -> Theme:
-        """What tasks of a title are about: what some of them need, and what most of them show."""
+        """The theme of a title: the categories that some of its tasks need, and that most of them show."""
         shown = self._shown[title].items()
         about = frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
         return Theme(about, self._endings[title], narrowed(usual, about))
 
     def prior(self) -> Prior:
-        """What all tasks so far tell."""
+        """The prior that all tasks so far give."""
         for pattern in self._found:
             self._weights[pattern] += _AS_FOUND if self._crowds[pattern.predicate] <= 0 else 0.0
         if not self._kinds:
@@ -283,7 +283,7 @@ def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -
 
 
 def _ending(task: Task) -> tuple[Pattern, ...]:
-    """What the goals of a task say of the agent."""
+    """The patterns of the goals of a task about the agent."""
     said = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in said if _is_of_agent(pattern, task.scene)]))
 
@@ -294,7 +294,7 @@ def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
 
 
 def _changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
-    """What came about, and what came to an end."""
+    """The patterns that came about, and those that came to an end."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
 
@@ -309,7 +309,7 @@ def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) ->
 
 
 def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The relations that say where things are, and those of parts: told by how many targets a thing has."""
+    """The relations that say where things are, and those of parts, by how many targets a thing has."""
     places, parts = [], []
     for predicate in domain.vocabulary.predicates:
         if predicate.arity == 2 and predicate.visible:

@@ -90,7 +90,7 @@ _OFFERS = 2
 _HIDDEN = 0.7
 """How often something is put out of sight if it can be, where the data set's goals are all plain."""
 
-_IN_VAIN = 300
+_FAILURES = 300
 """After so many seeds in a row that give no task there are no more; of a split, by its share, after more."""
 
 _RENEWED = 200
@@ -136,7 +136,7 @@ class _Objections:
         """The instruction names what it is not to name, or, read again, does not give the goals back."""
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in objects(goal))
-        if self._by_place and not all(map(words.is_told, named)):
+        if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
         return None if words.says(task.instruction, goals) else Reason.AMBIGUOUS
 
@@ -236,9 +236,9 @@ class Generator:
             found = self._seeker.find(task, initial, self._planner, proposals, rng)
             if found is None:
                 return Rejected(seed, Reason.NO_ORDER)
-            told = words.instruction([*goals, found.goal], rng)
+            instruction = words.instruction([*goals, found.goal], rng)
             asked = (*task.goals, goal(found.goal))
-            task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
+            task = replace(task, goals=asked, script=tuple(found.plan), instruction=instruction)
             about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
             reason = self._objections.to(task, words, least, most + _LONGER)
             if reason is None and fingerprint_of(task) in known:
@@ -429,14 +429,14 @@ def generate(
         number: how many tasks.
         known: the fingerprints of tasks that there are already; those of the new ones are added.
     """
-    found = in_vain = 0
-    limit = _IN_VAIN if generator.spec.split is Split.ALL else round(_IN_VAIN / min(SHARES.values()))
+    found = failures = 0
+    limit = _FAILURES if generator.spec.split is Split.ALL else round(_FAILURES / min(SHARES.values()))
     while found < number:
-        if in_vain == limit:
-            raise InputError(f"only {found} of {number} tasks found: the last {in_vain} seeds gave none")
+        if failures == limit:
+            raise InputError(f"only {found} of {number} tasks found: the last {failures} seeds gave none")
         outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):
             known.add(fingerprint_of(outcome.task))
             found += 1
-        in_vain = 0 if isinstance(outcome, Generated) else in_vain + 1
+        failures = 0 if isinstance(outcome, Generated) else failures + 1
         yield outcome

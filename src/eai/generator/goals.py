@@ -68,7 +68,7 @@ class Proposals:
         return None if pattern is None else self._ground(pattern, rng)
 
     def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
-        """What is wanted of the agent in the end: all that some task of a theme wants, or nothing."""
+        """The goals about the agent in the end: all that some task of a theme wants, or nothing."""
         here = _categories(self.scene)
         fitting = {e: n for e, n in theme.endings.items() if all(here.keys() >= {*p.categories} for p in e)}
         if not fitting:

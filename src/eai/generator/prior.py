@@ -26,11 +26,11 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
     """
     if not _subjects(goal, scene).isdisjoint(_subjects(other, scene)):
         return True
-    said, told = list(_said(goal, scene)), list(_said(other, scene))
+    parts, others = list(_said(goal, scene)), list(_said(other, scene))
     return bool(prior.kinds) and any(
         _is_strange(one, another, scene, prior) or _is_strange(another, one, scene, prior)
-        for one in said
-        for another in told
+        for one in parts
+        for another in others
     )
 
 
@@ -225,7 +225,7 @@ class Prior:
 
 
 def kinds_of(action: Action, scene: Scene) -> Iterator[Kind]:
-    """What an action does to what."""
+    """The uses of objects by an action."""
     for place, index in enumerate(action.arguments):
         yield Kind(action.operator, place, scene.objects[index].category)
 

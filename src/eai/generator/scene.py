@@ -48,8 +48,8 @@ class Hiding:
     def __init__(self, domain: Domain, prior: Prior) -> None:
         self._domain, self._prior = domain, prior
         self._lids = sorted(set(lids(domain)))
-        said = [] if domain.visible is None else [p for p in walk(domain.visible) if isinstance(p, f.Atom)]
-        told = stored_sources([part.predicate for part in said], domain.vocabulary)
+        parts = [] if domain.visible is None else [p for p in walk(domain.visible) if isinstance(p, f.Atom)]
+        decisive = stored_sources([part.predicate for part in parts], domain.vocabulary)
         names = {lid.predicate for lid in self._lids}
         opening = {
             operator.name
@@ -61,7 +61,7 @@ class Hiding:
         self._places = [
             Place(pattern.predicate, *pattern.categories)
             for pattern in dict.fromkeys(usual)
-            if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in told
+            if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
             if pattern.categories[0] in prior.taken and pattern.categories[1] in opened
         ]
 
@@ -81,9 +81,9 @@ class Hiding:
             p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (place.thing,)
         ]
         usual = [p for p in wanted if p.truth and self._prior.used.issuperset(p.categories[1:])]
-        told = (*usual, *chain(*theme.endings))
+        asked = (*usual, *chain(*theme.endings))
         there = Pattern(place.relation, (place.thing, place.container), truth=True)
-        return any(place.thing in pattern.categories for pattern in told if pattern != there)
+        return any(place.thing in pattern.categories for pattern in asked if pattern != there)
 
     def hide(self, planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
         """A state with a thing out of sight, by actions however unusual; None if no way is found."""

@@ -51,7 +51,7 @@ _TIDY = 3
 
 @dataclass
 class Walk:
-    """Goes on from goal to goal.
+    """A way from goal to goal.
 
     Attributes:
         planner: finds the way, by actions that are usual.
@@ -94,7 +94,7 @@ class Walk:
         return not _actions_of(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
-        """Go on until one goal more is met, if a way is found."""
+        """Walk until one goal more is met, if a way is found."""
         names = _actions_of(wanted)
         if names:
             asked = PlanningGoal(tuple(self.conditions), (names,))
@@ -117,7 +117,7 @@ class Walk:
         return True
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
-        """Go on by a plan, if that leads to some goals about states."""
+        """Walk by a plan, if that leads to some goals about states."""
         course = execute(self.domain, self.state, plan)
         if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
             return False
@@ -135,7 +135,7 @@ def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
 
 
 def certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
-    """What is left of a walk without needless steps, or a shorter plan that the planner finds for all goals.
+    """The walk without needless steps, or a shorter plan that the planner finds for all goals.
 
     The planner is asked where the walk was long; a short one it follows step by step. It knows nothing of
     goals over time.
@@ -321,7 +321,7 @@ class Seeker:
     def _tidily(
         self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
     ) -> _OverTime | None:
-        """What the certificate leaves as nobody asks for it (open, switched on) must not be while ..."""
+        """Never at once: a state that the certificate leaves behind (open, switched on), and another."""
         untidy = self._course(task, task.script)
         last = len(untidy.plan)
         left = [
@@ -356,7 +356,7 @@ class Seeker:
     def _in_order(
         self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
     ) -> _OverTime | None:
-        """What comes first on the way of the certificate, and not where the same is done in another order."""
+        """An order that the certificate keeps, and the same actions in another order do not."""
         ours = self._course(task, task.script)
         cuts = self._cuts(goals, ours)
         parts = [ours.plan[i:j] for i, j in zip([0, *cuts], cuts, strict=False)]
@@ -378,7 +378,7 @@ class Seeker:
     def _between(
         self, task: Task, goals: _Goals, ours: _Course, plan: Sequence[Action], rng: random.Random
     ) -> _OverTime | None:
-        """What holds on our way, and not on that of another plan, if it is one; rather about one thing."""
+        """A goal that holds on our way, and not on that of another plan; rather about one thing."""
         trajectory = execute(self.domain, task.initial, plan)
         if trajectory.failure is not None or not all(
             self.domain.holds(goal, trajectory.final) for goal in goals
@@ -407,7 +407,7 @@ class Seeker:
                 yield from ((_are_apart(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _became(self, task: Task, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
-        """What came to be so in which states, as far as goals say it of things."""
+        """The facts that came to hold, with the states, as far as goals say them of things."""
         things, agent = task.scene.objects, task.scene.agent
         found: dict[Fact, list[int]] = {}
         for each in self.listings:

@@ -56,7 +56,7 @@ class Words:
         arities: the predicates that goals are made of, and how many objects each is about.
         scene: the scene.
         english: what predicates and things are called; by default their names.
-        seen: what holds at the start, by which things of one kind may be told apart.
+        seen: what holds at the start, by which things of one kind may be distinguished.
     """
 
     arities: Mapping[str, int]
@@ -66,7 +66,7 @@ class Words:
 
     @staticmethod
     def of(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
-        """The words of a benchmark for a scene; things may be told by where they are, instead of by name."""
+        """The words of a benchmark for a scene; things may be described by their places, not named."""
         arity, scene = benchmark.domain.vocabulary.arity, initial.scene
         wording = benchmark.wording(Ability.ACTION_SEQUENCING)
         arities = {name: arity(name) or 0 for name in wording.predicates}
@@ -75,7 +75,7 @@ class Words:
         return Words(arities, scene, benchmark.english, seen)
 
     def sentences(self, predicate: str) -> Sequence[str]:
-        """What says that a predicate holds, in the singular: ``{x} is on top of {y}``."""
+        """The sentences that say that a predicate holds, in the singular: ``{x} is on top of {y}``."""
         return sentences_of(predicate, self.arities[predicate], self.english)
 
     @cached_property
@@ -94,25 +94,25 @@ class Words:
         index = self.scene.index[name]
         return f"the {self._noun_of(index)}" if self._is_alone(index) else self._by_place.get(index, name)
 
-    def is_told(self, name: str) -> bool:
-        """Whether an object can be told from others without its name."""
+    def is_described(self, name: str) -> bool:
+        """Whether an object can be distinguished from others without its name."""
         index = self.scene.index[name]
         return self._is_alone(index) or index in self._by_place
 
     @cached_property
     def _by_place(self) -> Mapping[int, str]:
-        """What tells things from others of their kind at the start.
+        """The descriptions of things that set them apart from others of their kind at the start.
 
-        To what, of which there is one, they alone are in a relation, or what is so of them alone.
+        They alone are in a relation to a thing that is the only one of its kind, or in a state.
         """
-        told: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
+        described: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
         for fact in sorted(self.seen, key=lambda fact: -len(fact.arguments)):
             thing, *places = fact.arguments
             if all(map(self._is_alone, places)):
                 category = self.scene.objects[thing].category
-                told.setdefault((fact.predicate, category, tuple(places)), []).append(thing)
+                described.setdefault((fact.predicate, category, tuple(places)), []).append(thing)
         found: dict[int, str] = {}
-        for (predicate, _, there), (thing, *others) in told.items():
+        for (predicate, _, there), (thing, *others) in described.items():
             if not others and not self._is_alone(thing):
                 words = [f"the {self._noun_of(thing)} that", *(f"the {self._noun_of(i)}" for i in there)]
                 sentence = self.sentences(predicate)[0]
@@ -150,7 +150,7 @@ class Words:
         return self._request(goal, voice) or f"{SEE_TO_IT} {self._statement(goal, voice)}"
 
     def _request(self, goal: f.Formula, voice: Voice) -> str | None:
-        """What to do to reach a goal, where that can be said without saying less."""
+        """A request for a goal, where there is one that says all of it."""
         match goal:
             case (
                 f.Not(f.Atom() as atom)
@@ -175,7 +175,7 @@ class Words:
         return None if several is None else self._filled(voice.of(several), atom, self._ranges(goal, voice))
 
     def _statement(self, goal: f.Formula, voice: Voice) -> str:
-        """What is to be so, without a full stop."""
+        """A statement of a goal, without a full stop."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
                 names = [part.action for part in parts if isinstance(part, f.Occurs)]
@@ -214,7 +214,7 @@ class Words:
         raise InputError(f"there is no sentence for {type(goal).__name__}")
 
     def _ranges(self, goal: f.Formula, voice: Voice) -> dict[str, str]:
-        """What stands for each variable of a goal in a sentence."""
+        """The words for each variable of a goal in a sentence."""
         every = voice.of(EVERY)
         match goal:
             case f.ForAll(variable, f.Exists(inner)):
@@ -287,7 +287,7 @@ class _Reader:
         return tuple(map(read, (*clauses, last.removeprefix("and "))))
 
     def _request(self, text: str) -> f.Formula:
-        """What to do, or to see to."""
+        """The goal of a request."""
         if text.startswith(f"{SEE_TO_IT} "):
             return self._statement(text.removeprefix(f"{SEE_TO_IT} "))
         english = self._words.english
@@ -302,7 +302,7 @@ class _Reader:
         return _one(meanings, text)
 
     def _statement(self, text: str) -> f.Formula:
-        """What is to be so."""
+        """The goal of a statement."""
         actions = _ACTIONS.fullmatch(text)
         if actions is not None:
             return f.Or(tuple(map(f.Occurs, actions[1].split(" or "))))
@@ -389,7 +389,7 @@ class _Reader:
 def _quantified(
     found: re.Match[str], count: int | None, x: f.Variable, body: f.Formula, *, negated: bool, request: bool
 ) -> Iterator[f.Formula]:
-    """What is said of things of a kind; of "every ... is not", nobody knows what it means."""
+    """The meaning of a sentence about things of a kind; "every ... is not" has none."""
     if found["every"]:
         if request or not negated:
             yield f.ForAll(x, body)
@@ -407,7 +407,7 @@ def _pattern(sentence: str) -> re.Pattern[str]:
 
 
 def _matched(sentence: str, text: str) -> Iterator[Sequence[str]]:
-    """What stands in a text for the objects of a sentence, if it is that sentence."""
+    """The words for the objects of a sentence in a text, if it is that sentence."""
     found = _pattern(sentence).fullmatch(text)
     if found is not None:
         named = found.groupdict()

@@ -20,7 +20,7 @@ from eai.abilities.transition_modeling.declaration import Category
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
-from eai.benchmark.features import FeatureBook, Features
+from eai.benchmark.features import Features, features_of
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
 from eai.pddl.model import effect_atoms, effect_conditions
@@ -74,9 +74,10 @@ def profiles_of(benchmark: Benchmark, source: Source) -> tuple[Profile, ...]:
     Raises:
         DataError: the data cannot be had.
     """
-    book, asked = FeatureBook(benchmark), benchmark.operators(source)
+    asked = benchmark.operators(source)
     return tuple(
-        _profile(task, book.of(task), asked.get(task_id)) for task_id, task in benchmark.tasks(source).items()
+        _profile(task, features_of(task, benchmark), asked.get(task_id))
+        for task_id, task in benchmark.tasks(source).items()
     )
 
 

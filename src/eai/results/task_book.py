@@ -20,7 +20,7 @@ from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.declaration import Category
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.features import FeatureBook
+from eai.benchmark.features import features_of
 from eai.logic.formula import Atom, Constant
 from eai.tasks.source import Source, TaskSet
 from eai.world.condition import Conditions
@@ -146,13 +146,12 @@ class TaskBook:
         self._benchmark = benchmark
         self._source = source
         self.tasks = benchmark.tasks(source)
-        self._features = FeatureBook(benchmark)
         self._columns: dict[str, Mapping[str, int | None]] = {}
 
     def features_of(self, task: Task) -> Mapping[str, int | None]:
         """The features of a task, by column."""
         if task.id not in self._columns:
-            self._columns[task.id] = asdict(self._features.of(task))
+            self._columns[task.id] = asdict(features_of(task, self._benchmark))
         return self._columns[task.id]
 
     @cached_property

@@ -31,7 +31,6 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book
 from eai.benchmark.gold_answers import (
     AnswerBook,
-    Noise,
     WrittenAnswer,
     believing,
     heeding_answer,
@@ -233,10 +232,12 @@ class BuiltInModel(ModelAPI):
         """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
         seed = f"{self._seed} {asked.epoch}"
         if self._heed is not None:
-            noise = Noise(self._rate, seed)
-            return heeding_answer(book, asked.task_id, asked.text, asked.attempt, noise, self._heed)
+            question, attempt, rate = asked.text, asked.attempt, self._rate
+            return heeding_answer(
+                book, asked.task_id, question, attempt, rate=rate, seed=seed, heed=self._heed
+            )
         seed += f" {asked.attempt}" if asked.attempt > 1 else ""
-        return noisy_answer(book, asked.task_id, Noise(self._rate, seed))
+        return noisy_answer(book, asked.task_id, self._rate, seed)
 
     def _read_recorded(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
