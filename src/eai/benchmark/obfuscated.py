@@ -139,8 +139,8 @@ class _TwinWording(Wording):
     def vocabulary(self) -> str:
         atoms = [f.Atom(name, tuple(map(f.Variable, "xy"[: self._arity(name)]))) for name in self.predicates]
         lines = self.cipher.encode(super().vocabulary()).splitlines()
-        said = [f"{line}: {self._exact.condition(atom)}" for line, atom in zip(lines, atoms, strict=True)]
-        return "\n".join([*said, *(f"- {each}" for each in self._exact.definitions(self._spoken_of))])
+        meanings = [f"{line}: {self._exact.condition(atom)}" for line, atom in zip(lines, atoms, strict=True)]
+        return "\n".join([*meanings, *(f"- {each}" for each in self._exact.definitions(self._spoken_of))])
 
     def operators(self) -> str:
         return f"{_HOW_TO_READ}\n{super().operators()}"

@@ -1,6 +1,6 @@
 """Chance as a baseline: what the built-in model `eai/random` answers, mostly random possible actions.
 
-It knows what can be done or said and nothing of what is wanted; how often it succeeds all the same says how
+It knows what can be done or stated and nothing of what is wanted; how often it succeeds all the same says how
 much of a task is luck.
 """
 
@@ -157,11 +157,11 @@ def _changes(wording: Wording, task: Task, before: State, after: State) -> Itera
         dict.fromkeys([fact for each in wording.listings for fact in each.facts(state, subjects(task))])
         for state in (before, after)
     )
-    yield from (Not(_said(fact, task)) for fact in was if fact not in is_now)
-    yield from (_said(fact, task) for fact in is_now if fact not in was)
+    yield from (Not(_atom_of(fact, task)) for fact in was if fact not in is_now)
+    yield from (_atom_of(fact, task) for fact in is_now if fact not in was)
 
 
-def _said(fact: Fact, task: Task) -> Atom:
+def _atom_of(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
 
 

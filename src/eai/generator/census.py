@@ -284,8 +284,8 @@ def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -
 
 def _ending(task: Task) -> tuple[Pattern, ...]:
     """The patterns of the goals of a task about the agent."""
-    said = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
-    return tuple(dict.fromkeys([pattern for pattern in said if _is_of_agent(pattern, task.scene)]))
+    patterns = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
+    return tuple(dict.fromkeys([pattern for pattern in patterns if _is_of_agent(pattern, task.scene)]))
 
 
 def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:

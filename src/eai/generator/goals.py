@@ -75,7 +75,7 @@ class Proposals:
             return []
         chosen = {category: rng.choice(self._members(category)) for category in here}
         return [
-            self._said(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
+            self._literal(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
             for p in _chosen(fitting, rng)
         ]
 
@@ -113,10 +113,10 @@ class Proposals:
         chosen = [rng.choice(self._members(category)) for category in pattern.categories]
         if len(set(chosen)) < len(chosen):
             return None
-        return self._said(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
+        return self._literal(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
 
     @staticmethod
-    def _said(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
+    def _literal(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
         atom = f.Atom(pattern.predicate, tuple(terms))
         return atom if pattern.truth else f.Not(atom)
 
@@ -159,7 +159,7 @@ class Proposals:
                 terms.append(f.Variable(Y))
             else:
                 terms.append(f.Constant(self.scene.objects[rng.choice(targets)].name))
-        body = self._said(pattern, terms)
+        body = self._literal(pattern, terms)
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
     def _for_all(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
@@ -197,7 +197,7 @@ class Proposals:
         if not 2 <= sizes[0] <= sizes[1]:
             return None
         first, second = (f.Variable(n, c) for n, c in zip((X, Y), pattern.categories, strict=True))
-        return f.ForPairs(first, second, self._said(pattern, (f.Variable(X), f.Variable(Y))))
+        return f.ForPairs(first, second, self._literal(pattern, (f.Variable(X), f.Variable(Y))))
 
 
 _Maker: TypeAlias = Callable[[Proposals, Pattern, random.Random], "f.Formula | None"]

@@ -26,7 +26,7 @@ def clash(goal: f.Formula, other: f.Formula, scene: Scene, prior: Prior) -> bool
     """
     if not _subjects(goal, scene).isdisjoint(_subjects(other, scene)):
         return True
-    parts, others = list(_said(goal, scene)), list(_said(other, scene))
+    parts, others = list(_literals(goal, scene)), list(_literals(other, scene))
     return bool(prior.kinds) and any(
         _is_strange(one, another, scene, prior) or _is_strange(another, one, scene, prior)
         for one in parts
@@ -41,22 +41,22 @@ def is_idle(goal: f.Formula, others: Iterable[f.Formula], scene: Scene, prior: P
     """
     needy = [
         terms[0]
-        for predicate, terms in _said(goal, scene)
+        for predicate, terms in _literals(goal, scene)
         if len(terms) == 1 and (predicate, _category(terms[0], scene)) in prior.needy
     ]
-    places = [terms[1] for other in others for _, terms in _said(other, scene) if len(terms) == 2]
+    places = [terms[1] for other in others for _, terms in _literals(other, scene) if len(terms) == 2]
     return any(not any(mask & place for place in places) for mask in needy)
 
 
-class _Said(NamedTuple):
+class _Literal(NamedTuple):
     """A literal with what each of its terms may be, as masks."""
 
     predicate: str
     terms: tuple[int, ...]
 
 
-def _said(goal: f.Formula, scene: Scene) -> Iterator[_Said]:
-    """Yield the literals of a goal about objects."""
+def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
+    """The literals of a goal about objects."""
     ranges: dict[str, int] = {}
     for part in walk(goal):
         match part:
@@ -69,19 +69,19 @@ def _said(goal: f.Formula, scene: Scene) -> Iterator[_Said]:
                     ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
                     for term in terms
                 ]
-                yield _Said(predicate, tuple(masks))
+                yield _Literal(predicate, tuple(masks))
 
 
-def _is_strange(said: _Said, other: _Said, scene: Scene, prior: Prior) -> bool:
+def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) -> bool:
     """Whether nobody wants one thing to be so while the other is there: food on a plate that is put away."""
     if len(other.terms) < 2:
         return False
     moved, place = other.terms
-    if len(said.terms) < 2:
-        combined = Combination(said.predicate, other.predicate, _category(place, scene))
-        return any(mask & moved for mask in said.terms) and combined not in prior.combinations
-    thing, its_place = said.terms
-    nesting = Nesting(said.predicate, _category(its_place, scene), other.predicate)
+    if len(literal.terms) < 2:
+        combined = Combination(literal.predicate, other.predicate, _category(place, scene))
+        return any(mask & moved for mask in literal.terms) and combined not in prior.combinations
+    thing, its_place = literal.terms
+    nesting = Nesting(literal.predicate, _category(its_place, scene), other.predicate)
     if its_place & moved and nesting not in prior.nestings:
         return True
     kind = _category(thing, scene)
@@ -99,7 +99,7 @@ def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
     Actions have no object.
     """
     found = {(part.action, -1) for part in walk(goal) if isinstance(part, f.Occurs)}
-    for predicate, (first, *others) in (said for said in _said(goal, scene) if said.terms):
+    for predicate, (first, *others) in (literal for literal in _literals(goal, scene) if literal.terms):
         found.update(("" if others else predicate, i) for i in bits(first))
     return found
 

@@ -158,6 +158,6 @@ def _line(text: str, fact: f.Formula) -> int:
     denied = r"\(\s*not\s*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []
-    said = denied + r"\(\s*" + r"\s+\??".join(map(re.escape, words)) + r"\s*\)"
-    found = re.search(said, text, re.IGNORECASE)
+    pattern = denied + r"\(\s*" + r"\s+\??".join(map(re.escape, words)) + r"\s*\)"
+    found = re.search(pattern, text, re.IGNORECASE)
     return 1 if found is None else text.count("\n", 0, found.start()) + 1

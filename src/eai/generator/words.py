@@ -183,11 +183,11 @@ class Words:
             case f.Or((first, second)):
                 return f"either {self._statement(first, voice)} or {self._statement(second, voice)}"
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
-                return self._said(atom, {variable.name: f"{NO} {self._noun(variable)}"}, voice)
+                return self._text(atom, {variable.name: f"{NO} {self._noun(variable)}"}, voice)
             case f.Exists(_, f.Not(f.Atom() as atom)) | f.Not(f.Atom() as atom):
-                return self._said(atom, self._ranges(goal, voice), voice, negated=True)
+                return self._text(atom, self._ranges(goal, voice), voice, negated=True)
             case f.Exactly(count, _, f.Atom() as atom):
-                return self._said(atom, self._ranges(goal, voice), voice, several=count != 1)
+                return self._text(atom, self._ranges(goal, voice), voice, several=count != 1)
             case (
                 (f.Atom() as atom)
                 | f.ForAll(_, f.Atom() as atom)
@@ -195,20 +195,20 @@ class Words:
                 | f.ForAll(_, f.Exists(_, f.Atom() as atom))
                 | f.ForPairs(_, _, f.Atom() as atom)
             ):
-                return self._said(atom, self._ranges(goal, voice), voice)
+                return self._text(atom, self._ranges(goal, voice), voice)
         return self._clause_over_time(goal, voice)
 
     def _clause_over_time(self, goal: f.Formula, voice: Voice) -> str:
         """A sentence that says a goal about the whole course."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
-                return f"{self._said(one, {}, voice, never=True)} {WHILE} {self._statement(other, voice)}"
+                return f"{self._text(one, {}, voice, never=True)} {WHILE} {self._statement(other, voice)}"
             case f.Until(f.Not(f.Atom() as then), f.Occurs(action, terms)):
                 named = " with ".join([self.name(term.name) for term in terms])
                 taken = f"the action {action} has been taken on {named}"
-                return f"{self._said(then, {}, voice, negated=True)} {UNTIL} {taken}"
+                return f"{self._text(then, {}, voice, negated=True)} {UNTIL} {taken}"
             case f.Until(f.Not(f.Atom() as then), first):
-                return f"{self._said(then, {}, voice, negated=True)} {UNTIL} {self._statement(first, voice)}"
+                return f"{self._text(then, {}, voice, negated=True)} {UNTIL} {self._statement(first, voice)}"
             case f.Then((first, then)):
                 return f"{self._statement(then, voice)} {AFTER} {self._statement(first, voice)}"
         raise InputError(f"there is no sentence for {type(goal).__name__}")
@@ -239,7 +239,7 @@ class Words:
     def _noun(self, variable: f.Variable) -> str:
         return self.nouns[variable.category or ""]
 
-    def _said(
+    def _text(
         self,
         atom: f.Atom,
         values: Mapping[str, str],
@@ -254,8 +254,8 @@ class Words:
         return self._filled(turned(sentence, negated=negated, several=several, never=never), atom, values)
 
     def _filled(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
-        said = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
-        return sentence.format(**dict(zip("xy", said, strict=False)))
+        words = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
+        return sentence.format(**dict(zip("xy", words, strict=False)))
 
 
 def _joined(clauses: Sequence[str]) -> str:
@@ -296,8 +296,8 @@ class _Reader:
             for negated, requests in ((False, english.asks), (True, english.denies))
             for predicate, several in requests.items()
             for request in several
-            for said in _matched(request, text)
-            for meaning in self._meaning(predicate, said, negated=negated, request=True)
+            for words in _matched(request, text)
+            for meaning in self._meaning(predicate, words, negated=negated, request=True)
         ]
         return _one(meanings, text)
 
@@ -311,12 +311,14 @@ class _Reader:
             one, other = text.split(f" {over_time} ")
             return self._over_time(over_time, one, other)
         is_choice = text.startswith("either ")
-        return _one(self._either(text.removeprefix("either ")) if is_choice else self._said(text), text)
+        return _one(self._either(text.removeprefix("either ")) if is_choice else self._meanings(text), text)
 
     def _over_time(self, word: str, one: str, other: str) -> f.Formula:
         """Return the meaning of two sentences joined by a word."""
         if word == WHILE:
-            return f.Always(f.Not(f.And((_one(self._said(one, never=True), one), self._statement(other)))))
+            return f.Always(
+                f.Not(f.And((_one(self._meanings(one, never=True), one), self._statement(other))))
+            )
         if word == AFTER:
             return f.Then((self._statement(other), self._statement(one)))
         taken = _TAKEN.fullmatch(other)
@@ -329,32 +331,32 @@ class _Reader:
 
     def _either(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):
-            for first in self._said(text[: place.start()]):
-                yield from (f.Or((first, second)) for second in self._said(text[place.end() :]))
+            for first in self._meanings(text[: place.start()]):
+                yield from (f.Or((first, second)) for second in self._meanings(text[place.end() :]))
 
-    def _said(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
+    def _meanings(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
         """All that a sentence may mean, or one of what is never so may say that it is not."""
         forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
         for predicate in self._words.arities:
             for sentence in self._words.sentences(predicate):
                 for negated, several in forms:
                     form = turned(sentence, negated=negated, several=several, never=never)
-                    for said in _matched(form, text):
-                        yield from self._meaning(predicate, said, negated=negated, several=several)
+                    for words in _matched(form, text):
+                        yield from self._meaning(predicate, words, negated=negated, several=several)
 
     def _meaning(
         self,
         predicate: str,
-        said: Sequence[str],
+        words: Sequence[str],
         *,
         negated: bool,
         several: bool = False,
         request: bool = False,
     ) -> Iterator[f.Formula]:
-        """Return the meaning of a sentence that says a predicate of these, or asks for it."""
-        named = [self._objects.get(word) for word in said]
+        """The meaning of a sentence that says a predicate of things in words, or asks for it."""
+        named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
-        is_ground = len(rest) == len(said) - 1
+        is_ground = len(rest) == len(words) - 1
 
         def atom(*terms: f.Term) -> f.Formula:
             return f.Not(f.Atom(predicate, terms)) if negated else f.Atom(predicate, terms)
@@ -363,7 +365,7 @@ class _Reader:
             if is_ground and not several:
                 yield atom(f.Constant(named[0]), *rest)
             return
-        found = _QUANTIFIED.fullmatch(said[0])
+        found = _QUANTIFIED.fullmatch(words[0])
         if found is None:
             return
         number, noun = found["number"], found["noun"]
@@ -379,7 +381,7 @@ class _Reader:
         if is_ground:
             yield from _quantified(found, count, x, atom(_X, *rest), negated=negated, request=request)
         elif found["every"] and not negated:
-            inner = _INNER.fullmatch(said[1])
+            inner = _INNER.fullmatch(words[1])
             target = None if inner is None else self._categories.get(next(filter(None, inner.groups())))
             if inner is not None and target is not None:
                 y = f.Variable("y", target)

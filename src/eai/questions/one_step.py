@@ -89,14 +89,14 @@ def applicability(setting: Setting, rng: random.Random, number: int) -> Item | N
     if len(right) < _CANDIDATES // 2 or len(wrong) < _CANDIDATES // 2:
         return None
     together = rng.sample([*right, *wrong], _CANDIDATES)
-    said = setting.texts(right)
+    answer = setting.texts(right)
     return Item(
         state,
         {action.operator for action in together},
         1,
-        said,
+        answer,
         setting.texts(wrong),
-        said,
+        answer,
         values={"actions": listed(setting.texts(together))},
         actions=True,
     )

@@ -365,7 +365,7 @@ def open_setting(task: Task, rules: Rules, planner: Planner, seed: str) -> Setti
     plan that search finds, where it has none; or else some actions taken at random.
     """
     closed, rng = _closed(task), random.Random(seed)  # noqa: S311 - chance, not secrets
-    plan = closed.script or _found_plan(closed, planner)
+    plan = closed.script or _search_plan(closed, planner)
     way = _executed(closed, rules, plan) or _wandering(closed, rules, rng)
     return Setting(closed, rules, way, execute(rules.domain, closed.initial, way).states, seed)
 
@@ -408,7 +408,7 @@ def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action,
     return tuple(takewhile(lambda action: action.operator in rules.names, executed))[:_STEPS]
 
 
-def _found_plan(task: Task, planner: Planner) -> Sequence[Action]:
+def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
     """A plan that search finds; nothing where there are no goals, or where one looks out of reach."""
     goals = [goal.formula for goal in task.goals]
     if goals and all(planner.looks_reachable(task.initial, goal, task.relevant) for goal in goals):
