@@ -25,7 +25,7 @@ FIXED = subgoal("at", "lamp", "hall")
 
 
 def agenda(*goals: Subgoal, states: int = 1_000) -> _Agenda:
-    return _Agenda(HEURISTIC, SUCCESSORS, GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
+    return _Agenda(GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
 
 
 def told(node: PlanNode | None) -> list[str]:

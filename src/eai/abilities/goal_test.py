@@ -8,15 +8,40 @@ from typing import NamedTuple
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Tally
-from eai.logic.formula import Atom, Formula, Occurs, Or
+from eai.logic.formula import Atom, Formula, Occurs, Or, Variable
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory, execute
-from eai.world.frame import Binding, Frame, Truth
+from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 from eai.world.timeline import timeline
+
+ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
+"""Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
+
+
+class StateTest:
+    """A closed formula on one state, compiled for a scene, where objects go by their names.
+
+    Raises:
+        DomainError: the formula uses a predicate or an object that there is not, or is no state formula.
+    """
+
+    __slots__ = ("_binding", "_truth")
+
+    def __init__(self, formula: Formula, scene: Scene) -> None:
+        frame = Frame(ACTION_ARGUMENTS)
+        self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
+        self._binding = tuple(frame.bind(scene, (UNBOUND, UNBOUND)))
+
+    def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
+        """Whether it holds in the state; ``arguments`` are those of the action taken there."""
+        binding = [*self._binding]  # quantifiers write into it, in any number of threads
+        if arguments:
+            binding[1 : 1 + len(arguments)] = arguments
+        return self._truth(state, binding)
 
 
 class GoalTest:
@@ -39,7 +64,7 @@ class GoalTest:
         passed_over = {*self._places, *self._over_time}
         self._tests = tuple(
             [
-                _Test(_in_no_state, []) if i in passed_over else _test(formula, task.scene)
+                _in_no_state if i in passed_over else StateTest(formula, task.scene)
                 for i, formula in enumerate(asked)
             ]
         )
@@ -60,7 +85,7 @@ class GoalTest:
             actions: the names of the actions that were carried out, in order.
             course: all that has happened; None where nothing has.
         """
-        reached = [truth(final, binding.copy()) for truth, binding in self._tests]
+        reached = [test(final) for test in self._tests]
         for number in self._met(self._actions, actions) if self._actions else ():
             reached[self._places[number]] = True
         if self._over_time:
@@ -84,7 +109,7 @@ class GoalTest:
 
     def all_lasting(self, final: State) -> bool:
         """Whether all goals about states hold in the final one."""
-        return all(truth(final, binding.copy()) for truth, binding in self._lasting)
+        return all(test(final) for test in self._lasting)
 
     def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
@@ -103,20 +128,7 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, operators, trajectory))
 
 
-class _Test(NamedTuple):
-    """A goal as a function of a state and a binding, which is to be copied: quantifiers write into it."""
-
-    truth: Truth
-    binding: Binding
-
-
-def _test(formula: Formula, scene: Scene) -> _Test:
-    frame = Frame()
-    truth = Conditions(scene.vocabulary, frame).truth(formula)
-    return _Test(truth, frame.bind(scene, ()))
-
-
-def _in_no_state(state: State, binding: Binding) -> bool:
+def _in_no_state(state: State) -> bool:
     """Whether an action was taken, as far as a state tells."""
     return False
 

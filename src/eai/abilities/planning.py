@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeAlias
 
+from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
-from eai.logic.formula import Formula, Occurs, Or
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchResult
 from eai.world.execution import Action
@@ -20,15 +20,10 @@ def planning_goal(task: Task) -> PlanningGoal:
     task = task.at_the_end
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
-        actions=tuple(_alternatives(goal.formula) for goal in task.goals_of(GoalKind.ACTION)),
+        actions=tuple(map(alternatives, task.goals_of(GoalKind.ACTION))),
     )
 
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
     return planner.plan(task.initial, planning_goal(task), task.relevant, limits)
-
-
-def _alternatives(formula: Formula) -> tuple[str, ...]:
-    operands = formula.operands if isinstance(formula, Or) else (formula,)
-    return tuple(operand.action for operand in operands if isinstance(operand, Occurs))

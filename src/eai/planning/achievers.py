@@ -12,12 +12,11 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, walk
-from eai.planning.effect_schema import EffectSchema, effect_schemas, taking
+from eai.planning.effect_schema import EffectSchema, effect_schemas, match, taking
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions
 from eai.world.derived import Defined
 from eai.world.domain import Domain
-from eai.world.effect import ANYTHING
 from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
 from eai.world.relation import bits
@@ -100,16 +99,7 @@ class Achiever:
 
     def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
         """The variables' objects that make this an achiever of the atom with these arguments, or None."""
-        found: dict[str, int] = {}
-        for term, index in zip(self.schema.atom.arguments, arguments, strict=True):
-            if term == ANYTHING:
-                continue
-            if isinstance(term, f.Constant):
-                if term != AGENT or index != agent:
-                    return None
-            elif found.setdefault(term.name, index) != index:
-                return None
-        return found
+        return match(self.schema.atom, arguments, lambda name, index: name == AGENT and index == agent)
 
     def bindings(self, state: State, scope: Mapping[str, int], usable: int) -> Iterator[Binding]:
         """The ways to complete a match, for which what no action changes is as it must be.

@@ -6,19 +6,23 @@ about.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple, TypeVar
 
 import eai.logic.formula as f
 from eai.logic.traversal import children
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import Defined
-from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.vocabulary import Vocabulary
 
 _NO_ATOM = f.Atom("")
+
+_Object = TypeVar("_Object")
+"""An object, by its number or by a name."""
 
 
 class EffectSchema(NamedTuple):
@@ -94,6 +98,32 @@ def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[Effect
                         checks = tuple(_of_this_one(c, variable, condition) for c in around.checks)
                         wider = wider._replace(checks=checks)
                     yield from _schemas(inner, _given(wider, condition))
+
+
+def match(
+    atom: f.Atom,
+    arguments: Sequence[_Object | None],
+    is_named: Callable[[f.Constant, _Object], bool],
+    known: Mapping[str, _Object] = MappingProxyType({}),
+) -> dict[str, _Object] | None:
+    """The objects of variables where the atom of an effect is about these arguments; None if it cannot be.
+
+    Args:
+        atom: of the effect.
+        arguments: objects; None for any.
+        is_named: whether an object is the one that a constant names.
+        known: the objects of variables that are known before.
+    """
+    scope = {**known}
+    for term, argument in zip(atom.arguments, arguments, strict=True):
+        if argument is None or term == ANYTHING:
+            continue
+        if isinstance(term, f.Variable):
+            if scope.setdefault(term.name, argument) != argument:
+                return None
+        elif not is_named(term, argument):
+            return None
+    return scope
 
 
 def _given(around: EffectSchema, condition: f.Formula) -> EffectSchema:

@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import walk
-from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas
+from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas, match
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
@@ -122,17 +122,9 @@ class Exclusion:
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 
-    def match(self, atom: f.Atom, fact: _Fact, scope: dict[str, _Term]) -> bool:
-        """Whether an effect can be on such a fact; its variables' objects are entered in the scope."""
-        for term, argument in zip(atom.arguments, fact.arguments, strict=True):
-            if argument is None:
-                continue
-            value = (
-                scope.setdefault(term.name, argument) if isinstance(term, f.Variable) else self.index(term)
-            )
-            if value != argument:
-                return False
-        return True
+    def match(self, atom: f.Atom, fact: _Fact, known: _Scope) -> dict[str, _Term] | None:
+        """The objects of variables where an effect is on such a fact; None if it cannot be."""
+        return match(atom, fact.arguments, lambda name, term: self.index(name) == term, known)
 
     def deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
         """Whether an effect deletes a fact wherever another one takes place."""
@@ -232,32 +224,30 @@ class _Induction:
 
     def _keeps(self, schema: EffectSchema, added: _Fact, other: _Fact) -> bool:
         """Whether what adds a fact does not leave the other, nor add it, too."""
-        scope: dict[str, _Term] = {}
-        if not self.known.match(schema.atom, added, scope):
+        scope = self.known.match(schema.atom, added, {})
+        if scope is None:
             return True
-        scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
+        full = {**{name: f"{name}?" for name in schema.variables}, **scope}
         terms = [f"{i}?" if each is None else each for i, each in enumerate(other.arguments)]
         held = other._replace(arguments=tuple(terms))
         effects = self.known.rules.effects[schema.operator.name]
-        if not any(self.known.deletes(each, schema, held, scope) for each in effects):
+        if not any(self.known.deletes(each, schema, held, full) for each in effects):
             asked = [check.condition for check in schema.operator.checks]
-            if _Supposition(self, held).meets([(each, scope) for each in (*schema.given, *asked)]):
+            if _Supposition(self, held).meets([(each, full) for each in (*schema.given, *asked)]):
                 return False
         return not any(
-            self._adds_both(schema, added, each, other)
+            self._adds_both(schema, scope, each, other)
             for each in effects
             if each.adds and each.atom.predicate == other.predicate
         )
 
-    def _adds_both(self, schema: EffectSchema, added: _Fact, second: EffectSchema, other: _Fact) -> bool:
-        """Whether an action may make both additions at once."""
+    def _adds_both(self, schema: EffectSchema, first: _Scope, second: EffectSchema, other: _Fact) -> bool:
+        """Whether an action that makes an addition, about the first objects, may make another one at once."""
         parameters = [p.name for p in schema.operator.parameters]
-        scope: dict[str, _Term] = {}
-        self.known.match(schema.atom, added, scope)
-        own = {name: scope[name] for name in parameters if name in scope}
-        if not self.known.match(second.atom, other, own):
+        own = self.known.match(second.atom, other, {n: first[n] for n in parameters if n in first})
+        if own is None:
             return False
-        scope |= {name: own[name] for name in parameters if name in own}
+        scope = {**first, **{name: own[name] for name in parameters if name in own}}
         scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
         own |= {name: scope[name] for name in parameters}
         own |= {name: f"{name}??" for name in second.variables if name not in own}

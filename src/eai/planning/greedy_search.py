@@ -8,7 +8,7 @@ applicable action is tried where that is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from eai.logic.formula import Atom
@@ -47,13 +47,19 @@ class GreedySearch:
         states: states that all searches together may reach and estimate.
 
     Attributes:
-        effort: how many were reached and estimated.
+        heuristic: estimates with.
+        successors: gives the states one action further.
+        effort: how many states were reached and estimated.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, states: int) -> None:
-        self._heuristic = heuristic
-        self._successors = successors
+        self.heuristic = heuristic
+        self.successors = successors
         self.effort = Effort(states)
+
+    def estimates(self, node: PlanNode, kept: Sequence[Subgoal] = ()) -> Estimates:
+        """The estimates from a state; what undoes one of the kept conditions costs more."""
+        return Estimates(self.heuristic, node.state, self.successors.objects, kept)
 
     def search(self, start: PlanNode, target: Target, limits: Limits) -> PlanNode | SearchEnd:
         """Look for a way from a node to a target; where there is none, say why the search ended.
@@ -63,17 +69,9 @@ class GreedySearch:
         if self.effort.is_used_up:
             return SearchEnd.STATES
         effort = Effort(min(limits.states, self.effort.limit - self.effort.used))
-        run = _Run(self._heuristic, self._successors, start, target, effort, thorough=limits.thorough)
-        found = run.search()
+        found = _Run(self, start, target, effort, thorough=limits.thorough).search()
         self.effort.used += effort.used
         return found
-
-
-class _Estimate(NamedTuple):
-    """How far a state looks from the target, and its preferred actions."""
-
-    cost: float
-    preferred: tuple[Action, ...]
 
 
 class _Expansion(NamedTuple):
@@ -88,17 +86,10 @@ class _Run:
     """The state of one search."""
 
     def __init__(
-        self,
-        heuristic: AdditiveHeuristic,
-        successors: SuccessorGenerator,
-        start: PlanNode,
-        target: Target,
-        effort: Effort,
-        *,
-        thorough: bool,
+        self, searches: GreedySearch, start: PlanNode, target: Target, effort: Effort, *, thorough: bool
     ) -> None:
-        self._heuristic = heuristic
-        self._successors = successors
+        self._searches = searches
+        self._successors = searches.successors
         self._start = start
         self._target = target
         self._effort = effort
@@ -130,18 +121,19 @@ class _Run:
     def _reach(self, node: PlanNode) -> PlanNode | None:
         """Estimate a state that was reached and queue it; the node itself if the target is reached in it."""
         self._effort.used += 1
-        estimate = self._estimate(node)
-        if estimate.cost == 0.0:
+        ahead, preferred = self._estimate(node)
+        if ahead == 0.0:
             return node
-        cost = estimate.cost + _STEP_COST * (node.depth - self._start.depth)
+        cost = ahead + _STEP_COST * (node.depth - self._start.depth)
         rank = (cost, -self._effort.used)
-        self._open.push(_Expansion(node, rank, estimate.preferred), _UNEXPANDED, *rank)
+        self._open.push(_Expansion(node, rank, preferred), _UNEXPANDED, *rank)
         return None
 
-    def _estimate(self, node: PlanNode) -> _Estimate:
+    def _estimate(self, node: PlanNode) -> tuple[float, tuple[Action, ...]]:
+        """How far a state looks from the target, and its preferred actions."""
         subgoals, taken = self._target
-        estimates = Estimates(self._heuristic, node.state, self._successors.objects, subgoals)
-        preferred = _PreferredOperators(self._heuristic, estimates)
+        estimates = self._searches.estimates(node, subgoals)
+        preferred = _PreferredOperators(self._searches.heuristic, estimates)
         total = 0.0
         for condition in subgoals:
             cost = estimates.to(condition)
@@ -152,7 +144,7 @@ class _Run:
             supporter = estimates.to_action(names)
             total += supporter.cost
             preferred.along(supporter)
-        return _Estimate(total, tuple(preferred.actions))
+        return total, tuple(preferred.actions)
 
 
 class _PreferredOperators:

@@ -97,35 +97,29 @@ class Planner:
             limits: how much to do.
         """
         successors = SuccessorGenerator(self._domain, self._carry_out, objects, goal.actions)
-        return _PlanSearch(self._heuristic, successors, goal, limits or Limits()).run(Node(initial))
+        limits = limits or Limits()
+        search = GreedySearch(self._heuristic, successors, limits.states)
+        return _PlanSearch(search, goal, limits).run(Node(initial))
 
 
+@dataclass(frozen=True, eq=False)
 class _PlanSearch:
     """The state of one search."""
 
-    def __init__(
-        self,
-        heuristic: AdditiveHeuristic,
-        successors: SuccessorGenerator,
-        goal: PlanningGoal,
-        limits: Limits,
-    ) -> None:
-        self._heuristic = heuristic
-        self._successors = successors
-        self._goal = goal
-        self._search = GreedySearch(heuristic, successors, limits.states)
-        self._limits = limits
+    search: GreedySearch
+    goal: PlanningGoal
+    limits: Limits
 
     def run(self, start: PlanNode) -> SearchResult[Action]:
         """Search until there is a plan, nothing is left, or the limits are reached."""
-        subgoals = [Subgoal(condition, {}, True) for condition in self._goal.conditions]
+        subgoals = [Subgoal(condition, {}, True) for condition in self.goal.conditions]
         goals = tuple([goal for each in subgoals for goal in conjuncts(each, start.state.scene)])
-        agenda = _Agenda(self._heuristic, self._successors, self._search, goals)
-        everything = Target(goals, len(self._goal.actions))
-        node, limits, effort = start, _FIRST, self._search.effort
+        agenda = _Agenda(self.search, goals)
+        everything = Target(goals, len(self.goal.actions))
+        node, limits, effort = start, _FIRST, self.search.effort
         while not self._is_reached(node):
             further = agenda.advance(node, limits)
-            if effort.is_used_up or (further is None and not self._limits.thorough):
+            if effort.is_used_up or (further is None and not self.limits.thorough):
                 return SearchResult(SearchEnd.STATES, states=effort.used)
             if further is not None:
                 node, limits = further, _FIRST
@@ -133,17 +127,17 @@ class _PlanSearch:
                 node, limits = start, _FIRST
             else:
                 limits = Limits(_MORE * limits.states)
-                found = self._search.search(start, everything, limits)
+                found = self.search.search(start, everything, limits)
                 if found is SearchEnd.UNREACHABLE:
                     return SearchResult(found, states=effort.used)
                 node = node if isinstance(found, SearchEnd) else found
-        end = self._successors.without_needless(start, node, self._is_reached)
+        end = self.search.successors.without_needless(start, node, self._is_reached)
         return SearchResult(SearchEnd.SOLVED, end.plan(), effort.used)
 
     def _is_reached(self, node: PlanNode) -> bool:
-        holds = self._heuristic.readings.holds
-        conditions = self._goal.conditions
-        return node.met == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
+        holds = self.search.heuristic.readings.holds
+        conditions = self.goal.conditions
+        return node.met == len(self.goal.actions) and all(holds(c, {}, node.state) for c in conditions)
 
 
 class _Agenda:
@@ -154,33 +148,23 @@ class _Agenda:
     anew after every part.
 
     Args:
-        heuristic: estimates with.
-        successors: gives the states one action further.
-        search: searches with.
+        search: searches and estimates with.
         goals: closed conditions.
     """
 
-    def __init__(
-        self,
-        heuristic: AdditiveHeuristic,
-        successors: SuccessorGenerator,
-        search: GreedySearch,
-        goals: Sequence[Subgoal],
-    ) -> None:
-        self._heuristic = heuristic
-        self._successors = successors
-        self._goals = goals
+    def __init__(self, search: GreedySearch, goals: Sequence[Subgoal]) -> None:
         self._search = search
+        self._goals = goals
         self._costs: dict[int, float] = {}
         self._hard: set[int] = set()
         self._failed: set[int] = set()
 
     def advance(self, node: PlanNode, limits: Limits) -> PlanNode | None:
         """The node in which one goal more is reached, or None if none is reached within the limits."""
-        holds = self._estimates(node).holds
+        holds = self._search.estimates(node).holds
         kept = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
-        if node.met < len(self._successors.goals):
+        if node.met < len(self._search.successors.goals):
             pending.append(_NEXT_ACTION)
         for i in self._nearest_first(node, pending):
             if i == _NEXT_ACTION:
@@ -206,9 +190,9 @@ class _Agenda:
         """
         if len(pending) == 1:
             yield pending[0]
-            self._look_at(pending[0], node, self._estimates(node))
+            self._look_at(pending[0], node, self._search.estimates(node))
             return
-        estimates = self._estimates(node)
+        estimates = self._search.estimates(node)
         queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
         heapq.heapify(queue)
         while queue:
@@ -222,7 +206,7 @@ class _Agenda:
     def _look_at(self, i: int, node: PlanNode, estimates: Estimates) -> None:
         """Estimate what a goal costs."""
         if i == _NEXT_ACTION:
-            self._costs[i] = estimates.to_action(self._successors.goals[node.met]).cost
+            self._costs[i] = estimates.to_action(self._search.successors.goals[node.met]).cost
         else:
             self._costs[i] = estimates.to(self._goals[i])
 
@@ -236,13 +220,13 @@ class _Agenda:
                 whole = replace(limits, states=_WHOLE * limits.states)
                 return self._reach(node, Target((*kept, goal), node.met), whole)
             node = part
-            if self._estimates(node).to(goal) == 0.0:
+            if self._search.estimates(node).to(goal) == 0.0:
                 return node
 
     def _next_part(
         self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
-        estimates = self._estimates(node, kept)
+        estimates = self._search.estimates(node, kept)
         parts = estimates.chosen(goal)
         if len(parts) < 2:
             return None
@@ -258,6 +242,3 @@ class _Agenda:
     def _reach(self, node: PlanNode, target: Target, limits: Limits) -> PlanNode | None:
         found = self._search.search(node, target, limits)
         return None if isinstance(found, SearchEnd) else found
-
-    def _estimates(self, node: PlanNode, kept: Sequence[Subgoal] = ()) -> Estimates:
-        return Estimates(self._heuristic, node.state, self._successors.objects, kept)

@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
+from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Found
 from eai.abilities.subgoal_decomposition.refinement import Refinement
-from eai.abilities.subgoal_decomposition.search import StateTest
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain

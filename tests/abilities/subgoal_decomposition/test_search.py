@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.search import (
     ExplorationEnd,
     ExplorationLimits,
     GoalProgress,
     Outcome,
-    StateTest,
     search,
 )
 from eai.errors import InputError
@@ -151,7 +151,7 @@ def test_a_subgoal_takes_no_more_actions_than_it_may() -> None:
 
 
 def test_alternatives_are_all_followed() -> None:
-    made = [End(), do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split((1, 2), 0)]
+    made = [End(), do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split(lambda state: (1, 2), 0)]
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]

@@ -19,13 +19,13 @@ from math import prod
 from typing import NamedTuple
 
 import eai.logic.formula as f
+from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
     Do,
     End,
     Found,
-    Held,
     Instruction,
     Plans,
     Program,
@@ -34,7 +34,6 @@ from eai.abilities.subgoal_decomposition.program import (
 )
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
-from eai.abilities.subgoal_decomposition.search import StateTest
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
@@ -54,7 +53,7 @@ MAX_LITERALS = 100_000
 TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
-class Extent:
+class _Extent:
     """The range of the quantifiers of subgoals, and how much that makes.
 
     Args:
@@ -203,7 +202,7 @@ class Programs:
         self.lexicon = lexicon
         self._refinement = refinement
         self._told_apart = told_apart
-        self.extent = Extent(task)
+        self.extent = _Extent(task)
         self.brings_about = refinement.brings_about
         self._exclusion = cache(lambda: Exclusion(refinement.exclusion_rules(), task.initial))
         self.required = lru_cache(_REMEMBERED)(self._required)
@@ -374,7 +373,8 @@ class _Builder:
             return tested
         needless = self._programs.needless(alternatives)
         held = self._add(Do(needless, number, then)) if is_all else then
-        return self._add(Held(required.holds, number, held, to_do, 1 + required.effort))
+        ways = (to_do,), (held,)
+        return self._add(Split(lambda state: ways[required.holds(state)], number, 1 + required.effort))
 
     def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """The literals to bring about, all of one alternative; nothing for what is only tested."""
@@ -415,7 +415,7 @@ class _Builder:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
     def _split(self, entries: Sequence[int], number: int) -> int:
-        return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries), number))
+        return entries[0] if len(entries) == 1 else self._add(Split(lambda state: entries, number))
 
     def _add(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:

@@ -16,7 +16,7 @@ from eai.abilities.verdict import Unreadable
 from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import Leaf, rewrite
+from eai.logic.rewriting import Leaf, rewrite, with_terms
 from eai.logic.signature import Signature
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
@@ -124,7 +124,13 @@ class SubgoalLexicon:
         Raises:
             InputError: it has a temporal operator other than ``then``.
         """
-        return rewrite(formula, lambda leaf, bound: self._meaning(leaf))
+
+        def meant(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+            if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
+                return is_a(self._meant(leaf.arguments[0]), self.categories[leaf.predicate])
+            return _renamed(with_terms(leaf, self._meant), self.predicates, self.actions)
+
+        return rewrite(formula, meant)
 
     def worded(self, formula: f.Formula) -> f.Formula:
         """A formula of the domain in the words of subgoals: what `meaning` makes it of.
@@ -132,48 +138,21 @@ class SubgoalLexicon:
         Raises:
             InputError: it has a temporal operator other than ``then``.
         """
-        return rewrite(formula, lambda leaf, bound: self._worded(leaf))
 
-    def _worded(self, leaf: Leaf) -> f.Formula:
-        match leaf:
-            case f.Equals(left, right):
-                return f.Equals(self._word(left), self._word(right))
-            case f.Atom(predicate, arguments):
-                terms = tuple([self._word(term) for term in arguments])
-                return f.Atom(self._predicate_words.get(predicate, predicate), terms)
-            case f.Occurs(action, arguments):
-                terms = tuple([self._word(term) for term in arguments])
-                return f.Occurs(self._action_words.get(action, action), terms)
+        def worded(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+            return _renamed(with_terms(leaf, self._word), self._predicate_words, self._action_words)
+
+        return rewrite(formula, worded)
 
     def _word(self, term: f.Term) -> f.Term:
         """A term of the domain with the name that subgoals have for it."""
         index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
         return term if index is None else f.Constant(self.name(index))
 
-    def _meaning(self, leaf: Leaf) -> f.Formula:
-        match leaf:
-            case f.Equals(left, right):
-                left, right = self._meant((left, right))
-                return f.Equals(left, right)
-            case f.Atom(predicate, arguments):
-                terms = self._meant(arguments)
-                if predicate in self.categories:
-                    return is_a(terms[0], self.categories[predicate])
-                return f.Atom(self.predicates.get(predicate, predicate), terms)
-            case f.Occurs(action, arguments):
-                return f.Occurs(self.actions.get(action, action), self._meant(arguments))
-
-    def _meant(self, terms: Iterable[f.Term]) -> tuple[f.Term, ...]:
-        """Terms with objects by their names in the scene."""
-        things, index = self.scene.objects, self.objects
-        return tuple(
-            [
-                f.Constant(things[index[term.name]].name)
-                if isinstance(term, f.Constant) and term.name in index
-                else term
-                for term in terms
-            ]
-        )
+    def _meant(self, term: f.Term) -> f.Term:
+        """A term of subgoals with the name that its object has in the scene."""
+        index = self.objects.get(term.name) if isinstance(term, f.Constant) else None
+        return term if index is None else f.Constant(self.scene.objects[index].name)
 
     def _indices(self, terms: Iterable[f.Term]) -> tuple[int, ...] | None:
         index = self.objects
@@ -182,6 +161,17 @@ class SubgoalLexicon:
 
     def _terms(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
         return tuple([f.Constant(self.name(i)) for i in arguments])
+
+
+def _renamed(leaf: Leaf, predicates: Mapping[str, str], actions: Mapping[str, str]) -> Leaf:
+    """A leaf with another name of its predicate or action, where there is one."""
+    match leaf:
+        case f.Atom(name, arguments):
+            return f.Atom(predicates.get(name, name), arguments)
+        case f.Occurs(name, arguments):
+            return f.Occurs(actions.get(name, name), arguments)
+        case _:
+            return leaf
 
 
 class ObjectsAndClasses:

@@ -65,18 +65,8 @@ class Do(NamedTuple):
     most: int | None = None
 
 
-class Held(NamedTuple):
-    """Go on one way if a subgoal holds already, and another way if not; ``effort`` is what the test costs."""
-
-    holds: Callable[[State], bool]
-    subgoal: int
-    then: int
-    otherwise: int
-    effort: int
-
-
 class Require(NamedTuple):
-    """Go on only if a subgoal holds; ``check`` says what is wrong if not, ``effort`` what the test costs."""
+    """Continue if a subgoal holds; ``check`` says what is wrong if not, ``effort`` what the test costs."""
 
     holds: Callable[[State], bool]
     check: Check
@@ -86,17 +76,21 @@ class Require(NamedTuple):
 
 
 class Split(NamedTuple):
-    """Go on with a subgoal in each of several ways, those with greater numbers first."""
+    """Continue a subgoal in each of the ways that are open in a state, those with greater numbers first.
 
-    targets: tuple[int, ...]
+    ``effort`` is what it costs to find them.
+    """
+
+    targets: Callable[[State], Sequence[int]]
     subgoal: int
+    effort: int = 0
 
 
 class End(NamedTuple):
     """All subgoals are carried out."""
 
 
-Instruction: TypeAlias = Do | Held | Require | Split | End
+Instruction: TypeAlias = Do | Require | Split | End
 Program: TypeAlias = Sequence[Instruction]
 """Instructions that lead to earlier ones only; the last one is the first to run, number 0 is the `End`."""
 

@@ -15,13 +15,12 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Formula, Not, Variable
 from eai.logic.traversal import free_variables, walk
-from eai.planning.effect_schema import Change, EffectSchema, changed_by, changes_for, effect_schemas
+from eai.planning.effect_schema import Change, EffectSchema, changed_by, changes_for, effect_schemas, match
 from eai.planning.role import role_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions, all_of
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
-from eai.world.effect import ANYTHING
 from eai.world.executable import CompiledOperator
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -182,7 +181,7 @@ class Repertoire:
             found: dict[_Way, None] = {}
             for operator in self.writers(shape.predicate):
                 for effect, change in product(self._effects[operator.name], changes):
-                    scope = _match(effect, change)
+                    scope = _scope(effect, change)
                     if scope is not None:
                         arguments = tuple([scope.get(p.name) for p in operator.parameters])
                         found[_Way(operator.name, arguments)] = None
@@ -248,20 +247,11 @@ def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...
     return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
 
 
-def _match(effect: EffectSchema, change: Change) -> dict[str, int] | None:
+def _scope(effect: EffectSchema, change: Change) -> dict[str, int] | None:
     """The parameters' objects where an effect makes a change; None if it does not."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    scope: dict[str, int] = {}
-    for term, index in zip(effect.atom.arguments, change.arguments, strict=True):
-        if index is None or term == ANYTHING:
-            continue
-        if isinstance(term, Variable):
-            if scope.setdefault(term.name, index) != index:
-                return None
-        elif term == AGENT and index != _AGENT:
-            return None
-    return scope
+    return match(effect.atom, change.arguments, lambda name, index: name != AGENT or index == _AGENT)
 
 
 def _without_doubles(operators: Iterable[Operator]) -> list[Operator]:

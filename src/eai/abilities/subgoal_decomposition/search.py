@@ -19,16 +19,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
+from eai.abilities.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     Do,
     End,
-    Held,
     Instruction,
     Plan,
     Program,
@@ -39,39 +39,12 @@ from eai.errors import InputError
 from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.search import Effort
-from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
-from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.history import Past
 from eai.world.operator import Check
 from eai.world.state import Scene, State
-
-_ARGUMENTS = (f.Variable("argument 1"), f.Variable("argument 2"))
-"""Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
-
-
-class StateTest:
-    """A closed formula on one state, compiled for a scene, where objects go by their names.
-
-    Raises:
-        DomainError: the formula uses a predicate or an object that there is not, or is no state formula.
-    """
-
-    __slots__ = ("_binding", "_truth")
-
-    def __init__(self, formula: f.Formula, scene: Scene) -> None:
-        frame = Frame(_ARGUMENTS)
-        self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
-        self._binding = tuple(frame.bind(scene, (UNBOUND, UNBOUND)))
-
-    def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
-        """Whether it holds in the state; ``arguments`` are those of the action taken there."""
-        binding = [*self._binding]  # quantifiers write into it, in any number of threads
-        if arguments:
-            binding[1 : 1 + len(arguments)] = arguments
-        return self._truth(state, binding)
 
 
 class _Part:
@@ -109,7 +82,7 @@ def _with_action(leaf: Leaf, name: str | None) -> f.Formula:
         return leaf
     if leaf.action != name:
         return f.FALSE
-    pairs = zip(leaf.arguments, _ARGUMENTS, strict=False)
+    pairs = zip(leaf.arguments, ACTION_ARGUMENTS, strict=False)
     return f.And(tuple(f.Equals(term, argument) for term, argument in pairs))
 
 
@@ -203,11 +176,11 @@ _FEW = 5
 """With fewer branches than this it is cheaper to explore twins than to look for them."""
 
 
-class Tried(NamedTuple):
+class _Tried(NamedTuple):
     """A step, and those that were tried before it, which are shared by all branches that begin with them."""
 
     step: Step
-    before: Tried | None
+    before: _Tried | None
 
 
 class Branch(NamedTuple):
@@ -225,7 +198,7 @@ class Branch(NamedTuple):
     """
 
     past: Past
-    tried: Tried | None = None
+    tried: _Tried | None = None
     errors: int = 0
     met: int = 0
     subgoal: int = 0
@@ -265,39 +238,29 @@ class Branch(NamedTuple):
         return (*faults, self.failure)
 
 
-class BestBranch:
-    """The best branch seen so far; of equal ones the longer is better, if that is asked, then the first."""
-
-    __slots__ = ("_longer", "branch")
-
-    def __init__(self, *, longer: bool) -> None:
-        self._longer = longer
-        self.branch: Branch | None = None
-
-    def offer(self, branch: Branch) -> None:
-        """See one more branch."""
-        if self.branch is None or self._rank(branch) < self._rank(self.branch):
-            self.branch = branch
-
-    def _rank(self, branch: Branch) -> tuple[int, int]:
-        return branch.errors, -branch.past.number if self._longer else 0
+def _errors(branch: Branch) -> int:
+    """The rank of a branch that may succeed: the fewest errors first."""
+    return branch.errors
 
 
-def without_twins(branches: list[Branch], subgoal: int) -> list[Branch]:
+def _errors_and_length(branch: Branch) -> tuple[int, int]:
+    """The rank of a branch that does not reach the goal: of the fewest errors the longest first."""
+    return branch.errors, -branch.past.number
+
+
+def _without_twins(branches: list[Branch], subgoal: int) -> list[Branch]:
     """Of branches with the same future those to report if they succeed, and if they fail; in order.
 
-    They go on with the subgoal of a number.
+    They continue with the subgoal of a number.
     """
     if len(branches) < _FEW:
         return branches
-    best: dict[tuple[State, int, int], tuple[BestBranch, BestBranch]] = {}
+    twins: dict[tuple[State, int, int], list[Branch]] = {}
     for branch in branches:
         key = (branch.state, branch.met, branch.executed_for(subgoal))
-        if key not in best:
-            best[key] = (BestBranch(longer=False), BestBranch(longer=True))
-        for each in best[key]:
-            each.offer(branch)
-    kept = {id(each.branch) for pair in best.values() for each in pair}
+        twins.setdefault(key, []).append(branch)
+    best = [(min(each, key=_errors), min(each, key=_errors_and_length)) for each in twins.values()]
+    kept = {id(branch) for pair in best for branch in pair}
     return [branch for branch in branches if id(branch) in kept]
 
 
@@ -313,18 +276,6 @@ def _refused(branch: Branch, instruction: Do, check: Check) -> Branch:
     """The branch that ends at a subgoal for which no action is taken."""
     fault = Fault(check.fault, check)
     return branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
-
-
-class _BranchGoal(Protocol):
-    """The goal of a branch, as far as its past can be summed up in a number."""
-
-    def advance(self, met: int, state: State, action: Action) -> int:
-        """The summary after an action was taken in a state."""
-        ...
-
-    def reached(self, met: int, final: State) -> bool:
-        """Whether a branch that ends in this state has reached the goal."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -376,7 +327,7 @@ class Outcome:
 
 
 def search(
-    domain: Domain, initial: State, program: Program, goal: _BranchGoal, limits: ExplorationLimits
+    domain: Domain, initial: State, program: Program, goal: GoalProgress | Watched, limits: ExplorationLimits
 ) -> Outcome:
     """Carry out a program of subgoals in all ways."""
     return _Search(domain, program, goal, limits).run(Branch(Past(initial)))
@@ -386,7 +337,7 @@ class _Search:
     """The state of one search."""
 
     def __init__(
-        self, domain: Domain, program: Program, goal: _BranchGoal, limits: ExplorationLimits
+        self, domain: Domain, program: Program, goal: GoalProgress | Watched, limits: ExplorationLimits
     ) -> None:
         self._domain = domain
         self._program = program
@@ -397,9 +348,9 @@ class _Search:
         self._effort = Effort(limits.effort)
         self._end = ExplorationEnd.COMPLETE
         self._is_cut = False
-        self._successful = BestBranch(longer=False)
-        self._executable = BestBranch(longer=True)
-        self._failed = BestBranch(longer=True)
+        self._successful: list[Branch] = []
+        self._executable: list[Branch] = []
+        self._failed: list[Branch] = []
         self._ended: list[Branch] = []
 
     def run(self, start: Branch) -> Outcome:
@@ -409,48 +360,48 @@ class _Search:
             instruction, waiting = self._program[number], self._waiting[number]
             self._waiting[number] = []
             for branch in self._followed(waiting, instruction):
-                self._go_on(branch, instruction)
+                self._run(branch, instruction)
                 if self._end is not ExplorationEnd.COMPLETE:
                     return self._outcome(branch)
         return self._outcome(start)
 
     def _followed(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
-        """The branches that go on with an instruction: all with a test that ends a subgoal or the answer."""
+        """The branches that continue: all of them with a test that ends a subgoal or the answer."""
         match instruction:
-            case Do() | Held() | Split():
-                branches = without_twins(waiting, instruction.subgoal)
+            case Do() | Split():
+                branches = _without_twins(waiting, instruction.subgoal)
                 self._is_cut |= len(branches) > self._limits.branches
                 return branches[: self._limits.branches]
             case Require():
-                return without_twins(waiting, instruction.subgoal)
+                return _without_twins(waiting, instruction.subgoal)
             case _:
-                return without_twins(waiting, _NONE)
+                return _without_twins(waiting, _NONE)
 
     def _outcome(self, fallback: Branch) -> Outcome:
-        if self._is_cut and self._end is ExplorationEnd.COMPLETE and self._successful.branch is None:
+        if self._is_cut and self._end is ExplorationEnd.COMPLETE and not self._successful:
             self._end = ExplorationEnd.BRANCHES
-        best = (self._successful.branch, self._executable.branch, self._failed.branch, fallback)
+        if self._successful:
+            reported = min(self._successful, key=_errors)
+        else:
+            reported = min(self._executable or self._failed or [fallback], key=_errors_and_length)
         return Outcome(
-            reported=next(filter(None, best)),
-            success=self._successful.branch is not None,
-            executable=self._successful.branch is not None or self._executable.branch is not None,
+            reported=reported,
+            success=bool(self._successful),
+            executable=bool(self._successful or self._executable),
             end=self._end,
             attempts=self._attempts.used,
             ended=tuple(self._ended),
         )
 
-    def _go_on(self, branch: Branch, instruction: Instruction) -> None:
+    def _run(self, branch: Branch, instruction: Instruction) -> None:
         match instruction:
             case Do():
                 self._do(branch, instruction)
             case Require():
                 self._require(branch, instruction)
-            case Held():
-                self._effort.used += instruction.effort
-                held = instruction.holds(branch.state)
-                self._waiting[instruction.then if held else instruction.otherwise].append(branch)
             case Split(targets):
-                for target in targets:
+                self._effort.used += instruction.effort
+                for target in targets(branch.state):
                     self._waiting[target].append(branch)
             case End():
                 reached = self._goal.reached(branch.met, branch.state)
@@ -490,10 +441,10 @@ class _Search:
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
-                past, tried = past.then(outcome), Tried(Step(action, None), tried)
+                past, tried = past.then(outcome), _Tried(Step(action, None), tried)
                 continue
             errors += 1
-            tried = Tried(Step(action, outcome), tried)
+            tried = _Tried(Step(action, outcome), tried)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort.used += past.number // _LOOKED_AT_ONCE
                 return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
@@ -524,10 +475,10 @@ class _Search:
 
         return branch.past.latest(instruction.holds, held)
 
-    def _finish(self, branch: Branch, among: BestBranch) -> None:
-        """A branch has come to its end, and may be the best of its kind."""
+    def _finish(self, branch: Branch, among: list[Branch]) -> None:
+        """A branch has come to its end, as one of its kind."""
         self._ended.append(branch)
-        among.offer(branch)
+        among.append(branch)
 
     def _is_exhausted(self) -> bool:
         if self._attempts.is_used_up:

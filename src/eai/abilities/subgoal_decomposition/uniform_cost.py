@@ -271,18 +271,11 @@ _MOST_TESTS = 200_000
 """How many parts may be tested there; of a goal with very many fewer states are looked at."""
 
 
-class _Rank(NamedTuple):
-    """How near an attempt comes: the least would meet most parts, lacks least for that, and is the shortest.
+_Rank: TypeAlias = tuple[int, int, int]
+"""How near an attempt comes: the least would meet most parts, lacks least for that, and is the shortest.
 
-    Attributes:
-        met: how many parts would be met, negative.
-        failing: how many checks fail.
-        length: how many actions there are.
-    """
-
-    met: int
-    failing: int
-    length: int
+These are the negative number of parts that would be met, the number of checks that fail, and of actions.
+"""
 
 
 class _Attempt(NamedTuple):
@@ -295,11 +288,8 @@ class _Attempt(NamedTuple):
     failing: list[int]
 
 
-class _Nearest(NamedTuple):
-    """How near an attempt comes, and the one to report; None where a plan would be too long."""
-
-    rank: _Rank
-    reported: _Attempt | None
+_Nearest: TypeAlias = tuple[_Rank, _Attempt | None]
+"""How near an attempt comes, and the one to report; None where a plan would be too long."""
 
 
 def best_failed_attempt(searches: Sequence[UniformCostSearch]) -> Found:
@@ -315,7 +305,7 @@ def best_failed_attempt(searches: Sequence[UniformCostSearch]) -> Found:
     found = [nearest for each in farthest if (nearest := each.nearest()) is not None]
     effort = sum([each.effort for each in failing])
     if found:
-        reported = min(found, key=lambda nearest: nearest.rank).reported
+        _, reported = min(found, key=lambda nearest: nearest[0])
         if reported is None:
             return Found((), effort, TOO_FAR, has_failed=True)
         return Found((reported.plan,), effort, has_failed=not reported.ground.is_hopeless(reported.failing))
@@ -353,7 +343,7 @@ class _Failed:
         What fails and would bring about no more than was made otherwise is not reported.
         """
         best: _Attempt | None = None
-        rank = _Rank(0, 0, 0)
+        rank: _Rank = (0, 0, 0)
         for node in self._nodes:
             for ground in (*self._permitted.achievers, *self._permitted.moving):
                 met = -self._met_after(node, ground)
@@ -362,21 +352,19 @@ class _Failed:
                 attempt = self._attempt(node, ground)
                 if attempt.failing and -met <= self.most_met:
                     continue
-                found = _Rank(met, len(attempt.failing), len(attempt.plan))
+                found = (met, len(attempt.failing), len(attempt.plan))
                 made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS
                 if not made and (best is None or found < rank):
                     best, rank = attempt, found
         if best is not None:
-            return _Nearest(rank, self._reported(best))
+            return rank, self._reported(best)
         first = self._nodes[0]
-        for ground in (
-            self._permitted.achievers
-        ):  # what would help needs something else first, or fails at what it tries
+        for ground in self._permitted.achievers:  # what would help needs something else, or fails at a try
             attempt = self._attempt(first, ground)
             reported = self._reported(attempt)
             vain = attempt.failing == [len(ground.known.operator.checks)]
             if attempt.failing and (vain or reported is not attempt):
-                return _Nearest(_Rank(0, len(attempt.failing), len(attempt.plan)), reported)
+                return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 
     def _met_after(self, node: PlanNode, ground: Ground) -> int:
@@ -394,7 +382,7 @@ class _Failed:
     def _least(self, node: PlanNode, ground: Ground, met: int) -> _Rank:
         """The least rank that an action may have, be it after movement."""
         lacking = ground.lacking(node.state, len(ground.known.moved))
-        return _Rank(met, self._fewest(node, ground, lacking), node.depth + 1)
+        return met, self._fewest(node, ground, lacking), node.depth + 1
 
     def _fewest(self, node: PlanNode, ground: Ground, lacking: int) -> int:
         """How many checks of an action fail at least, of which so many do: one, where it is out of reach."""
