@@ -81,7 +81,7 @@ def ours(tasks: Sequence[TransitionTask], planner: PddlPlanner | None) -> float:
     them."""
     costs = []
     for _ in range(REPEATS):
-        rules = ReferenceRules.with_planner(planner)
+        rules = ReferenceRules(planner)
         scorers = [(TransitionModeling(task, rules), gold_answer(task)) for task in tasks]
         start = _used()
         for scorer, text in scorers:

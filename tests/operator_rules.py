@@ -19,4 +19,4 @@ def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
     """Fresh rules."""
     is_paper = protocol is Protocol.STRICT
     kind = PaperRules if is_paper else of_reference("operator_rules").ReferenceRules
-    return kind.with_planner(planner)
+    return kind(planner)

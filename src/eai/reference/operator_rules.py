@@ -23,15 +23,16 @@ import json
 import re
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import ClassVar
 
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory
-from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, PlanMemory, Replaced
+from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText, PddlAction
-from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
+from eai.pddl.planning import PlannerResult, PlanningTask, refusal
 from eai.reference.operator_matching import compare_as_reference
 from eai.reference.planner_of_2024 import Dropped, normalise, read_operator
 
@@ -105,18 +106,12 @@ FORMAT_ERROR = "the reference leaves out answers that it cannot search for opera
 
 
 @dataclass(frozen=True, slots=True)
-class ReferenceRules:
+class ReferenceRules(Rules):
     """The rules with what they remember about one domain: equal texts are compared and read once."""
 
-    plans: PlanMemory
+    counts_clauses: ClassVar[bool] = False
     reports: Memory[OperatorText, OperatorReport] = field(default_factory=Memory)
     read: Memory[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=Memory)
-    counts_clauses: bool = False
-
-    @classmethod
-    def with_planner(cls, planner: PddlPlanner | None) -> ReferenceRules:
-        """Fresh rules."""
-        return cls(PlanMemory(planner))
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; the reference leaves out those with its format error."""
@@ -130,9 +125,7 @@ class ReferenceRules:
 
     def unanswered(self, task: TransitionTask) -> Judgement:
         """All that is asked for is missing: gold operators fill the gaps of an answer, they are none."""
-        return Judgement(
-            tuple(self._missing(task, name) for name in task.operators), self.plans.without_operators
-        )
+        return Judgement(tuple(self._missing(task, name) for name in task.operators), self.without_operators)
 
     def _missing(self, task: TransitionTask, name: str) -> OperatorReport:
         gold = task.domain.operators[name]
@@ -161,13 +154,13 @@ class ReferenceRules:
         return self.reports.recall(operator, operator.size, lambda: _compared(operator, gold))
 
     def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
-        if self.plans.planner is None:
+        if self.planner is None:
             return NOT_RUN
         names = {operator.name for operator in written}
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
         key, size = (task.problem_text, operators), sum(operator.size for operator in written)
-        return self.plans.solve(key, size, lambda: self._planning(task, operators))
+        return self.solve(key, size, lambda: self._planning(task, operators))
 
     def _planning(
         self, task: TransitionTask, operators: tuple[OperatorText, ...]

@@ -98,7 +98,7 @@ def _transition_modeling(benchmark: Benchmark, tasks: TaskSet[TransitionTask], s
     from eai.abilities.transition_modeling.scorer import TransitionModeling
     from eai.reference.operator_rules import ReferenceRules
 
-    rules = ReferenceRules.with_planner(make_planner(source.planner, benchmark.planner_seconds, source.terms))
+    rules = ReferenceRules(make_planner(source.planner, benchmark.planner_seconds, source.terms))
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
 
 

@@ -110,9 +110,7 @@ def test_what_no_text_may_mention_is_left_out(tasks: dict[str, TransitionTask]) 
 
 @pytest.mark.parametrize("name", ["lit", "there", "scripted"])
 def test_the_gold_answer_is_right_in_every_respect(tasks: dict[str, TransitionTask], name: str) -> None:
-    verdict = TransitionModeling(tasks[name], PaperRules.with_planner(BuiltInPlanner())).score(
-        gold_answer(tasks[name])
-    )
+    verdict = TransitionModeling(tasks[name], PaperRules(BuiltInPlanner())).score(gold_answer(tasks[name]))
     assert isinstance(verdict, OperatorVerdict)
     assert verdict.planner is PlannerOutcome.SOLVED
     sides = [side for report in verdict.operators for side in (report.precondition, report.effect)]
@@ -122,7 +120,7 @@ def test_the_gold_answer_is_right_in_every_respect(tasks: dict[str, TransitionTa
 
 def test_a_wrong_operator_cannot_reach_the_goal(tasks: dict[str, TransitionTask]) -> None:
     text = gold_answer(tasks["lit"]).replace("(bright ?x)", "(at ?x ?x)")
-    verdict = TransitionModeling(tasks["lit"], PaperRules.with_planner(BuiltInPlanner())).score(text)
+    verdict = TransitionModeling(tasks["lit"], PaperRules(BuiltInPlanner())).score(text)
     assert verdict.planner is PlannerOutcome.UNSOLVABLE
 
 

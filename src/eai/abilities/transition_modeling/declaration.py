@@ -223,7 +223,7 @@ def _scorers(world: AskedWorld) -> Callable[[TransitionTask], Scorer]:
     from eai.abilities.transition_modeling.rules import PaperRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling
 
-    rules = PaperRules.with_planner(world.make_planner())
+    rules = PaperRules(world.make_planner())
     return lambda task: TransitionModeling(task, rules)
 
 

@@ -10,10 +10,11 @@ with the gold operators: operators that promise everything have a plan for every
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import ClassVar, NamedTuple, TypeAlias
 
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
@@ -97,20 +98,59 @@ class Judgement:
     excluded: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class PlanMemory:
-    """A planner, or none, that remembers what it was asked.
+def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
+    return task if isinstance(task, PlannerResult) else planner.solve(task)
 
-    Answers to one problem are often the same operators in other words or the same words; a key is the
-    content of domain and problem.
+
+class Replaced(str, Enum):
+    """The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
+
+    With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has
+    unbound variables.
+    """
+
+    OPERATOR = "operator"
+    PRECONDITION = "precondition"
+    EFFECT = "effect"
+
+
+@dataclass(frozen=True, slots=True)
+class Rules(ABC):
+    """How answers are read, compared and planned with.
+
+    Answers to one problem are often the same operators in other words or the same words, so that what the
+    planner finds is remembered.
+
+    Attributes:
+        planner: judges operators; None if no planner is asked.
+        results: what it found.
+        counts_clauses: whether operators are compared clause by clause; else what is compared are predicates.
     """
 
     planner: PddlPlanner | None
     results: Memory[Hashable, PlannerResult] = field(default_factory=Memory)
+    counts_clauses: ClassVar[bool] = True
+
+    @abstractmethod
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer, also on one that cannot be read."""
+
+    @abstractmethod
+    def unanswered(self, task: TransitionTask) -> Judgement:
+        """The judgement where there is no answer: every operator that is asked for is missing."""
+
+    @abstractmethod
+    def plan_one_at_a_time(
+        self, task: TransitionTask, text: str, replaced: Replaced
+    ) -> dict[str, PlannerResult | None]:
+        """The result of each operator that is asked for among gold operators, by name.
+
+        An operator that the answer does not have has none. Empty for an answer that the rules leave out.
+        """
 
     @property
     def without_operators(self) -> PlannerResult:
-        """The judgement on an answer without operators."""
+        """What comes of an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(
@@ -129,53 +169,6 @@ class PlanMemory:
         return self.results.recall(key, size, lambda: _solved(planner, make()))
 
 
-def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
-    return task if isinstance(task, PlannerResult) else planner.solve(task)
-
-
-class Replaced(str, Enum):
-    """The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
-
-    With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has
-    unbound variables.
-    """
-
-    OPERATOR = "operator"
-    PRECONDITION = "precondition"
-    EFFECT = "effect"
-
-
-class Rules(Protocol):
-    """How answers are read, compared and planned with."""
-
-    @property
-    def plans(self) -> PlanMemory:
-        """The planner that judges operators."""
-        ...
-
-    @property
-    def counts_clauses(self) -> bool:
-        """Whether operators are compared clause by clause; else what is compared are predicates."""
-        ...
-
-    def plan_one_at_a_time(
-        self, task: TransitionTask, text: str, replaced: Replaced
-    ) -> dict[str, PlannerResult | None]:
-        """The result of each operator that is asked for among gold operators, by name.
-
-        An operator that the answer does not have has none. Empty for an answer that the rules leave out.
-        """
-        ...
-
-    def judge(self, task: TransitionTask, text: str) -> Judgement:
-        """The judgement on an answer, also on one that cannot be read."""
-        ...
-
-    def unanswered(self, task: TransitionTask) -> Judgement:
-        """The judgement where there is no answer: every operator that is asked for is missing."""
-        ...
-
-
 _Read: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
 """An operator as far as it can be read, and what is wrong with the rest."""
 
@@ -188,18 +181,11 @@ class _Comparison(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class PaperRules:
-    """The rules with what they remember about one domain: equal operators are compared once."""
+class PaperRules(Rules):
+    """The rules of the paper with what they remember about one domain: equal operators are compared once."""
 
-    plans: PlanMemory
     readings: Readings = field(default_factory=Memory)
     compared: Memory[tuple[_Read | None, str], _Comparison] = field(default_factory=Memory)
-    counts_clauses: bool = True
-
-    @classmethod
-    def with_planner(cls, planner: PddlPlanner | None) -> PaperRules:
-        """Fresh rules."""
-        return cls(PlanMemory(planner))
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
@@ -234,7 +220,7 @@ class PaperRules:
         """The judgement where there is no answer: all that is asked for is missing."""
         compared = [self._compare(task, name, None) for name in task.operators]
         missing = tuple([each.report for each in compared])
-        planning = self.plans.without_operators
+        planning = self.without_operators
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return Judgement(missing, planning, works, literals=_literals(compared))
 
@@ -286,7 +272,7 @@ class PaperRules:
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
         key = (task.problem_text, actions, refusals)
-        return self.plans.solve(key, size, lambda: _planning(task, actions, refusals))
+        return self.solve(key, size, lambda: _planning(task, actions, refusals))
 
 
 def _comparison(task: TransitionTask, name: str, read: _Read | None) -> _Comparison:

@@ -86,7 +86,7 @@ class TransitionModeling(Scorer):
             return OperatorVerdict(
                 excluded=judgement.excluded, error=judgement.error, task_categories=categories
             )
-        outcome, planner = judgement.planning.outcome, self._rules.plans.planner
+        outcome, planner = judgement.planning.outcome, self._rules.planner
         works = judgement.plan_works
         solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
         contents = self._contents(judgement.operators)
