@@ -25,8 +25,8 @@ BLUE_IN_HALL = Atom("at", (BLUE, HALL))
 
 def task(*goals: Goal | Formula) -> Task:
     """A task in the toy world; formulas are goals about states."""
-    told = tuple(goal if isinstance(goal, Goal) else Goal(GoalKind.STATE, goal) for goal in goals)
-    return Task("1", "Toy", "Play.", toy.initial(), told, tuple(range(6)))
+    goals_of_task = tuple(goal if isinstance(goal, Goal) else Goal(GoalKind.STATE, goal) for goal in goals)
+    return Task("1", "Toy", "Play.", toy.initial(), goals_of_task, tuple(range(6)))
 
 
 def action(*alternatives: str) -> Goal:

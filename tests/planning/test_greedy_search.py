@@ -28,7 +28,7 @@ def agenda(*goals: Subgoal, states: int = 1_000) -> _Agenda:
     return _Agenda(GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
 
 
-def told(node: PlanNode | None) -> list[str]:
+def steps_to(node: PlanNode | None) -> list[str]:
     names = list(INDEX)
     return [] if node is None else [f"{a.operator} {names[a.arguments[0]]}" for a in node.plan()]
 
@@ -36,9 +36,9 @@ def told(node: PlanNode | None) -> list[str]:
 def test_the_nearest_goal_comes_first_and_is_kept() -> None:
     goals = agenda(LIT, HELD)
     first = goals.advance(START, FEW)
-    assert told(first) == ["LIFT red"]
+    assert steps_to(first) == ["LIFT red"]
     assert first is not None
-    assert told(goals.advance(first, FEW)) == ["LIFT red", "GO shed", "PRESS lamp"]
+    assert steps_to(goals.advance(first, FEW)) == ["LIFT red", "GO shed", "PRESS lamp"]
 
 
 def test_what_could_not_be_reached_comes_first_the_next_time() -> None:
@@ -64,4 +64,4 @@ def test_a_search_ends_at_its_target_or_with_its_effort() -> None:
 
 def test_a_denied_atom_is_a_goal_too() -> None:
     away = Subgoal(Not(Atom("at", (Constant("robot"), Constant("hall")))), {}, True)
-    assert told(agenda(away).advance(START, FEW)) == ["GO shed"]
+    assert steps_to(agenda(away).advance(START, FEW)) == ["GO shed"]

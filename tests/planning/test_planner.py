@@ -35,7 +35,7 @@ def plan(goal: PlanningGoal, limits: Limits | None = None) -> SearchResult[Actio
     return PLANNER.plan(START, goal, EVERYTHING, limits)
 
 
-def told(found: SearchResult[Action]) -> list[str]:
+def steps_of(found: SearchResult[Action]) -> list[str]:
     return [" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in found.plan]
 
 
@@ -46,12 +46,12 @@ def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
     assert trajectory.failure is None
     assert trajectory.additional_steps == 0
     assert all(toy.DOMAIN.holds(c, trajectory.final) for c in (RED_IN_SHED, LAMP_LIT))
-    assert told(found) == ["LIFT red", "GO shed", "DROP red", "PRESS lamp"]
+    assert steps_of(found) == ["LIFT red", "GO shed", "DROP red", "PRESS lamp"]
 
 
 def test_actions_are_taken_in_order() -> None:
     found = plan(PlanningGoal((named("at", "robot", "hall"),), (("PRESS",), ("LIFT", "DROP"))))
-    steps = told(found)
+    steps = steps_of(found)
     assert found.end is SearchEnd.SOLVED
     assert [step.split()[0] for step in steps if not step.startswith("GO")] == ["PRESS", "LIFT"]
 
@@ -88,7 +88,7 @@ def test_what_is_done_for_an_action_can_be_more_than_the_action() -> None:
 
     planner = Planner(toy.DOMAIN, there_and_back)
     found = planner.plan(START, PlanningGoal((), (("GO",),)), EVERYTHING)
-    assert told(found) == ["GO shed"]
+    assert steps_of(found) == ["GO shed"]
     assert planner.plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING).end is SearchEnd.UNREACHABLE
 
 

@@ -1,4 +1,4 @@
-"""The one form of records outside the program: JSON objects, of which ``docs/records.md`` tells every field.
+"""The one form of records outside the program: JSON objects, whose fields are in ``docs/records.md``.
 
 The dataclasses are the schema: their fields have the names that stand in a file. Enums are their values,
 tuples lists; goals by kind and errors by their number are objects. What an ability has no use for is null.

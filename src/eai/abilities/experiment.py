@@ -25,7 +25,7 @@ class Feedback(str, Enum):
 
     ``none``: nothing, so that it is asked the same again (the resampling arm). ``kind``: its answer, the kind
     of its error and what that means, and the goals that were missed. ``explained``: the failed check in words
-    besides. ``state``: no word on what failed; the question tells of the state that the world is in now.
+    besides. ``state``: no word on what failed; the question describes the state that the world is in now.
     """
 
     NONE = "none"
@@ -61,7 +61,7 @@ class Experiment:
         preset: the published script whose way of carrying plans out it follows; None for ours.
         prompt_name: what the prompts are called among several ways to ask; None where they have no name.
         scene: how the questions show the scene: ``image``, ``both``, ``predicted-...``, ``noisy-...``, with
-            what tells these apart; None where they tell of it as it is.
+            what distinguishes these; None where they describe it as it is.
 
     Raises:
         InputError: a number is out of its range, or no file could have the name.
@@ -108,7 +108,7 @@ class Experiment:
 
     @property
     def label(self) -> str:
-        """A short text that tells it from every other experiment; the name of its folder."""
+        """A short text that distinguishes it from every other experiment; the name of its folder."""
         parts = []
         if self.goals_from is not None:
             parts.append(f"goals-{file_name(self.goals_from)}")

@@ -175,7 +175,7 @@ class Explanation:
     atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def statement(self, text: str) -> Statement:
-        """What a stated or wanted goal says, also in older records; an entry that says nothing is a name."""
+        """A stated or wanted goal as a value, also in older records; an entry that says nothing is a name."""
         return read_statement(text) if self.atoms is None else self.atoms.get(text, Statement(text, None))
 
 

@@ -129,7 +129,7 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 
 def _in_no_state(state: State) -> bool:
-    """Whether an action was taken, as far as a state tells."""
+    """Whether an action was taken, as far as a state shows."""
     return False
 
 

@@ -19,7 +19,7 @@ from eai.abilities.verdict import Confusion, Json, PlanVerdict, Verdict
 class Perceived:
     """How a scene graph differs from the scene (paper, appendix on vision models, which names four errors).
 
-    What is described of a scene are the facts that a prompt tells, without those that follow from others. A
+    What is described of a scene are the facts that a prompt states, without those that follow from others. A
     fact that holds without being described is no error.
 
     Attributes:

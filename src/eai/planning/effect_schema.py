@@ -167,11 +167,10 @@ class Change(NamedTuple):
 
 
 def changes_for(literal: GroundAtom, vocabulary: Vocabulary, agent: int) -> list[Change]:
-    """The changes that may make a literal so, as far as the definition of its predicate tells.
+    """The changes that may make a literal so, as far as the definition of its predicate shows.
 
     Objects may go by any numbers, ``agent`` is that of the agent. The values of variables that a definition
-    binds are not told apart; what only a function tells comes down to any change of the predicates that it
-    reads.
+    binds are not distinguished; of a function every change of the predicates that it reads counts.
     """
     seen: dict[Change, None] = {}
     found: list[Change] = []

@@ -272,7 +272,7 @@ class _Supposition:
         self._unknown = 0
 
     def meets(self, conditions: Sequence[tuple[f.Formula, _Scope]]) -> bool:
-        """Whether it may meet conditions, as far as can be told; they are supposed."""
+        """Whether it may meet conditions, as far as is known; they are supposed."""
         for _ in range(_PASSES):  # what follows from one may decide another
             if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):
                 return False

@@ -74,7 +74,7 @@ class Planner:
         return self._heuristic.readings.holds(condition, {}, state)
 
     def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int]) -> bool:
-        """Whether a closed condition may be brought about by actions on some objects, as is told at once.
+        """Whether a closed condition may be brought about by actions on some objects, at first sight.
 
         That it looks out of reach is no proof that it is; but no search is spent on it.
         """

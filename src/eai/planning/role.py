@@ -17,7 +17,7 @@ from eai.world.operator import Operator, Role
 
 
 def role_of(operator: Operator) -> Role:
-    """The role that is declared, or else what the effects tell.
+    """The role that is declared, or else what follows from the effects.
 
     Movement changes what is true of the agent alone, and relations in which the agent stands to something
     else afterwards instead of what it was (``at(agent, *)`` is deleted and ``at(agent, x)`` added). What the

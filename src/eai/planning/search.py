@@ -100,7 +100,7 @@ class Node(Generic[S, A]):
 
     Attributes:
         state: the state.
-        met: what of the goal has been met by now, as a number, where the state alone does not tell: how many
+        met: the part of the goal that has been met by now, where the state alone does not show it: how many
             of several, or the mask of those.
         depth: how many actions led here.
         parent: where the last of them were taken; None where the search began.

@@ -1,4 +1,4 @@
-"""Trials: attempts in a world that begins anew or goes on, with slips, up to a success."""
+"""Trials: attempts in a world that begins anew or resumes, with slips, up to a success."""
 
 from __future__ import annotations
 

@@ -76,10 +76,10 @@ def test_several_shortest_sequences_are_all_found() -> None:
     domain = toy.DOMAIN.with_operators(ring, shout)
     assert plans("lit hall", refinement=Refinement(domain)) == ["RING hall"], "they lead to one state"
     wanted = literal("lit hall")
-    told_apart = Refinement(domain).plans(
+    distinguished = Refinement(domain).plans(
         [wanted], StateTest(formula(wanted), SCENE), SCENE, TASK.relevant, {"RING", "SHOUT"}
     )
-    assert written(told_apart(TASK.initial)) == ["RING hall", "SHOUT hall"]
+    assert written(distinguished(TASK.initial)) == ["RING hall", "SHOUT hall"]
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
 @pytest.mark.parametrize(
     ("literals", "needless"),
     [
-        (["at robot hall"], "GO hall"),  # one is told, though STEP is not needed either
+        (["at robot hall"], "GO hall"),  # one is reported, though STEP is not needed either
         (["not lit lamp"], "DIM lamp"),
         (["at robot hall", "not lit lamp"], "GO hall, DIM lamp"),
         (["not lit lamp", "at robot hall"], "DIM lamp, GO hall"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import eai.world as w
-from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire, is_needless, told_apart
+from eai.abilities.subgoal_decomposition.repertoire import Ground, Repertoire, distinguished, is_needless
 from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action, execute
 from eai.world.state import State
@@ -25,9 +25,9 @@ WARDROBE = w.Scene(
     ("name", "helping"), [("PRESS", []), ("LIFT", ["LIFT", "DROP"]), ("DROP", ["LIFT", "DROP"])]
 )
 def test_what_changes_nothing_that_is_asked_for_helps_nobody(name: str, helping: list[str]) -> None:
-    serving = Repertoire(toy.DOMAIN).serving(frozenset({name}))
-    assert [operator.name for operator in serving.helping] == helping
-    assert serving.movement == ["GO"]
+    found, movement = Repertoire(toy.DOMAIN).serving(frozenset({name}))
+    assert [operator.name for operator in found] == helping
+    assert movement == ["GO"]
 
 
 def test_what_an_action_does_with_the_agent_it_does_with_nothing_else() -> None:
@@ -119,7 +119,7 @@ def test_what_movement_may_mend(before: list[str], action: str, *, may_be: bool)
     assert ground(action, state).may_be_mended(state) is may_be
 
 
-def test_what_is_tried_in_vain_is_no_check_of_the_kind_of_an_object() -> None:
+def test_what_is_tried_without_success_is_no_check_of_the_kind_of_an_object() -> None:
     assert not ground("PRESS lamp", toy.initial()).is_hopeless([2])
 
 
@@ -137,6 +137,6 @@ def test_an_action_says_of_itself_that_it_is_needless(
 
 def test_actions_that_matter_keep_their_order() -> None:
     lift, go, drop, press = steps = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
-    assert told_apart(steps, {"PRESS", "LIFT"}) == (lift, press)
-    assert told_apart(steps, {"GO", "DROP"}) == (go, drop)
-    assert told_apart(steps, ()) == ()
+    assert distinguished(steps, {"PRESS", "LIFT"}) == (lift, press)
+    assert distinguished(steps, {"GO", "DROP"}) == (go, drop)
+    assert distinguished(steps, ()) == ()

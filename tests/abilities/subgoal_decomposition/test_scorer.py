@@ -58,7 +58,7 @@ def answer(*subgoals: object) -> str:
     return json.dumps({"output": subgoals})
 
 
-def told(verdict: SubgoalVerdict) -> str:
+def summary(verdict: SubgoalVerdict) -> str:
     """The category, and what ended the answer."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value} {verdict.error.step}"
@@ -120,7 +120,7 @@ def told(verdict: SubgoalVerdict) -> str:
     ],
 )
 def test_verdicts(subgoals: list[object], expected: str) -> None:
-    assert told(SCORER.score(answer(*subgoals))) == expected
+    assert summary(SCORER.score(answer(*subgoals))) == expected
 
 
 LIGHT = Operator("LIGHT", (toy.X,), (additional(~toy.lit(toy.X), "it is lit"),), (Add(toy.lit(toy.X)),))
@@ -269,17 +269,17 @@ def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
 def test_action_goals_are_met_in_order_where_there_is_no_temporal_goal() -> None:
     task = make_task(Or((Occurs("DROP"), Occurs("PRESS"))), Occurs("LIFT"), atom("lit", "lamp"))
     scorer = SubgoalDecomposition(task, toy.DOMAIN)
-    assert told(scorer.score(answer("PRESS(lamp)", "LIFT(blue)"))) == "correct"
-    assert told(scorer.score(answer("LIFT(red)", "lit(lamp)"))) == "goal_unreachable"
+    assert summary(scorer.score(answer("PRESS(lamp)", "LIFT(blue)"))) == "correct"
+    assert summary(scorer.score(answer("LIFT(red)", "lit(lamp)"))) == "goal_unreachable"
 
 
 def test_a_temporal_goal_is_met_in_order_and_goals_hold_at_the_end() -> None:
     goal = "holding(red) then exists x. (PRESS(x)) then at(robot, hall)"
     scorer = SubgoalDecomposition(replace(TASK, temporal_goal=goal), toy.DOMAIN)
     there = ("holding(red)", "at(red, shed)", "lit(lamp)")
-    assert told(scorer.score(answer(*there))) == "goal_unreachable"
-    assert told(scorer.score(answer(*there, "at(robot, hall) and holding(red)"))) == "goal_unreachable"
-    assert told(scorer.score(answer(*there, "not holding(red)", "at(robot, hall)"))) == "correct"
+    assert summary(scorer.score(answer(*there))) == "goal_unreachable"
+    assert summary(scorer.score(answer(*there, "at(robot, hall) and holding(red)"))) == "goal_unreachable"
+    assert summary(scorer.score(answer(*there, "not holding(red)", "at(robot, hall)"))) == "correct"
 
 
 def test_an_explanation_says_which_part_of_the_temporal_goal_is_met_when() -> None:
@@ -312,7 +312,7 @@ def test_plans_of_the_planner_are_subgoals() -> None:
     plan = find_plan(task, Planner(toy.DOMAIN)).plan
     subgoals = notation.write(task, plan)
     assert len(subgoals) == len(plan) > 4
-    assert told(SubgoalDecomposition(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"
+    assert summary(SubgoalDecomposition(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"
 
 
 @pytest.mark.parametrize(
@@ -332,7 +332,7 @@ def test_goals_are_those_of_the_way_that_reaches_most(
 ) -> None:
     verdict = SCORER.score(answer(*alternatives))
     assert isinstance(verdict, SubgoalVerdict)
-    assert told(verdict) == "goal_unreachable"
+    assert summary(verdict) == "goal_unreachable"
     assert verdict.goals is not None
     assert (verdict.goals.state, verdict.goals_elsewhere) == (Tally(lit, 1), elsewhere)
     explanation = SCORER.explain(answer(*alternatives))
@@ -353,6 +353,6 @@ def test_a_subgoal_with_too_many_alternatives_is_not_parseable_and_says_the_limi
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
     each = " or ".join(places)
     verdict = SCORER.score(answer(*[each] * (20_000 // len(places) + 1)))
-    assert told(verdict).startswith("not_parseable parsing")
+    assert summary(verdict).startswith("not_parseable parsing")
     assert verdict.error is not None
     assert verdict.error.detail == "it has more than 20,000 steps and alternatives"

@@ -67,7 +67,7 @@ def test_ways(before: list[str], ways: list[str], allowed: int) -> None:
     moving, effort = movement(allowed)
     found = list(moving.ways(start))
     assert [written(way) for way in found] == ways[:allowed]
-    assert effort.used == len(found), "an action for each, and none in vain"
+    assert effort.used == len(found), "an action for each, and no others"
     assert all(execute(DOMAIN, start, way.plan()).final == way.state for way in found)
 
 
@@ -91,7 +91,7 @@ MOST = 200_000
 
 
 @pytest.mark.parametrize("lamps", [10, 300])
-def test_few_parts_are_tested_and_what_it_takes_is_told(lamps: int) -> None:
+def test_few_parts_are_tested_and_what_it_takes_is_counted(lamps: int) -> None:
     """Every lamp can be lit by itself, and all of them are wanted."""
     things = [w.WorldObject("robot", "robot"), w.WorldObject("hall", "place")]
     things += [w.WorldObject(f"lamp_{i}", "lamp") for i in range(lamps)]

@@ -173,7 +173,7 @@ Meaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
 """The meaning of a goal below quantifiers that bind variables of these names; None if it is ill-formed."""
 
 
-class Conditions(NamedTuple):
+class _Conditions(NamedTuple):
     """The goals of an answer as formulas, in order, and as texts the entries that are none."""
 
     formulas: tuple[Formula, ...]
@@ -195,7 +195,7 @@ class Alternatives:
     options: Choice
 
 
-class Entry(NamedTuple):
+class _Entry(NamedTuple):
     """An entry of an answer, as JSON, and the kind of goals that its section is of; None if of no kind."""
 
     kind: GoalKind | None
@@ -220,13 +220,13 @@ class GoalNotation(ABC):
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals of an answer, or why there are none."""
 
-    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
+    def conditions(self, text: str, meaning: Meaning) -> _Conditions | Unreadable:
         """The goals of an answer as conditions on its task, or why there are none."""
         read = self.read(text)
         if isinstance(read, Unreadable):
             return read
         meant = [(goal, meaning(goal, frozenset())) for goal in read.goals]
-        return Conditions(
+        return _Conditions(
             tuple([formula for _, formula in meant if formula is not None]),
             (*(str(goal) for goal, formula in meant if formula is None), *(e.text for e in read.ill_formed)),
         )
@@ -310,24 +310,24 @@ class JsonGoals(GoalNotation):
                     goals.append(goal)
         return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
 
-    def entries(self, text: str) -> tuple[Entry, ...] | None:
+    def entries(self, text: str) -> tuple[_Entry, ...] | None:
         """All entries of an answer: states, relations, actions, others; None if it cannot be read."""
         found = find_json(text, _sections)
         if found is None:
             return None
         read = [
-            Entry(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries
+            _Entry(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries
         ]
         order: list[GoalKind | None] = [*GoalKind, None]
         return tuple(sorted(read, key=lambda entry: order.index(entry.kind)))
 
-    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
+    def conditions(self, text: str, meaning: Meaning) -> _Conditions | Unreadable:
         """The goals of an answer as conditions on its task; they may be nested (`nested`)."""
         entries = self.entries(text)
         if entries is None:
             return _NO_LISTS
         read = [(entry, self._condition(entry, meaning)) for entry in entries]
-        return Conditions(
+        return _Conditions(
             tuple([formula for _, formula in read if formula is not None]),
             tuple([str(entry.value) for entry, formula in read if formula is None]),
         )
@@ -367,7 +367,7 @@ class JsonGoals(GoalNotation):
             return [self._spelt(part) for part in value]
         return self.word(value).lstrip("?") if isinstance(value, str) else value
 
-    def _condition(self, entry: Entry, meaning: Meaning) -> Formula | None:
+    def _condition(self, entry: _Entry, meaning: Meaning) -> Formula | None:
         """The condition that an entry asks for, or None if it is no condition."""
 
         def literal(value: object, variables: frozenset[str]) -> Formula | None:

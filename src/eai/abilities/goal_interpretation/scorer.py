@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial, reduce
 from operator import or_
 from textwrap import shorten
@@ -21,11 +21,18 @@ from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon, GoldGoals
-from eai.abilities.goal_interpretation.notation import GoalNotation, IllFormed, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.goal_interpretation.notation import (
+    Alternatives,
+    GoalNotation,
+    IllFormed,
+    WrittenGoal,
+    WrittenGoals,
+)
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import Task
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
+from eai.logic.choice import BestOverlap, Literal, best_overlap
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
@@ -34,14 +41,14 @@ _WIDTH = 100
 """The most characters that are shown of an ill-formed entry."""
 
 
-class Hallucination(NamedTuple):
+class _Hallucination(NamedTuple):
     """A goal, and the first name in it that means nothing."""
 
     goal: WrittenGoal
     name: str
 
 
-class Stated(NamedTuple):
+class _Stated(NamedTuple):
     """The goals of an answer: how often each is stated that can be compared, and the others.
 
     Attributes:
@@ -51,8 +58,74 @@ class Stated(NamedTuple):
     """
 
     known: dict[WrittenGoal, int]
-    unknown: tuple[Hallucination, ...]
+    unknown: tuple[_Hallucination, ...]
     ill_formed: tuple[WrittenGoal, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _GoldGoal:
+    """A goal of a task; its options are sets of conditions, as masks.
+
+    Attributes:
+        kind: its kind, for explanations.
+        text: it in words, for explanations; None for the option that an answer is compared with.
+        best: gives the option that an answer meets best.
+    """
+
+    kind: str
+    text: str | None
+    best: BestOverlap
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether there is an option at all."""
+        return self.best(0) is not None
+
+
+class _GoldGoals:
+    """The goals of a task. Conditions are numbered; sets of them are masks (bit i = condition i).
+
+    Attributes:
+        goals: the goals, in order.
+        stated: how each condition is stated in an answer, in canonical form.
+        mask_of: the conditions that are stated in the same way, by that way.
+        of_kind: the conditions of each kind, by its name.
+    """
+
+    def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: GoalLexicon) -> None:
+        self._lexicon = lexicon
+        self._numbers: dict[WrittenGoal, int] = {}
+        self.stated: list[WrittenGoal] = []
+        self._texts: list[str] = []
+        self.mask_of: dict[WrittenGoal, int] = {}
+        self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
+        self.goals = tuple(
+            _GoldGoal(each.kind, each.text, best_overlap(each.options, self._number)) for each in alternatives
+        )
+
+    def chosen(self, said: int) -> list[int]:
+        """Of each goal the option that shares most with what is said; 0 where there is none."""
+        return [0 if (best := goal.best(said)) is None else best.conditions for goal in self.goals]
+
+    def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
+        """The conditions of a set, as they are stated."""
+        return tuple([self.stated[number] for number in bits(mask)])
+
+    def as_texts(self, mask: int) -> tuple[str, ...]:
+        """The conditions of a set as texts."""
+        return tuple([self._texts[number] for number in bits(mask)])
+
+    def _number(self, literal: Literal) -> int:
+        ground = self._lexicon.canonical(self._lexicon.grounded(literal))
+        number = self._numbers.get(ground)
+        if number is None:
+            number = self._numbers[ground] = len(self.stated)
+            stated = self._lexicon.canonical(self._lexicon.spelt(literal))
+            self.stated.append(stated)
+            self._texts.append(str(stated))
+            self.mask_of[stated] = self.mask_of.get(stated, 0) | 1 << number
+            self.of_kind[self._lexicon.kind(stated)] |= 1 << number
+        return number
 
 
 class GoalInterpretation(Scorer):
@@ -62,7 +135,7 @@ class GoalInterpretation(Scorer):
         self.task = task = task.at_the_end
         self.notation = notation
         self.lexicon = GoalLexicon(task, domain, notation)
-        self.gold = GoldGoals(notation.alternatives(task), self.lexicon)
+        self.gold = _GoldGoals(notation.alternatives(task), self.lexicon)
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and which goals of the task it has, and what else it says."""
@@ -145,7 +218,7 @@ class GoalInterpretation(Scorer):
         )
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
-        told = {*verdict.matched, *verdict.wrong, *verdict.missing}
+        reported = {*verdict.matched, *verdict.wrong, *verdict.missing}
         return Explanation(
             notes=(
                 *repair_notes(goals.repairs),
@@ -163,12 +236,12 @@ class GoalInterpretation(Scorer):
             atoms={
                 text: goal.statement
                 for goal in (*self.gold.stated, *self.counted(goals))
-                if (text := str(goal)) in told
+                if (text := str(goal)) in reported
             },
         )
 
     def counted(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """What of an answer is right or wrong."""
+        """The goals of an answer that are right or wrong."""
         return self._stated(goals).known
 
     def _lacking(self, goals: WrittenGoals) -> Iterator[str]:
@@ -179,7 +252,7 @@ class GoalInterpretation(Scorer):
             if 0 < len(missed) < option.bit_count():
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
-    def _stated(self, goals: WrittenGoals) -> Stated:
+    def _stated(self, goals: WrittenGoals) -> _Stated:
         """The goals of an answer, the well-formed ones in canonical form."""
         lexicon = self.lexicon
         known: dict[WrittenGoal, int] = {}
@@ -190,13 +263,13 @@ class GoalInterpretation(Scorer):
                 known[goal] = known.get(goal, 0) + 1
             else:
                 ill_formed[goal] = None
-        unknown: list[Hallucination] = []
+        unknown: list[_Hallucination] = []
         for goal in [*known]:
             name = lexicon.first_unknown(goal)
             if name is not None:
                 times = min(known.pop(goal), max(1, lexicon.instances(goal)))
-                unknown += [Hallucination(goal, name)] * times
-        return Stated(known, tuple(unknown), tuple(ill_formed))
+                unknown += [_Hallucination(goal, name)] * times
+        return _Stated(known, tuple(unknown), tuple(ill_formed))
 
     def _faults(self, goals: WrittenGoals) -> list[IllFormed]:
         """Every entry that is ill-formed, each once."""

@@ -192,16 +192,16 @@ class Programs:
         task: the task.
         lexicon: what subgoals may say.
         refinement: finds what carries them out.
-        told_apart: the operators of which it matters to the goal that they are taken.
+        distinguished: the operators of which it matters to the goal that they are taken.
     """
 
     def __init__(
-        self, task: Task, lexicon: SubgoalLexicon, refinement: Refinement, told_apart: Collection[str]
+        self, task: Task, lexicon: SubgoalLexicon, refinement: Refinement, distinguished: Collection[str]
     ) -> None:
         self.task = task
         self.lexicon = lexicon
         self._refinement = refinement
-        self._told_apart = told_apart
+        self._told_apart = distinguished
         self.extent = _Extent(task)
         self.brings_about = refinement.brings_about
         self._exclusion = cache(lambda: Exclusion(refinement.exclusion_rules(), task.initial))
@@ -346,7 +346,7 @@ class _Builder:
         return self._split([before, after], number)
 
     def _any(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
-        """Several ways to go on, the first of them first."""
+        """Several ways to continue, the first of them first."""
         return self._split([self.subgoal(each, number, then) for each in reversed(parts)], number)
 
     def _state(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:

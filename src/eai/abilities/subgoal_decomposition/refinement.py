@@ -91,7 +91,7 @@ class Refinement:
         holds: Holds,
         scene: Scene,
         objects: Sequence[int],
-        told_apart: Collection[str] = (),
+        distinguished: Collection[str] = (),
         *,
         test_effort: int = 0,
     ) -> Plans:
@@ -105,7 +105,7 @@ class Refinement:
             holds: whether the subgoal holds; it may say more than its literals.
             scene: the scene.
             objects: what actions may be about.
-            told_apart: the operators of which it matters that they are taken.
+            distinguished: the operators of which it matters that they are taken.
             test_effort: how many applied actions a test of the subgoal stands for.
         """
         tests = [(1 << i, self._repertoire.test(each, scene)) for i, each in enumerate(literals)]
@@ -123,7 +123,7 @@ class Refinement:
             return found
 
         def plans(state: State) -> Found:
-            goal = SearchGoal(met(state, everything, 0), met, everything, holds, told_apart, test_effort)
+            goal = SearchGoal(met(state, everything, 0), met, everything, holds, distinguished, test_effort)
             return self._search(goal, _Need(state, wanted, touched, named, objects, {}, wider))
 
         return plans
@@ -228,12 +228,12 @@ class Refinement:
     def _needless(self, wanted: Mapping[Action, int], state: State) -> tuple[Action, ...]:
         """For each literal the first action that says it is not needed: its object is as it makes it."""
         found: list[Action] = []
-        told = 0
+        covered = 0
         for action, parts in wanted.items():
             releases = self._role(action) is Role.RELEASES
-            if not releases and parts & ~told and self._is_needless(action, state):
+            if not releases and parts & ~covered and self._is_needless(action, state):
                 found.append(action)
-                told |= parts
+                covered |= parts
         return tuple(found)
 
     def _is_needless(self, action: Action, state: State) -> bool:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
+from functools import cache
 from itertools import product
 from typing import NamedTuple, TypeAlias
 
@@ -33,13 +34,6 @@ Holds: TypeAlias = Callable[[State], bool]
 
 _AGENT = 0
 """The number of the agent in a `_Way`; the objects of the literal are numbered from 1."""
-
-
-class _Serving(NamedTuple):
-    """The operators that make others possible: what takes things and lets them go, and movement by name."""
-
-    helping: Sequence[Operator]
-    movement: Sequence[str]
 
 
 class _Kind(Enum):
@@ -78,11 +72,8 @@ class Known(NamedTuple):
     unmoved: Truth
 
 
-class _Way(NamedTuple):
-    """How an operator may bring a literal about; None is an argument that the literal leaves open."""
-
-    operator: str
-    arguments: tuple[int | None, ...]
+_Way: TypeAlias = tuple[str, tuple[int | None, ...]]
+"""How an operator, by name, may bring a literal about; None is an argument that the literal leaves open."""
 
 
 class Repertoire:
@@ -109,19 +100,15 @@ class Repertoire:
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
         self.known = {operator.name: self._known(operator) for operator in domain.operators}
-        self._served: dict[frozenset[str], _Serving] = {}
-        self._writers: dict[str, tuple[Operator, ...]] = {}
-        self._ways: dict[GroundAtom, tuple[_Way, ...]] = {}
-        self._tests: dict[tuple[str, bool], tuple[Frame, Truth]] = {}
+        self.writers = cache(self._writers)
+        self.serving = cache(self._serving)
+        self._ways_of = cache(self._find_ways)
+        self._compiled = cache(self._compile)
 
-    def writers(self, predicate: str) -> Sequence[Operator]:
+    def _writers(self, predicate: str) -> Sequence[Operator]:
         """The operators that change what a predicate comes down to, in the order of their declaration."""
-        found = self._writers.get(predicate)
-        if found is None:
-            sources, operators = self._sources([Atom(predicate)]), self._domain.operators
-            found = tuple([o for o in operators if not self._writes[o.name].isdisjoint(sources)])
-            self._writers[predicate] = found
-        return found
+        sources = self._sources([Atom(predicate)])
+        return [o for o in self._domain.operators if not self._writes[o.name].isdisjoint(sources)]
 
     def touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
         """For each operator that can change the truth of some literals, by name, the mask of these."""
@@ -133,15 +120,14 @@ class Repertoire:
 
     def test(self, literal: GroundAtom, scene: Scene) -> Holds:
         """Whether a literal holds in a state; what its predicate means is compiled once."""
-        key = (literal.predicate, literal.truth)
-        if key not in self._tests:
-            variables = tuple([Variable(f"argument {i}") for i in range(len(literal.arguments))])
-            frame, atom = Frame(variables), Atom(literal.predicate, variables)
-            truth = Conditions(self._domain.vocabulary, frame).truth(atom if literal.truth else Not(atom))
-            self._tests[key] = frame, truth
-        frame, truth = self._tests[key]
+        frame, truth = self._compiled(literal.predicate, len(literal.arguments), literal.truth)
         binding = frame.bind(scene, literal.arguments)
         return lambda state: truth(state, [*binding])  # quantifiers write into it, in any number of threads
+
+    def _compile(self, predicate: str, arity: int, truth: bool) -> tuple[Frame, Truth]:
+        variables = tuple([Variable(f"argument {i}") for i in range(arity)])
+        frame, atom = Frame(variables), Atom(predicate, variables)
+        return frame, Conditions(self._domain.vocabulary, frame).truth(atom if truth else Not(atom))
 
     def wanted(
         self, literals: Sequence[GroundAtom], scene: Scene, others: Sequence[int] = ()
@@ -173,34 +159,28 @@ class Repertoire:
         moving = [action for action in found if self.known[action.operator].role is Role.MOVEMENT]
         return moving if moving and agent in literal.arguments else found
 
-    def _ways_of(self, shape: GroundAtom) -> Sequence[_Way]:
+    def _find_ways(self, shape: GroundAtom) -> Sequence[_Way]:
         """The ways to bring about a literal of numbered objects."""
-        ways = self._ways.get(shape)
-        if ways is None:
-            changes = changes_for(shape, self._domain.vocabulary, _AGENT)
-            found: dict[_Way, None] = {}
-            for operator in self.writers(shape.predicate):
-                for effect, change in product(self._effects[operator.name], changes):
-                    scope = _scope(effect, change)
-                    if scope is not None:
-                        arguments = tuple([scope.get(p.name) for p in operator.parameters])
-                        found[_Way(operator.name, arguments)] = None
-            ways = self._ways[shape] = tuple(found)
-        return ways
+        changes = changes_for(shape, self._domain.vocabulary, _AGENT)
+        found: dict[_Way, None] = {}
+        for operator in self.writers(shape.predicate):
+            for effect, change in product(self._effects[operator.name], changes):
+                scope = _scope(effect, change)
+                if scope is not None:
+                    found[operator.name, tuple([scope.get(p.name) for p in operator.parameters])] = None
+        return tuple(found)
 
-    def serving(self, names: frozenset[str]) -> _Serving:
-        """The other operators that can make true what those of some names ask for, and so on."""
-        serving = self._served.get(names)
-        if serving is None:
-            operators = self._domain.operators
-            asking = [operator for operator in operators if operator.name in names]
-            hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.RELEASES)]
-            helping = self._closure(asking, hands, self._asks)
-            movement = self._closure([*asking, *helping], self.movement, self._checks)
-            moving = [o.name for o in self.movement if o in movement or o.name in names]
-            serving = _Serving(helping, moving)
-            self._served[names] = serving
-        return serving
+    def _serving(self, names: frozenset[str]) -> tuple[Sequence[Operator], Sequence[str]]:
+        """The other operators that can make true what those of some names ask for, and so on.
+
+        Those that take things or release them, and by name those that move the agent.
+        """
+        operators = self._domain.operators
+        asking = [operator for operator in operators if operator.name in names]
+        hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.RELEASES)]
+        helping = self._closure(asking, hands, self._asks)
+        movement = self._closure([*asking, *helping], self.movement, self._checks)
+        return helping, [o.name for o in self.movement if o in movement or o.name in names]
 
     def _known(self, operator: Operator) -> Known:
         compiled = self._domain.compiled[operator.name]
@@ -366,6 +346,6 @@ def is_needless(operator: CompiledOperator, action: Action, state: State) -> boo
     return any(failure.check.check.fault is FaultKind.ADDITIONAL_STEP for failure in failures)
 
 
-def told_apart(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
+def distinguished(plan: Sequence[Action], operators: Collection[str]) -> tuple[Action, ...]:
     """The actions of a plan of which it matters that they are taken."""
     return tuple([action for action in plan if action.operator in operators])

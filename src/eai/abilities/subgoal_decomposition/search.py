@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 from typing import NamedTuple
 
 from typing_extensions import assert_never
@@ -50,30 +51,25 @@ from eai.world.state import Scene, State
 class _Part:
     """One part of a goal: a formula on a state and the action taken there."""
 
-    __slots__ = ("_actions", "_formula", "_scene", "_tests")
+    __slots__ = ("_actions", "_formula", "_scene", "_test")
 
     def __init__(self, formula: f.Formula, scene: Scene) -> None:
         self._formula = formula
         self._scene = scene
         self._actions = frozenset([part.action for part in walk(formula) if isinstance(part, f.Occurs)])
-        self._tests: dict[str | None, StateTest] = {}
+        self._test = cache(self._compile)
 
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the part holds at a position."""
         if action is None or action.operator not in self._actions:
-            return (self._tests.get(None) or self._test(None))(state)
+            return self._test(None)(state)
         return self._test(action.operator)(state, action.arguments)
 
-    def _test(self, name: str | None) -> StateTest:
+    def _compile(self, name: str | None) -> StateTest:
         """The part where an action of this name, or none that it mentions, is taken."""
-        test = self._tests.get(name)
-        if test is None:
-            formula = self._formula
-            at_action = (
-                rewrite(formula, lambda leaf, _: _with_action(leaf, name)) if self._actions else formula
-            )
-            test = self._tests[name] = StateTest(at_action, self._scene)
-        return test
+        formula = self._formula
+        at_action = rewrite(formula, lambda leaf, _: _with_action(leaf, name)) if self._actions else formula
+        return StateTest(at_action, self._scene)
 
 
 def _with_action(leaf: Leaf, name: str | None) -> f.Formula:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, Found, Plan
-from eai.abilities.subgoal_decomposition.repertoire import Ground, Holds, told_apart
+from eai.abilities.subgoal_decomposition.repertoire import Ground, Holds, distinguished
 from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
 from eai.planning.successor_generator import PlanNode
 from eai.world.execution import Action
@@ -58,7 +58,7 @@ class SearchGoal(NamedTuple):
             it is those of another mask.
         everything: the mask of all parts.
         holds: whether what it asks for besides its parts holds in a state.
-        told_apart: the operators of which it matters that they are taken, whatever state they lead to.
+        distinguished: the operators of which it matters that they are taken, whatever state they lead to.
         effort: how many applied actions a test of `holds` stands for.
     """
 
@@ -66,7 +66,7 @@ class SearchGoal(NamedTuple):
     met: Callable[[State, int, int], int]
     everything: int
     holds: Holds
-    told_apart: Collection[str]
+    distinguished: Collection[str]
     effort: int = 0
 
     @property
@@ -176,7 +176,7 @@ class UniformCostSearch:
         return self._effort.used
 
     def shortest(self, start: State) -> list[Plan]:
-        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart."""
+        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot distinguish."""
         actions = (*self.permitted.achievers, *self.permitted.helping)
         self._grounds = [ground for ground in actions if ground.is_ever_possible(start)]
         self._push(Node(start, self.goal.at_start))
@@ -207,8 +207,8 @@ class UniformCostSearch:
         if node.depth < self._best:
             self._best = node.depth
             self._found = {}
-        told = told_apart(node.plan(), self.goal.told_apart)
-        self._found.setdefault((node.state, told), node)
+        kept = distinguished(node.plan(), self.goal.distinguished)
+        self._found.setdefault((node.state, kept), node)
 
     def _holds(self, state: State) -> bool:
         """Whether all that is asked for holds; a long formula costs as much as it is long."""
@@ -362,8 +362,8 @@ class _Failed:
         for ground in self._permitted.achievers:  # what would help needs something else, or fails at a try
             attempt = self._attempt(first, ground)
             reported = self._reported(attempt)
-            vain = attempt.failing == [len(ground.known.operator.checks)]
-            if attempt.failing and (vain or reported is not attempt):
+            only_tries = attempt.failing == [len(ground.known.operator.checks)]
+            if attempt.failing and (only_tries or reported is not attempt):
                 return (0, len(attempt.failing), len(attempt.plan)), reported
         return None
 

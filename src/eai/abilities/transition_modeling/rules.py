@@ -150,7 +150,7 @@ class Rules(ABC):
 
     @property
     def without_operators(self) -> PlannerResult:
-        """What comes of an answer without operators."""
+        """The result of an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
     def solve(

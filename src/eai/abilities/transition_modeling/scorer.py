@@ -107,7 +107,7 @@ class TransitionModeling(Scorer):
         )
 
     def _contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
-        """What each clause of the sides of operators speaks of, by its text."""
+        """The subject of each clause of the sides of operators, by its text."""
         content = self._content
         found: dict[str, ClauseContent] = {}
         for report in reports:
