@@ -24,13 +24,6 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
 
-class _Precondition(NamedTuple):
-    """A formula over the variables of an effect, and the function that reads it."""
-
-    formula: f.Formula
-    holds: Truth
-
-
 class _Step(NamedTuple):
     """A variable to give values to: its slot, whether they must be usable, and what they must meet.
 
@@ -62,23 +55,10 @@ class Achiever:
 
     Attributes:
         schema: the effect.
-        conditions: what must be brought about for it where it does not hold, in order.
+        conditions: what must be brought about for it where it does not hold, in order, each with its test.
         open_variables: how many of its variables the atom does not determine.
         is_fixed: whether no action changes in which ways a match can be completed.
     """
-
-    __slots__ = (
-        "_compiler",
-        "_filters",
-        "_fixed",
-        "_frame",
-        "_joins",
-        "_vocabulary",
-        "conditions",
-        "is_fixed",
-        "open_variables",
-        "schema",
-    )
 
     def __init__(self, schema: EffectSchema, vocabulary: Vocabulary) -> None:
         self.schema = schema
@@ -95,7 +75,7 @@ class Achiever:
         self._filters = (*fixed, *others)
         self._fixed = [c for c in self._filters if _is_fixed(c, vocabulary)]
         self.is_fixed = len(self._fixed) == len(self._filters)
-        self.conditions = tuple(_Precondition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
+        self.conditions = tuple((c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
         """The variables' objects that make this an achiever of the atom with these arguments, or None."""

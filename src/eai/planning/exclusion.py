@@ -419,8 +419,6 @@ def _general(fact: _Fact) -> _Fact:
 
 
 def _is_among(fact: _Fact, facts: _Fact) -> bool:
-    return fact.predicate == facts.predicate and _covers(facts.arguments, fact.arguments)
-
-
-def _covers(pattern: tuple[_Term, ...], arguments: tuple[_Term, ...]) -> bool:
-    return all(mine in (None, its) for mine, its in zip(pattern, arguments, strict=True))
+    return fact.predicate == facts.predicate and all(
+        general in (None, own) for general, own in zip(facts.arguments, fact.arguments, strict=True)
+    )

@@ -174,17 +174,9 @@ def _renamed(leaf: Leaf, predicates: Mapping[str, str], actions: Mapping[str, st
             return leaf
 
 
-class ObjectsAndClasses:
+def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
     """The names of objects, and those of the classes of a scene: a class stands for any object of it."""
-
-    __slots__ = ("_objects", "_scene")
-
-    def __init__(self, objects: Mapping[str, int], scene: Scene) -> None:
-        self._objects = objects
-        self._scene = scene
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._objects or (isinstance(name, str) and self._scene.category(name) != 0)
+    return frozenset([*objects, *[thing.category for thing in scene.objects]])
 
 
 def spelt(names: Iterable[str]) -> dict[str, str]:
@@ -253,7 +245,7 @@ class SubgoalNotation:
         signature = Signature(
             {word: vocabulary.arity(name) for word, name in predicates.items()},
             {word: self.domain.arities[name] for word, name in actions.items()},
-            ObjectsAndClasses(objects, scene),
+            objects_and_classes(objects, scene),
         )
         return SubgoalLexicon(scene, signature, objects, predicates, actions)
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.subgoal_decomposition.notation import (
-    ObjectsAndClasses,
     SubgoalLexicon,
     SubgoalNotation,
     WrittenSubgoals,
+    objects_and_classes,
     read_output,
 )
 from eai.abilities.verdict import Unreadable
@@ -65,7 +65,7 @@ class VirtualHomeSubgoals(SubgoalNotation):
 
     def lexicon(self, scene: Scene) -> SubgoalLexicon:
         """The names of the data set, which are those of the scene."""
-        names = ObjectsAndClasses(scene.index, scene)
+        names = objects_and_classes(scene.index, scene)
         return SubgoalLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
