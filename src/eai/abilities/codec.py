@@ -18,10 +18,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.explanation import Explanation
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated
+from eai.abilities.record import Attempt, Origin, Record, Stated
 from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
 from eai.errors import InputError
 
@@ -132,11 +131,8 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "ability": ability,
             "response": values.get("response") or "",
             "verdict": _verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
-            "explanation": _optional(Explanation, values, "explanation"),
             "origin": origin,
-            "experiment": _optional(Experiment, values, "experiment"),
             "stated": _stated(values),
-            "perceived": _optional(Perceived, values, "perceived"),
             "attempts": _attempts(values, ability),
         },
     )
@@ -221,10 +217,6 @@ def _stated(values: Mapping[str, Any]) -> Stated | None:
     experiment = values.get("experiment")
     known = isinstance(experiment, dict) and "goals_sha256" in experiment
     return _read(Stated, experiment, "experiment") if known else None
-
-
-def _optional(kind: type[T], values: Mapping[str, Any], name: str) -> T | None:
-    return None if values.get(name) is None else _read(kind, values[name], name)
 
 
 def _present(values: Mapping[str, Any], name: str) -> Any:

@@ -12,7 +12,7 @@ comes down to is counted before anything is unfolded, and too much is refused, t
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from itertools import product
 from math import prod
@@ -20,22 +20,29 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import StateTest
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon
+from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
+    Compiled,
     Do,
     End,
     Found,
     Instruction,
+    Offence,
     Plans,
     Program,
+    Rejected,
     Require,
     Split,
+    offending,
+    unparseable,
 )
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.task import Task
-from eai.errors import InputError
+from eai.abilities.verdict import Unreadable
+from eai.errors import InputError, ParseError
+from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import children, is_state_formula, walk
@@ -209,6 +216,29 @@ class Programs:
         self.needless = lru_cache(_REMEMBERED)(self._needless)
         self.plans = lru_cache(_REMEMBERED)(self._plans)
         self.plans_to_take = lru_cache(_REMEMBERED)(self._plans_to_take)
+
+    def compile(self, written: WrittenSubgoals | Unreadable) -> Compiled | Rejected:
+        """An answer whose subgoals are each a text of its own, each read by itself."""
+        if isinstance(written, Unreadable):
+            return unparseable(written.reason)
+        return replace(self._compile(written), left_out=written.left_out)
+
+    def _compile(self, written: WrittenSubgoals) -> Compiled | Rejected:
+        formulas: list[f.Formula] = []
+        offences: list[Offence] = []
+        for number, subgoal in enumerate(written.subgoals):
+            try:
+                reading = parse(subgoal, self.lexicon.signature)
+            except ParseError as error:
+                return unparseable(str(error), written.repairs, number)
+            formulas.append(reading.formula)
+            offences += [Offence(number, misuse) for misuse in reading.offences]
+        if offences:
+            return offending(offences, written.repairs)
+        try:
+            return Compiled(tuple(formulas), self.program(formulas), written.repairs)
+        except InputError as error:
+            return unparseable(str(error), written.repairs)
 
     def program(self, subgoals: Sequence[f.Formula]) -> Program:
         """The program that carries out subgoals one after the other.

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
-from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.errors import InputError, ParseError
+from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import TRUE, Formula
-from eai.logic.ltl import parse
-from eai.logic.signature import Misuse, MisuseKind, Signature
+from eai.logic.signature import Misuse, MisuseKind
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
@@ -130,41 +127,6 @@ def unparseable(reason: str, repairs: tuple[str, ...] = (), subgoal: int | None 
     """The rejection of what no plan can be made of, for the sake of this subgoal if it is one."""
     error = ErrorReport(FaultKind.PARSING, subgoal, reason)
     return Rejected(SubgoalCategory.NOT_PARSEABLE, error, repairs)
-
-
-def compile_each(
-    written: WrittenSubgoals | Unreadable,
-    signature: Signature,
-    program: Callable[[Sequence[Formula]], Program],
-) -> Compiled | Rejected:
-    """An answer whose subgoals are each a text of its own, each read by itself.
-
-    ``program`` makes a program of them, or raises an `InputError` that says why there is none.
-    """
-    if isinstance(written, Unreadable):
-        return unparseable(written.reason)
-    compiled = _compile(written, signature, program)
-    return replace(compiled, left_out=written.left_out)
-
-
-def _compile(
-    written: WrittenSubgoals, signature: Signature, program: Callable[[Sequence[Formula]], Program]
-) -> Compiled | Rejected:
-    formulas: list[Formula] = []
-    offences: list[Offence] = []
-    for number, subgoal in enumerate(written.subgoals):
-        try:
-            reading = parse(subgoal, signature)
-        except ParseError as error:
-            return unparseable(str(error), written.repairs, number)
-        formulas.append(reading.formula)
-        offences += [Offence(number, misuse) for misuse in reading.offences]
-    if offences:
-        return offending(offences, written.repairs)
-    try:
-        return Compiled(tuple(formulas), program(formulas), written.repairs)
-    except InputError as error:
-        return unparseable(str(error), written.repairs)
 
 
 _PRECEDENCE = (MisuseKind.UNKNOWN_PREDICATE, MisuseKind.WRONG_ARITY, MisuseKind.UNKNOWN_OBJECT)

@@ -14,7 +14,7 @@ from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.subgoal_decomposition.program import Compiled, Rejected, compile_each
+from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.search import (
     Branch,
@@ -107,7 +107,7 @@ class SubgoalDecomposition(Scorer):
         if self._programs is None:
             refinement = self._refinement or Refinement(self.domain)
             self._programs = Programs(self.task, self.lexicon, refinement, self._goal.actions)
-        return compile_each(self.notation.read(text), self.lexicon.signature, self._programs.program)
+        return self._programs.compile(self.notation.read(text))
 
     def _assess(self, text: str) -> Assessment:
         """The assessment as if the task were not excluded."""
