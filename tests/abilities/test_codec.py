@@ -167,7 +167,7 @@ def test_a_verdict_as_json_fields(verdict: Verdict, expected: dict[str, Any]) ->
     assert json.loads(json.dumps(fields)) == fields
 
 
-def test_repairs_made_before_scoring_stand_first_and_are_told_apart() -> None:
+def test_repairs_made_before_scoring_stand_first_and_are_distinguished() -> None:
     origin = Origin("0" * 64, stop_reason="stop", usage=Usage(1, 2), answer_repairs=("reasoning",))
     written = replace(record(PLAN), origin=origin)
     line = record_to_json(written)

@@ -208,7 +208,7 @@ class Programs:
         self.task = task
         self.lexicon = lexicon
         self._refinement = refinement
-        self._told_apart = distinguished
+        self._distinguished = distinguished
         self.extent = _Extent(task)
         self.brings_about = refinement.brings_about
         self._exclusion = cache(lambda: Exclusion(refinement.exclusion_rules(), task.initial))
@@ -300,7 +300,7 @@ class Programs:
                 required.holds,
                 self.task.scene,
                 self.task.relevant,
-                self._told_apart,
+                self._distinguished,
                 test_effort=required.effort,
             )
         )
