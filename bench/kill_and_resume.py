@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,7 +35,7 @@ from eai.prompts.prompt import PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job, Pace
 from eai.scoring.batch import Settings
-from eai.scoring.epochs import Obtained, settle
+from eai.scoring.epochs import settle
 from eai.scoring.trials import open_trials
 from eai.studies.pipeline.stage_one import BelievedGoals, Interpretations, believe
 
@@ -82,17 +83,7 @@ def work(todo: Work, folder: Path) -> None:
     """All that a run does, in this process."""
     job = todo.job
     answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
-    obtained = Obtained(
-        MODEL,
-        "noisy",
-        job.prompts,
-        answers.given,
-        answers.failures,
-        1,
-        job.trials,
-        answers.tried,
-        todo.believed,
-    )
+    obtained = replace(answers, name="noisy", believed=todo.believed)
     settle(obtained, folder, open_suite("behavior", Ability.ACTION_SEQUENCING), Settings())
 
 

@@ -27,7 +27,7 @@ from inspect_ai.solver import generate
 
 from eai.abilities.codec import record_to_json
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.responses import Response
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
@@ -38,7 +38,7 @@ from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
 from eai.run.tasks import build_task
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Scoring
 from eai.scoring.collector import collecting_seldom
 from eai.tasks.source import Source
 
@@ -93,9 +93,8 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
     yield "making", processor_ms(partial(suite.scorer, task_id))
     scoring = processor_ms(partial(suite.score, task_id, text))
     yield "scoring", scoring
-    answers = ResponseFile(MODEL, (Response(task_id, text),))
     start = time.process_time()
-    (record,) = score_batch(suite, answers, explanations=True)
+    (record,) = Scoring().records(suite, MODEL, [Response(task_id, text)], explanations=True)
     yield "explaining", max(1000 * (time.process_time() - start) - scoring, 0.0)
     yield "recording", processor_ms(lambda: json.dumps(record_to_json(record)))
 

@@ -37,8 +37,7 @@ from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.coverage import coverage_of
-from eai.results.paper_tables import paper_models
-from eai.results.published_scores import NULL_MODELS, SCHEMA, TABLE, null_scores, null_table
+from eai.results.paper_tables import NULL_MODELS, SCHEMA, TABLE, null_scores, null_table, paper_models
 from eai.results.summary import summarise
 from eai.run.job import PROVIDER
 from eai.scoring.batch import NO_ROW, Settings, score_run

@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.envs.game import View
+from eai.envs.game import _View
 from eai.envs.rules import Observe
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source
@@ -31,7 +31,7 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
     wording, rng = benchmark.observed_wording(), random.Random(0)
-    view, episode = View(task, wording, observe), Episode(benchmark.domain, task.initial)
+    view, episode = _View(task, wording, observe), Episode(benchmark.domain, task.initial)
     look = view.first
     stored = {each.predicate for each in wording.listings if each.sources == (each.predicate,)}
     for _ in range(40):

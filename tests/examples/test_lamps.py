@@ -14,7 +14,7 @@ import eai as library
 from cli.conftest import Command
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability
-from eai.results.published_scores import NULL_MODELS
+from eai.results.paper_tables import NULL_MODELS
 from eai.world import Action, Episode, check, execute
 from processes import eai as in_own_process
 from sweeps import first_of

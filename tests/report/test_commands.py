@@ -14,7 +14,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.cli import app
 from eai.data.store import Store
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Scoring
 from eai.scoring.records import write_records
 from eai.tasks.source import Source
 from protocols import of_reference
@@ -113,7 +113,9 @@ def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> N
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
     gold = open_answer_book(suite.benchmark, suite.ability, suite.source).gold(suite.task_ids[0])
     answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
-    runs = write_runs(tmp_path, [list(score_batch(suite, answers, explanations=True))])
+    runs = write_runs(
+        tmp_path, [list(Scoring().records(suite, answers.model, answers.responses, explanations=True))]
+    )
     command = ["report", str(runs), "--no-plots", "--no-prompts", "--pictures", "--out"]
     done = RUNNER.invoke(app, [*command, str(tmp_path / "out"), "--data", str(data_store.folder)])
     assert done.exit_code == 0, done.exception

@@ -15,7 +15,7 @@ from eai.report.ranking import Ranking, RowSource
 from eai.report.rankings import make_ranking
 from eai.report.run_summary import summary_of
 from eai.report.table_specs import tables_of
-from eai.results.published_scores import NULL_MODELS, null_scores, published_scores
+from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores
 from eai.results.rate import Rate
 from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind

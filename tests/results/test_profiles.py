@@ -53,9 +53,9 @@ def test_profiles_say_what_a_task_is_like() -> None:
 
 
 def test_any_benchmark_has_a_table() -> None:
-    table = table_of(TOY, Source())
-    values = {row.label: row.value for row in table.rows}
-    assert all(row.printed is None and not row.remark for row in table.rows)
+    rows = table_of(TOY, Source())
+    values = {row.label: row.value for row in rows}
+    assert all(row.printed is None and not row.remark for row in rows)
     assert {label: values[label] for label in ("tasks", "instructions", "goals", "goal conditions")} == {
         "tasks": 3,
         "instructions": 2,
@@ -74,7 +74,7 @@ def test_distributions_are_of_tasks_with_goals() -> None:
 
 
 def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
-    rows = {row.label: row.value for row in table_of(Benchmark("none", DOMAIN, given()), Source()).rows}
+    rows = {row.label: row.value for row in table_of(Benchmark("none", DOMAIN, given()), Source())}
     assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
     assert "action steps" not in rows
     assert distributions(Benchmark("none", DOMAIN, given()), Source()) == ()

@@ -10,13 +10,13 @@ import pytest
 
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.pddl.planning import PlannerChoice
-from eai.results.paper_tables import paper_models
-from eai.results.published_scores import (
+from eai.results.paper_tables import (
     NULL_MODELS,
     SCHEMA,
     TABLE,
     PublishedSuite,
     null_scores,
+    paper_models,
     published_scores,
     published_scores_sha256,
 )

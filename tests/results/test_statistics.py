@@ -23,7 +23,7 @@ NOT_AS_PRINTED = {
 
 
 def rows_of(domain: str, store: Store) -> dict[str, StatRow]:
-    return {row.label: row for row in table_of(find_benchmark(domain), Source(store)).rows}
+    return {row.label: row for row in table_of(find_benchmark(domain), Source(store))}
 
 
 def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:

@@ -13,15 +13,13 @@ from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
-from eai.run.evaluation import Answers, obtain_answers
+from eai.run.evaluation import obtain_answers, write_scores
 from eai.run.job import CAPTIONER, Endpoint, Job
-from eai.run.logs import write_scores
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
 from eai.scoring.batch import Settings
@@ -64,7 +62,7 @@ class Ran:
     log: Path
 
 
-def obtain_in_child(make_job: Callable[..., Job], journal: Path, logs: Path) -> Answers:
+def obtain_in_child(make_job: Callable[..., Job], journal: Path, logs: Path) -> Obtained:
     """Do a job of VirtualHome, which is found where it is asked: a declaration does not travel."""
     return obtain_answers(make_job(benchmark=find_benchmark("virtualhome")), journal, logs)
 
@@ -84,8 +82,7 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
         source=suite.source,
     )
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
-    obtained = Obtained(model, file_name(model), prompts, answers.given, answers.failures, whom.epochs)
-    result = settle(obtained, folder, suite, Settings())
+    result = settle(answers, folder, suite, Settings())
     write_scores(answers.log, result.by_place(), Source(planner=PLANNER))
     return Ran(result.rates, result.records, [one.rates for one in result.of_epochs], answers.log)
 

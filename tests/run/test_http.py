@@ -14,14 +14,14 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
-from eai.run.evaluation import Answers
 from eai.run.job import Decoding, Endpoint, Job, Pace
+from eai.scoring.epochs import Obtained
 from run.child import obtain_in_child
 from run.server import COUNTED, Log, Reply, serve
 
 PLAN = '{"WALK": ["sofa", "352"]}'
 Script = Mapping[str, Sequence[Reply]]
-Run = Callable[..., tuple[Answers, Log]]
+Run = Callable[..., tuple[Obtained, Log]]
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +32,7 @@ def process() -> Iterator[Executor]:
 
 
 @pytest.fixture
-def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
+def ask(tmp_path: Path, process: Executor) -> Callable[..., Obtained]:
     """Puts questions to a running server; the answers go to one journal."""
 
     def obtain(
@@ -43,7 +43,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
         timeout: int = 60,
         connections: int | None = None,
         model: str = "openai-api/local/scripted",
-    ) -> Answers:
+    ) -> Obtained:
         ask_all = partial(
             Job,
             Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
@@ -59,12 +59,12 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
 
 
 @pytest.fixture
-def run(ask: Callable[..., Answers]) -> Run:
+def run(ask: Callable[..., Obtained]) -> Run:
     """Puts the questions of a script to a server that answers by it."""
 
     def serve_and_ask(
         script: Script, cut_at: tuple[str, ...] = (), decoding: Decoding | None = None
-    ) -> tuple[Answers, Log]:
+    ) -> tuple[Obtained, Log]:
         with serve(script) as served:
             return ask(served.url, script, cut_at, decoding), served.log
 
@@ -156,7 +156,7 @@ def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: 
 
 
 @pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
-def test_a_page_in_the_place_of_a_reply_is_told_as_one(ask: Callable[..., Answers], model: str) -> None:
+def test_a_page_in_the_place_of_a_reply_is_told_as_one(ask: Callable[..., Obtained], model: str) -> None:
     with serve({"page": [Reply(body='"<html>Bad gateway</html>"')]}) as served:
         (why,) = ask(served.url, ("page",), model=model).failures.values()
     assert "AssertionError" not in why
@@ -176,7 +176,7 @@ USAGES: Mapping[str, object] = {
 
 
 @pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
-def test_an_answer_with_odd_figures_of_usage_is_an_answer(ask: Callable[..., Answers], model: str) -> None:
+def test_an_answer_with_odd_figures_of_usage_is_an_answer(ask: Callable[..., Obtained], model: str) -> None:
     script = {name: [Reply(PLAN, usage=usage)] for name, usage in {**USAGES, "good": COUNTED}.items()}
     with serve(script) as served:
         answers = ask(served.url, script, model=model)
@@ -190,7 +190,7 @@ def test_an_answer_with_odd_figures_of_usage_is_an_answer(ask: Callable[..., Ans
 
 @pytest.mark.parametrize("status", [401, 404])
 def test_what_will_never_work_stops_the_run_at_once(
-    ask: Callable[..., Answers], tmp_path: Path, status: int
+    ask: Callable[..., Obtained], tmp_path: Path, status: int
 ) -> None:
     script = {"first": [Reply(PLAN)]} | {f"{n}": [Reply(status=status, delay=0.2)] for n in range(60)}
     with serve(script) as served:
@@ -202,7 +202,7 @@ def test_what_will_never_work_stops_the_run_at_once(
 
 
 def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
-    ask: Callable[..., Answers], tmp_path: Path
+    ask: Callable[..., Obtained], tmp_path: Path
 ) -> None:
     (tmp_path / "answers.jsonl").mkdir()
     script = {f"{n}": [Reply(PLAN, delay=0.2)] for n in range(60)}
@@ -211,14 +211,14 @@ def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
     assert sum(served.log.asked.values()) < 10
 
 
-def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., Answers]) -> None:
+def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., Obtained]) -> None:
     with serve({"slow": [Reply(PLAN, delay=2)]}) as served:
         answers = ask(served.url, ("slow",), timeout=1)
     assert answers.given == {}
     assert "Timeout" in answers.failures["slow", 1]
 
 
-def test_what_was_answered_is_not_asked_again(ask: Callable[..., Answers]) -> None:
+def test_what_was_answered_is_not_asked_again(ask: Callable[..., Obtained]) -> None:
     with serve({"good": [Reply(PLAN)], "broken": [Reply(status=400), Reply("mended")]}) as served:
         first = ask(served.url, ("good", "broken"))
         second = ask(served.url, ("good", "broken"))
@@ -232,7 +232,7 @@ def test_what_was_answered_is_not_asked_again(ask: Callable[..., Answers]) -> No
     assert served.log.asked == {"good": 2, "broken": 2}
 
 
-def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., Answers]) -> None:
+def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., Obtained]) -> None:
     sampling = Decoding(temperature=0.7, seed=7, top_p=0.9)
     with serve({"good": [Reply(PLAN)]}) as served:
         plain, sampled = ask(served.url, ("good",)), ask(served.url, ("good",), decoding=sampling)

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.run.solver import Parts, complete, part
+from eai.run.solver import _Parts, complete, part
 
 
 @pytest.mark.parametrize(
@@ -15,12 +15,12 @@ from eai.run.solver import Parts, complete, part
     ],
 )
 def test_reasoning_is_kept_apart(text: str, answer: str, reasoning: str) -> None:
-    assert part(text) == Parts(answer, reasoning, ("reasoning",))
+    assert part(text) == _Parts(answer, reasoning, ("reasoning",))
 
 
 @pytest.mark.parametrize("text", ["", ' {"a": "b"}\n', "I <think> so", "```json\n{}\n```"])
 def test_other_text_is_left_as_it_is(text: str) -> None:
-    assert part(text) == Parts(text, "", ())
+    assert part(text) == _Parts(text, "", ())
 
 
 @pytest.mark.parametrize(
@@ -29,5 +29,5 @@ def test_other_text_is_left_as_it_is(text: str) -> None:
 )
 def test_the_brace_that_the_stop_sequence_took_is_given_back(text: str, completed: str) -> None:
     repairs = ("stop_sequence",) if text != completed else ()
-    assert complete(Parts(text, "", ()), ("}",)) == Parts(completed, "", repairs)
-    assert complete(Parts(text, "", ()), ()) == Parts(text, "", ())
+    assert complete(_Parts(text, "", ()), ("}",)) == _Parts(completed, "", repairs)
+    assert complete(_Parts(text, "", ()), ()) == _Parts(text, "", ())

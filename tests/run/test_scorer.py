@@ -24,8 +24,8 @@ from eai.data.store import Store
 from eai.results.breakdown import outcome
 from eai.results.rate import Rate
 from eai.results.summary import summarise
-from eai.run.logs import read_answers
-from eai.scoring.batch import score_batch
+from eai.run.evaluation import read_answers
+from eai.scoring.batch import Scoring
 from eai.tasks.source import ErrataChoice, Source
 from run.child import (
     PLANNER,
@@ -106,7 +106,7 @@ def test_all_ways_to_score_come_to_one_number(
         assert answers.model == written.model
         assert set(answers.responses) == set(written.responses)
     together = suite.over([response.text for response in written.responses])
-    verdicts = [record.verdict for record in score_batch(together, written)]
+    verdicts = [record.verdict for record in Scoring().records(together, written.model, written.responses)]
     assert shares(summarise(verdicts, ability)) == pytest.approx(numbers)
 
 

@@ -7,18 +7,26 @@ import pytest
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import NOT_ANSWERED
+from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
-from eai.scoring.batch import Scoring, Settings, score_batch, score_run
+from eai.benchmark.suite import Suite
+from eai.scoring.batch import Scoring, Settings, score_run
 from scoring.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 
 
+def records_of(
+    suite: Suite, answers: ResponseFile, *, workers: int = 1, explanations: bool = False
+) -> list[Record]:
+    with Scoring(workers) as scoring:
+        return list(scoring.records(suite, answers.model, answers.responses, explanations=explanations))
+
+
 @pytest.mark.parametrize("workers", [1, 2, 3, 7, 100])
 def test_records_come_in_the_order_of_the_answers(workers: int) -> None:
-    records = score_batch(echo_suite(), ANSWERS, workers=workers)
+    records = records_of(echo_suite(), ANSWERS, workers=workers)
     assert [record.task_id for record in records] == list(TASK_IDS)
     assert [record.response for record in records] == [r.text for r in ANSWERS.responses]
     assert all(record.verdict == PlanVerdict(success=True) for record in records)
@@ -29,12 +37,12 @@ def test_records_come_in_the_order_of_the_answers(workers: int) -> None:
 
 def test_a_suite_that_cannot_be_opened_again_is_scored_here() -> None:
     suite = replace(echo_suite(), reopen=None)
-    assert score_batch(suite, ANSWERS, workers=4) == score_batch(suite, ANSWERS)
+    assert records_of(suite, ANSWERS, workers=4) == records_of(suite, ANSWERS)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_nothing_to_score_gives_no_record(workers: int) -> None:
-    assert score_batch(echo_suite(), ResponseFile("m", ()), workers=workers) == []
+    assert records_of(echo_suite(), ResponseFile("m", ()), workers=workers) == []
 
 
 @pytest.mark.parametrize("allow_missing", [False, True])
@@ -57,9 +65,9 @@ def test_what_is_asked_and_not_answered_stands_in_its_place(allow_missing: bool)
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int) -> None:
-    first = score_batch(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
+    first = records_of(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
     assert first.explanation == Explanation(notes=("on answer to 0_1",))
-    assert score_batch(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
+    assert records_of(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
 
 
 def test_a_killed_worker_changes_no_record() -> None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.scoring.majority import majority, meaning
+from eai.scoring.epochs import majority, meaning
 
 PLANS = Ability.ACTION_SEQUENCING
 GOALS = Ability.GOAL_INTERPRETATION

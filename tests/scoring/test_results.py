@@ -13,7 +13,7 @@ from eai.abilities.record import ErrataUse, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.results.rate import Rate
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Scoring
 from eai.scoring.records import RECORDS, SUMMARY, write_results
 from scoring.work import TASK_IDS, echo_suite
 
@@ -27,7 +27,10 @@ def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
 
 
 def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
-    records = [replace(record, errata=None) for record in score_batch(echo_suite(), ANSWERS)]
+    records = [
+        replace(record, errata=None)
+        for record in Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses)
+    ]
     told = summary(tmp_path, records)
     assert {name: told[name] for name in ("protocol", "domain", "ability", "model", "unit", "errata")} == {
         "protocol": "strict",
@@ -51,6 +54,6 @@ def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
 def test_planners_are_named_where_it_is_known(
     tmp_path: Path, names: tuple[str | None, ...], told: str | None
 ) -> None:
-    record = score_batch(echo_suite(), ANSWERS)[0]
+    record = next(Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses))
     verdicts = [OperatorVerdict(planner_name=name) for name in names]
     assert summary(tmp_path, [replace(record, verdict=each) for each in verdicts]).get("planner") == told

@@ -173,7 +173,7 @@ def people(evidence: Evidence) -> Finding:
 def data_set(evidence: Evidence) -> Finding:
     rows, printed = [], 0
     for domain in (V, B):
-        for row in table_of(find_benchmark(domain), evidence.published).rows:
+        for row in table_of(find_benchmark(domain), evidence.published):
             if row.printed is None:
                 continue
             printed += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +21,7 @@ from eai.households.packs import fetch_published, published_packs
 from eai.households.packs import validate as check
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
-from eai.results.data_set import StatRow, StatTable, distributions, profiles_of, table_of
+from eai.results.data_set import StatRow, distributions, profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import csv_text
 from eai.results.terminal import print_table
@@ -113,25 +113,30 @@ def stats(
         written += [_write_tasks(benchmark, source, out)] if by_task else []
         written += _write_distributions(benchmark, source, out) if shapes else []
     if as_json:
-        print_json([table.to_json() for table in tables])
+        print_json(
+            [
+                {"domain": each.name, "rows": [row._asdict() for row in rows]}
+                for each, rows in zip(benchmarks, tables, strict=True)
+            ]
+        )
         return
-    for table in tables:
-        _print_statistics(table)
+    for benchmark, rows in zip(benchmarks, tables, strict=True):
+        _print_statistics(benchmark.title or benchmark.name, rows)
     for path in written:
         say(f"written to {path}")
 
 
-def _print_statistics(counted: StatTable) -> None:
+def _print_statistics(title: str, rows: Sequence[StatRow]) -> None:
     """Print a table; the paper's column only where the paper has figures of the benchmark."""
     columns: list[NamedCells] = [
-        ("figure", [row.label for row in counted.rows]),
-        (_number("counted"), [_grouped(row.value) for row in counted.rows]),
-        (_number("paper"), [_grouped(row.printed) for row in counted.rows]),
-        ("what is counted", [_words(row) for row in counted.rows]),
+        ("figure", [row.label for row in rows]),
+        (_number("counted"), [_grouped(row.value) for row in rows]),
+        (_number("paper"), [_grouped(row.printed) for row in rows]),
+        ("what is counted", [_words(row) for row in rows]),
     ]
-    if all(row.printed is None for row in counted.rows):
+    if all(row.printed is None for row in rows):
         del columns[2]
-    print_table(output(), Table.of_columns(counted.title, columns))
+    print_table(output(), Table.of_columns(title, columns))
 
 
 def _words(row: StatRow) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import typer
@@ -20,7 +20,7 @@ from eai.run.job import Endpoint, Job
 from eai.run.journal import JOURNAL, sole_run
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.epochs import Obtained, SuiteResult, settle
+from eai.scoring.epochs import SuiteResult, settle
 from eai.scoring.trials import Trials
 
 LOGS = "logs"
@@ -52,8 +52,7 @@ def obtain_and_score(
     for, or ``epochs``.
     """
     try:
-        from eai.run.evaluation import obtain_answers
-        from eai.run.logs import write_scores
+        from eai.run.evaluation import obtain_answers, write_scores
     except ImportError as error:
         raise without_inspect(error) from error
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
@@ -86,17 +85,12 @@ def obtain_and_score(
         unasked = [
             (task_id, epoch) for task_id in prompts if task_id not in asked for epoch in range(1, epochs + 1)
         ]
-        obtained = Obtained(
-            endpoint.model,
-            name,
-            asked,
-            answers.given,
-            {**answers.failures, **dict.fromkeys(unasked, "" if believed is None else believed.lacking)},
-            epochs,
-            trials,
-            answers.tried,
-            believed,
-            spec.prompts.name,
+        lacking = dict.fromkeys(unasked, "" if believed is None else believed.lacking)
+        obtained = replace(
+            answers,
+            failures={**answers.failures, **lacking},
+            believed=believed,
+            prompt_name=spec.prompts.name,
         )
         with collecting_seldom():
             with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:

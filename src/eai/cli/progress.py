@@ -1,6 +1,6 @@
 """The progress of a run: a bar with rate and time left on a terminal, a line now and then elsewhere.
 
-An interrupted one says how to go on.
+An interrupted one says how to resume it.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from eai.cli.console import errors
 from eai.errors import InterruptError
 
 if TYPE_CHECKING:
-    from eai.run.journal import Count, Watch
-    from eai.scoring.batch import Told
+    from eai.run.journal import Watch
+    from eai.scoring.batch import Progressed
 
 PATIENCE = 5
 """For how many seconds scoring is silent at a time where there is no terminal."""
@@ -38,7 +38,7 @@ P = ParamSpec("P")
 
 
 def resumable(command: Callable[P, None]) -> Callable[P, None]:
-    """The command that says, wherever it is interrupted, how to go on."""
+    """The command that says, wherever it is interrupted, how to resume it."""
 
     @wraps(command)
     def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
@@ -51,11 +51,11 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 
 @contextmanager
-def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> Iterator[Watch]:
+def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> Iterator[Watch | None]:
     """Shows how far a run is on standard error, and takes the bar away at the end."""
     console = console or errors()
     if quiet:
-        yield lambda count: None
+        yield None
     elif console.is_terminal:
         with _bar(title, console) as watch:
             yield watch
@@ -66,20 +66,19 @@ def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> 
 @contextmanager
 def scoring_progress(
     title: str, total: int, *, quiet: bool, console: Console | None = None
-) -> Iterator[Told]:
+) -> Iterator[Progressed]:
     """Shows how far scoring is, as `run_progress` does; without a terminal a line every few seconds."""
     console = console or errors()
     if quiet:
         yield lambda scored: None
         return
-    from eai.run.journal import Count
 
     with (
         _bar(title, console)
         if console.is_terminal
         else nullcontext(_lines(title, console, PATIENCE)) as watch
     ):
-        yield lambda scored: watch(Count(scored, 0, total))
+        yield lambda scored: watch(scored, 0, total)
 
 
 @contextmanager
@@ -97,14 +96,14 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, rate="", failed="")
 
-        def watch(count: Count) -> None:
+        def watch(answered: int, failed: int, total: int) -> None:
             speed = bar.tasks[0].speed
             bar.update(
                 task,
-                total=count.total,
-                completed=count.answered + count.failed,
+                total=total,
+                completed=answered + failed,
                 rate="" if speed is None else f"{speed:.1f}/s",
-                failed=f"{count.failed} failed" if count.failed else "",
+                failed=f"{failed} failed" if failed else "",
             )
 
         yield watch
@@ -118,17 +117,17 @@ def _lines(title: str, console: Console, patience: float = 0) -> Watch:
     began = time.monotonic()
     told, due, overdue = -1, began + patience, began + LONGEST_SILENCE
 
-    def watch(count: Count) -> None:
+    def watch(answered: int, failed: int, total: int) -> None:
         nonlocal told, due, overdue
-        done, now = count.answered + count.failed, time.monotonic()
-        tenth = done * LINES // count.total if count.total else LINES
+        done, now = answered + failed, time.monotonic()
+        tenth = done * LINES // total if total else LINES
         if (tenth != told and now >= due) or now >= overdue:
             told, due, overdue = tenth, now + patience, now + LONGEST_SILENCE
-            failed = f", {count.failed} failed" if count.failed else ""
-            left = (now - began) / done * (count.total - done) if done else 0
+            failures = f", {failed} failed" if failed else ""
+            left = (now - began) / done * (total - done) if done else 0
             about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
             console.print(
-                f"{title}: {done}/{count.total}{failed}{about}", markup=False, highlight=False, soft_wrap=True
+                f"{title}: {done}/{total}{failures}{about}", markup=False, highlight=False, soft_wrap=True
             )
 
     return watch

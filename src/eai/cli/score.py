@@ -327,7 +327,7 @@ def _read(file: Path, suite: Suite) -> ResponseFile:
     if file.suffix != LOG_SUFFIX:
         return read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
     try:
-        from eai.run.logs import read_answers
+        from eai.run.evaluation import read_answers
     except ImportError as error:
         raise without_inspect(error) from error
     return read_answers(file, suite)

@@ -28,30 +28,30 @@ from eai.world.fault import FaultKind
 from eai.world.state import Fact, State
 
 Sight: TypeAlias = tuple[int, ...]
-"""The objects that are seen, in the order in which they are told."""
+"""The objects that are seen, in the order in which they are listed."""
 
 
 class _Shown(NamedTuple):
-    """The facts that are told with one predicate, and the lines that tell them."""
+    """The visible facts of one predicate, and the lines that state them."""
 
     facts: Sequence[Fact]
     text: str
 
 
-class Look(NamedTuple):
+class _Look(NamedTuple):
     """The visible part of a state: objects, and the facts about them by predicate."""
 
     state: State
     sight: Sight
-    told: Sequence[_Shown]
+    shown: Sequence[_Shown]
 
     @property
     def text(self) -> str:
         """All the facts, one a line."""
-        return "\n".join([told.text for told in self.told if told.text])
+        return "\n".join([shown.text for shown in self.shown if shown.text])
 
 
-class View:
+class _View:
     """The view of one task's world, which all its episodes share.
 
     A full view shows the objects that the task is about, and the agent. A partial one shows those of them
@@ -63,8 +63,8 @@ class View:
         observe: how much is seen.
 
     Attributes:
-        subjects: what can ever be seen, by index, in the order in which it is told. In a partial view it is
-            that of the scene, which does not tell landmarks that matter from others.
+        subjects: what can ever be seen, by index, in the order in which it is listed. In a partial view it is
+            that of the scene, which does not show which landmarks matter.
         landmarks: those of them that are known from the start.
         first: what is seen of the initial state.
     """
@@ -79,31 +79,31 @@ class View:
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
         self._objects = {index: wording.object(task, index) for index in self.subjects}
         sight = self._sight(task.initial)
-        told = [self._tell(each.facts(task.initial, sight)) for each in wording.listings]
-        self.first = Look(task.initial, sight, told)
+        shown = [self._state(each.facts(task.initial, sight)) for each in wording.listings]
+        self.first = _Look(task.initial, sight, shown)
 
     def objects(self, chosen: Collection[int]) -> str:
         """Objects with their kinds and properties, one a line."""
         return "\n".join([text for index, text in self._objects.items() if index in chosen])
 
-    def next(self, look: Look, state: State) -> Look:
-        """What is seen of a state of the same episode; most actions leave most that is told as it was."""
+    def next(self, look: _Look, state: State) -> _Look:
+        """What is seen of a state of the same episode; most actions leave most of it as it was."""
         sight = self._sight(state)
         changed = _changed(look.state, state)
-        told = [
+        shown = [
             before
             if sight == look.sight and changed.isdisjoint(listing.sources)
-            else self._tell(listing.facts(state, sight))
-            for listing, before in zip(self._wording.listings, look.told, strict=True)
+            else self._state(listing.facts(state, sight))
+            for listing, before in zip(self._wording.listings, look.shown, strict=True)
         ]
-        return Look(state, sight, told)
+        return _Look(state, sight, shown)
 
-    def changes(self, before: Look, after: Look) -> str:
+    def changes(self, before: _Look, after: _Look) -> str:
         """Return visible facts that became true, as ``+`` lines, and those that became false, as ``-``."""
         added: list[Fact] = []
         removed: list[Fact] = []
         changed = _changed(before.state, after.state)
-        for listing, old, new in zip(self._wording.listings, before.told, after.told, strict=True):
+        for listing, old, new in zip(self._wording.listings, before.shown, after.shown, strict=True):
             if changed.isdisjoint(listing.sources):
                 continue
             if before.sight == after.sight:
@@ -123,7 +123,7 @@ class View:
         sees = self._wording.domain.sees
         return tuple([index for index in self.subjects if sees(state, index)])
 
-    def _tell(self, facts: Sequence[Fact]) -> _Shown:
+    def _state(self, facts: Sequence[Fact]) -> _Shown:
         return _Shown(facts, "\n".join(map(self._line, facts)))
 
     def _line(self, fact: Fact) -> str:
@@ -171,7 +171,7 @@ class _Info(TypedDict, total=False):
     admissible_commands: list[str]
 
 
-class Turn(NamedTuple):
+class _Turn(NamedTuple):
     """The outcome of an action, as `gymnasium.Env.step` returns it."""
 
     observation: str
@@ -199,7 +199,7 @@ class Stage:
         self.benchmark = benchmark
         self.domain = benchmark.domain
         self.commands = Commands(task, benchmark.domain, benchmark.plans, wording.object_name)
-        self.view = View(task, wording, rules.observe)
+        self.view = _View(task, wording, rules.observe)
         self.goals = GoalTest(task)
         self.opening = _opening(task, wording, rules)
 
@@ -219,7 +219,7 @@ def _opening(task: Task, wording: Wording, rules: Rules) -> str:
 class _Tried(NamedTuple):
     """The outcome of a command: in words, and the fault and slip of its action."""
 
-    told: str
+    text: str
     fault: FaultKind | None = None
     slipped: bool = False
 
@@ -258,7 +258,7 @@ class Game:
         return self._stage.task
 
     @property
-    def look(self) -> Look:
+    def look(self) -> _Look:
         """The present view."""
         return self._look
 
@@ -271,16 +271,16 @@ class Game:
         return merit_of_actions(self._reached, self._at_start, ended=self._failed, faults=self._faults)
 
     def briefing(self) -> str:
-        """All that an agent is told before its first action: of the world, and of the task."""
+        """The text that an agent reads before its first action: the world, and the task."""
         return f"{manual(self._stage.benchmark, self._rules.feedback)}\n\n{self.opening()[0]}"
 
     def opening(self) -> tuple[str, _Info]:
         """The first observation, and what there is to know besides."""
         objects = self._stage.view.objects(self._known)
-        told = f"{self._stage.opening}\n\nObjects [kind]: properties\n{objects}"
-        return f"{told}\n\nNow:\n{self._look.text or '-'}", self._info(_Tried(""), ())
+        text = f"{self._stage.opening}\n\nObjects [kind]: properties\n{objects}"
+        return f"{text}\n\nNow:\n{self._look.text or '-'}", self._info(_Tried(""), ())
 
-    def act(self, text: str) -> Turn:
+    def act(self, text: str) -> _Turn:
         """Play one turn. Whatever the text, it is a turn.
 
         Raises:
@@ -300,12 +300,12 @@ class Game:
         terminated = (self._rules.until is Until.GOAL and complete) or command.meant is None
         truncated = not terminated and self._turns == self._rules.max_steps
         self.over = terminated or truncated
-        told = tried.told
+        observation = tried.text
         if self.over:
-            told += "\nAll goals are reached." if complete else "\nThe episode is over."
+            observation += "\nAll goals are reached." if complete else "\nThe episode is over."
         if self._rules.feedback is Feedback.FACTS:
-            told += f"\n\nNow:\n{self._look.text or '-'}"
-        return Turn(told, self._pay(), terminated, truncated, self._info(tried, command.repairs))
+            observation += f"\n\nNow:\n{self._look.text or '-'}"
+        return _Turn(observation, self._pay(), terminated, truncated, self._info(tried, command.repairs))
 
     def _pay(self) -> float:
         """The reward of the turn: by how much it changes what the episode is worth."""
@@ -345,12 +345,12 @@ class Game:
         """Return the visible changes of an action, and things that are seen for the first time."""
         view, before = self._stage.view, self._look
         self._look = view.next(before, state)
-        told = view.changes(before, self._look) or "No fact that you see has changed."
+        news = view.changes(before, self._look) or "No fact that you see has changed."
         new = [index for index in self._look.sight if index not in self._known]
         if new:
             self._known.update(new)
-            told += f"\n\nYou see for the first time:\n{view.objects(new)}"
-        return told
+            news += f"\n\nYou see for the first time:\n{view.objects(new)}"
+        return news
 
     def _goals_reached(self) -> tuple[bool, ...]:
         return self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory)
@@ -380,7 +380,7 @@ class Game:
 
 
 _AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
-_TOLD: Mapping[Feedback, str] = {
+_OBSERVED: Mapping[Feedback, str] = {
     Feedback.FACTS: (
         "Each turn you are told what your action has changed and what holds now; of what you see, nothing"
         " else holds."
@@ -394,7 +394,7 @@ def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
     """Return the manual of a world: its predicates, and its actions."""
     wording = benchmark.observed_wording()
     values = {
-        "told": _TOLD[feedback],
+        "told": _OBSERVED[feedback],
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
         "of_each": wording.contents_of("each"),

@@ -2,7 +2,7 @@
 
 Every row of a data set names its task as `Suite.reference` does (``eai export prompts`` writes such rows), so
 that one data set may mix benchmarks and abilities. What is paid is what `eai.Reward` pays;
-``docs/training.md`` says how each library is told.
+``docs/training.md`` says how each library is configured.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ THOUGHT = ("<think>", "</think>")
 """The marks around the part of an answer that is not meant to be read."""
 
 PROMPT_NOT_FOUND = "prompt_not_found"
-"""The metric beside those of `METRICS` that is 1 where an answer cannot be told from its prompt."""
+"""The metric beside those of `METRICS` that is 1 where an answer cannot be separated from its prompt."""
 
 _POLICY = "assistant"
 """The role of what a policy wrote; what others said at the end of a conversation is no answer."""
@@ -103,7 +103,7 @@ class TrlHousehold:
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
-        """Begin an episode: what an agent is told of the world and of the task."""
+        """Begin an episode: the text that an agent reads first, about the world and the task."""
         self._game = Game(stage_of(task, self._rules))
         return self._game.briefing()
 
@@ -182,8 +182,8 @@ def reward_func(
     texts = [_after(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
     lost = [text is None for text in texts]
     if any(lost):
-        told = f"{sum(lost)} of {len(lost)} queries do not have their prompt: nothing is paid for them"
-        warnings.warn(told, stacklevel=2)
+        warning = f"{sum(lost)} of {len(lost)} queries do not have their prompt: nothing is paid for them"
+        warnings.warn(warning, stacklevel=2)
     grades = [
         grade_of(task, answer_of(text or ""), shaping) for task, text in zip(labels, texts, strict=True)
     ]
@@ -198,7 +198,7 @@ def reward_func(
 
 
 def _after(prompt: str, query: str) -> str | None:
-    """What follows a prompt, where it stands first, without special tokens at the end; None without it."""
+    """The text after a prompt, where it stands first, without special tokens at the end; None without it."""
     place = query.find(prompt)
     return None if place < 0 else _SPECIAL.sub("", query[place + len(prompt) :])
 

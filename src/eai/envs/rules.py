@@ -39,7 +39,7 @@ class Rules(Options):
     """The rules of a game: options of `eai.envs.make`, and of the packages that play games.
 
     Raises:
-        InputError: a partial view is to be told otherwise than by facts.
+        InputError: a partial view is to be described otherwise than by facts.
     """
 
     slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)

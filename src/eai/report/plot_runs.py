@@ -16,9 +16,8 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of, t
 from eai.abilities.protocol import Ability
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
-from eai.results.breakdown import Flow
 from eai.results.lines import MODEL
-from eai.results.plots import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE, Band, clipped, draw_band, draw_matrix
+from eai.results.plots import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE, clipped, draw_band, draw_matrix
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate
 
@@ -199,7 +198,7 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     """The runs of one ability, a panel a model; None if they have no plans."""
     from matplotlib.figure import Figure
 
-    flows = [(item.key.model, flow) for item in runs if (flow := item.breakdown.flow) and flow.answers]
+    flows = [(item.key.model, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
     if not flows:
         return None
     columns = min(_FLOWS_PER_ROW, len(flows))
@@ -213,19 +212,19 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     return figure
 
 
-def _draw_flow_of(panel: Axes, model: str, flow: Flow) -> None:
+def _draw_flow_of(panel: Axes, model: str, flow: Mapping[str, int]) -> None:
     """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
-    shares = [Rate(count, flow.answers).percent or 0.0 for count in flow]
+    shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
     panel.set_xlim(-0.35, len(_STAGES) - 0.3)
     panel.set_ylim(-_GAP - 5 - 2 * _LINE, 124)
     panel.set_title(clipped(model))
     before = _TOP
     for stage, (label, kind) in enumerate(_LOSSES):
         kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
-        draw_band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
+        draw_band(panel, stage, (_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
         if lost >= _SMALLEST_LABELLED:
             end = _TOP - kept - lost - _GAP
-            draw_band(panel, stage, Band(_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
+            draw_band(panel, stage, (_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
             text = f"{label} {lost:.0f}"
             before = before - _LINE if abs(end - 5 - before) < _LINE else end - 5
             panel.text(stage + 0.1, before, text, fontsize=6, va="center", color=INK)

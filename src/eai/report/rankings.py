@@ -28,19 +28,17 @@ from eai.report.table_specs import (
 from eai.results.certainty import Cases, certainty_of_mean
 from eai.results.coverage import together
 from eai.results.paper_tables import (
+    NULL_MODELS,
     OTHER_TABLES,
     PaperColumn,
     PaperTable,
-    paper_models,
-    paper_setting,
-    paper_table,
-)
-from eai.results.published_scores import (
-    NULL_MODELS,
     PublishedScores,
     PublishedSuite,
     is_null_model,
     null_scores,
+    paper_models,
+    paper_setting,
+    paper_table,
     published_scores,
     published_scores_sha256,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
@@ -24,28 +24,15 @@ _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
 """Where there is no answer to break down."""
 
 
-class Flow(NamedTuple):
-    """How many scored answers came how far.
-
-    An answer without unknown names is known, and well formed if each action has as many arguments as it
-    takes.
-    """
-
-    answers: int
-    readable: int
-    known: int
-    well_formed: int
-    executed: int
-    reached: int
-
-
 @dataclass(frozen=True, slots=True)
 class Breakdown:
     """One run's answers by what they came to.
 
     Attributes:
         outcomes: how many answers came to what.
-        flow: how far plans came; None for abilities without plans.
+        flow: how many scored answers came how far, by stage: answers, readable, known (without unknown
+            names), well_formed (each action has as many arguments as it takes), executed, reached; None for
+            abilities without plans.
         by_goals: number of goals of the task -> success of each answer to such a task.
         by_length: number of steps of the data set's own plan -> the same. How many steps of an answer were
             tried is an outcome: a plan that fails early would count as a short one.
@@ -55,7 +42,7 @@ class Breakdown:
     """
 
     outcomes: Mapping[AnswerOutcome, int]
-    flow: Flow | None
+    flow: Mapping[str, int] | None
     by_goals: Mapping[int, Sequence[Case]]
     by_length: Mapping[int, Sequence[Case]]
     by_action: Mapping[str, Rate]
@@ -112,14 +99,21 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     )
 
 
-def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
+def _flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
     answers = sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)
     readable = answers - outcomes.get(AnswerOutcome.PARSING, 0)
     known = readable - outcomes.get(AnswerOutcome.HALLUCINATION, 0)
     well_formed = known - outcomes.get(AnswerOutcome.ARGUMENT_NUMBER, 0)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)
     executed = reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0)
-    return Flow(answers, readable, known, well_formed, executed, reached)
+    return {
+        "answers": answers,
+        "readable": readable,
+        "known": known,
+        "well_formed": well_formed,
+        "executed": executed,
+        "reached": reached,
+    }
 
 
 def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:

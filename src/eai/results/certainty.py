@@ -366,11 +366,6 @@ def _wilson(noise: _Noise) -> Interval:
     )
 
 
-def _symmetric(noise: _Noise) -> Interval:
-    half = noise.quantile * math.sqrt(noise.variance)
-    return Interval(100 * (noise.value - half), 100 * (noise.value + half))
-
-
 def _between_ones(noise: _Noise) -> Interval:
-    low, high = _symmetric(noise)
-    return Interval(max(-100.0, low), min(100.0, high))
+    half = noise.quantile * math.sqrt(noise.variance)
+    return Interval(max(-100.0, 100 * (noise.value - half)), min(100.0, 100 * (noise.value + half)))

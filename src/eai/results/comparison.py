@@ -196,23 +196,24 @@ def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Dif
     """
     right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
     changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
-    p_value = _sign_flip_p if yes_no else _exchange_p
+    p_value = _sign_flip_p if yes_no else exchange_p
     return Difference(
         metric,
         rate_of(case.share for case in first),
         rate_of(case.share for case in second),
         certainty_of_difference(first, second),
-        p_value(of_names(first), of_names(second)),
-        p_value(of_tasks(first), of_tasks(second)),
+        p_value(*_side_by_side(of_names(first), of_names(second))),
+        p_value(*_side_by_side(of_tasks(first), of_tasks(second))),
         yes_no,
         tuple(task for task, won in changed if not won),
         tuple(task for task, won in changed if won),
     )
 
 
-def _sign_flip_p(first: Mapping[str, Share], second: Mapping[str, Share]) -> float:
-    return sign_flip_p([round(second[unit].numerator - first[unit].numerator) for unit in first])
+def _side_by_side(first: Mapping[str, Share], second: Mapping[str, Share]) -> tuple[list[Share], list[Share]]:
+    """The shares of the same units in two runs."""
+    return list(first.values()), [second[unit] for unit in first]
 
 
-def _exchange_p(first: Mapping[str, Share], second: Mapping[str, Share]) -> float | None:
-    return exchange_p(list(first.values()), [second[unit] for unit in first])
+def _sign_flip_p(first: Sequence[Share], second: Sequence[Share]) -> float:
+    return sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])

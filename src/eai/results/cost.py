@@ -54,7 +54,7 @@ class Spent:
             self.unpriced_answers + other.unpriced_answers,
         )
 
-    def priced(self, price: Price | None) -> Spent:
+    def priced(self, price: _Price | None) -> Spent:
         """The same with a price for what has none."""
         if price is None or not self.unpriced_answers:
             return self
@@ -62,7 +62,7 @@ class Spent:
         return Spent(self.answers, self.usage + Usage(cost=dollars))
 
 
-class Price(BaseModel):
+class _Price(BaseModel):
     """The prices of a model, in dollars for a million tokens; cached ones cost what others do."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -82,10 +82,10 @@ class PriceList(BaseModel):
 
     date: date
     source: str = Field(min_length=1)
-    models: Mapping[str, Price]
+    models: Mapping[str, _Price]
 
 
-class PaperCost(BaseModel):
+class _PaperCost(BaseModel):
     """The cost of one run of all the paper's models."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -120,10 +120,10 @@ def read_price_list(path: Path) -> PriceList:
 
 
 @cache
-def paper_cost() -> PaperCost:
+def paper_cost() -> _PaperCost:
     """The paper's own figures."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
-    return PaperCost.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
+    return _PaperCost.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
 
 
 def each(amount: float | None, of: int) -> float | None:

@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib import resources
 from statistics import fmean, median
+from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -34,7 +35,7 @@ else:
 
 
 @dataclass(frozen=True, slots=True)
-class Profile:
+class _Profile:
     """The features of a task, from its data set and its declaration alone.
 
     Attributes:
@@ -68,7 +69,7 @@ class Profile:
         }
 
 
-def profiles_of(benchmark: Benchmark, source: Source) -> tuple[Profile, ...]:
+def profiles_of(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
     """The profiles of all tasks, in the order of the data set.
 
     Raises:
@@ -81,13 +82,13 @@ def profiles_of(benchmark: Benchmark, source: Source) -> tuple[Profile, ...]:
     )
 
 
-def names_of(profiles: Iterable[Profile]) -> frozenset[str]:
+def names_of(profiles: Iterable[_Profile]) -> frozenset[str]:
     """The names that tasks share."""
     return frozenset(each.name for each in profiles)
 
 
-def _profile(task: Task, features: Features, asked: TransitionTask | None) -> Profile:
-    return Profile(
+def _profile(task: Task, features: Features, asked: TransitionTask | None) -> _Profile:
+    return _Profile(
         task=task.id,
         name=task.title,
         features=features,
@@ -172,73 +173,36 @@ LONG = 10
 """A plan is long that has more steps than this (paper, "Data Statistics and Distribution")."""
 
 
-@dataclass(frozen=True, slots=True)
-class _PrintedFigure:
-    """A figure as printed.
-
-    Attributes:
-        remark: why another number comes out, or how this one does; empty if there is nothing to say.
-    """
-
-    value: int | float
-    remark: str = ""
-
-
 @cache
-def paper_statistics(domain: str) -> Mapping[str, _PrintedFigure]:
-    """Label of a figure -> the paper's, for one of its domains; nothing for others."""
+def paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
+    """Label of a figure -> the paper's, and why another number comes out; nothing for other domains."""
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
     found = tomllib.loads(file.read_text(encoding="utf-8")).get(domain, {})
-    return {
-        label: _PrintedFigure(entry["printed"], entry.get("remark", ""))
-        if isinstance(entry, dict)
-        else _PrintedFigure(entry)
-        for label, entry in found.items()
-    }
+    entries = {label: each if isinstance(each, dict) else {"printed": each} for label, each in found.items()}
+    return {label: (each["printed"], each.get("remark", "")) for label, each in entries.items()}
 
 
-@dataclass(frozen=True, slots=True)
-class StatRow:
+class StatRow(NamedTuple):
     """A figure of a data set beside the paper's.
 
     Attributes:
-        printed: what the paper prints; None if it does not have this figure.
+        printed: the figure as the paper prints it; None if it does not have this one.
+        note: what is counted.
         remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
             to say.
     """
 
     label: str
     value: int | float
+    printed: int | float | None
     note: str
-    printed: int | float | None = None
-    remark: str = ""
-
-    def to_json(self) -> dict[str, Json]:
-        """The figure as ``eai data stats --json`` prints it."""
-        return {
-            "label": self.label,
-            "value": self.value,
-            "printed": self.printed,
-            "note": self.note,
-            "remark": self.remark,
-        }
+    remark: str
 
 
-@dataclass(frozen=True, slots=True)
-class StatTable:
-    """The figures of one benchmark, in the paper's order."""
+def table_of(benchmark: Benchmark, source: Source) -> list[StatRow]:
+    """The figures of a benchmark in the paper's order, counted from the data as published.
 
-    domain: str
-    title: str
-    rows: tuple[StatRow, ...]
-
-    def to_json(self) -> dict[str, Json]:
-        """The table as ``eai data stats --json`` prints it."""
-        return {"domain": self.domain, "rows": [row.to_json() for row in self.rows]}
-
-
-def table_of(benchmark: Benchmark, source: Source) -> StatTable:
-    """The table of a benchmark, counted from the data as published; absent data is fetched first.
+    Absent data is fetched first.
 
     Raises:
         DataError: the data cannot be obtained or is damaged.
@@ -248,10 +212,10 @@ def table_of(benchmark: Benchmark, source: Source) -> StatTable:
     printed, source = paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
     rows = []
     for counted in _figures(benchmark, source):
-        figure, paper = own.get(counted.label, counted), printed.get(counted.label)
-        beside = (None, "") if paper is None else (paper.value, paper.remark)
-        rows.append(StatRow(figure.label, figure.value, figure.note, *beside))
-    return StatTable(benchmark.name, benchmark.title or benchmark.name, tuple(rows))
+        figure = own.get(counted.label, counted)
+        paper, remark = printed.get(counted.label, (None, ""))
+        rows.append(StatRow(figure.label, figure.value, paper, figure.note, remark))
+    return rows
 
 
 def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
@@ -313,7 +277,7 @@ def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
     yield Figure("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
-def _plans(tasks: Sequence[Profile]) -> Iterator[Figure]:
+def _plans(tasks: Sequence[_Profile]) -> Iterator[Figure]:
     """The figures of those tasks that the data set has a plan of."""
     steps = [each.features.annotated_steps or 0 for each in tasks]
     yield Figure("trajectories", len(steps), "annotated plans of the instructions")
@@ -333,7 +297,7 @@ def _plans(tasks: Sequence[Profile]) -> Iterator[Figure]:
     yield Figure("actions", len(actions), "distinct ones in those plans")
 
 
-def _objects(tasks: Sequence[Profile]) -> Iterator[Figure]:
+def _objects(tasks: Sequence[_Profile]) -> Iterator[Figure]:
     yield Figure(
         "objects per task",
         _mean(each.features.objects for each in tasks),
@@ -360,7 +324,7 @@ def _operators(library: OperatorLibrary) -> Iterator[Figure]:
         )
 
 
-def _categories(profiles: Iterable[Profile]) -> Iterator[Figure]:
+def _categories(profiles: Iterable[_Profile]) -> Iterator[Figure]:
     asked = [each for each in profiles if each.asked_operators is not None]
     tasks = Counter(category for each in asked for category in each.categories)
     most = max(len(each.categories) for each in asked)

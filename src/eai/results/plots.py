@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from importlib import resources
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.errors import EaiError, how_to_install
@@ -59,14 +59,17 @@ _LAST_LETTER = "\u058f"
 
 def wrapped(name: str) -> str:
     """A name as a label of up to three lines, so that a check's can be read in full."""
-    text = "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
-    return textwrap.fill(text, _LONGEST, max_lines=_MOST_LINES, placeholder="...")
+    return textwrap.fill(_drawable(name), _LONGEST, max_lines=_MOST_LINES, placeholder="...")
 
 
 def clipped(name: str) -> str:
     """A name as a label: one short line of characters that the plots' font has."""
-    text = "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
+    text = _drawable(name)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+
+
+def _drawable(name: str) -> str:
+    return "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
 
 
 FORMATS = ("svg", "png", "pdf")
@@ -307,22 +310,21 @@ def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
     return ", ".join(parts[1:] or parts) if len(levels) > 1 else parts[0]
 
 
-class Band(NamedTuple):
-    """A band that leads from one height to another of the same thickness, in percent."""
+def draw_band(panel: Axes, stage: int, band: tuple[float, float, float], color: str) -> None:
+    """A bent band from one stage to the next.
 
-    start: float
-    end: float
-    thickness: float
-
-
-def draw_band(panel: Axes, stage: int, band: Band, color: str) -> None:
-    """A bent band from one stage to the next."""
+    Args:
+        panel: where.
+        stage: the first of the two.
+        band: its height there, its height at the next one, and its thickness, in percent.
+        color: its colour.
+    """
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
     left, right, bend = stage, stage + 1.0, 0.5
-    low, high = band.start, band.start + band.thickness
-    low_end, high_end = band.end, band.end + band.thickness
+    low, low_end, thickness = band
+    high, high_end = low + thickness, low_end + thickness
     points = [
         (left, low),
         (left + bend, low),

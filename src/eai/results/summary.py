@@ -25,16 +25,14 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
     """
     declared = declaration_of(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
-    return {**nothing, **total(_contributions(verdicts, ability))}
+    return {**nothing, **total(contributions(verdicts, ability))}
 
 
-def contributions(verdicts: Sequence[Verdict], ability: Ability) -> list[Shares]:
-    """The shares that each verdict of a run that is not excluded contributes to each metric, in order."""
-    return list(_contributions(verdicts, ability))
+def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
+    """The shares that each verdict of a run that is not excluded contributes to each metric, in order.
 
-
-def _contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
-    """The same one after the other: of a long run all at once are a great many small objects."""
+    They come one after the other: of a long run all at once are a great many small objects.
+    """
     declared = declaration_of(ability)
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     return map(declared.contributions, declared.of_run(scored))

@@ -46,7 +46,7 @@ class Reason(str, Enum):
     OTHER = "other"
 
 
-class WrongGoals:
+class _WrongGoals:
     """Finds where the wrong goals of answers come from.
 
     Args:
@@ -56,7 +56,7 @@ class WrongGoals:
 
     def __init__(self, benchmark: Benchmark, tasks: TaskSet[Task]) -> None:
         self._benchmark = benchmark
-        self._asked = {
+        self._requested = {
             action
             for task in tasks.values()
             for goal in task.goals_of(GoalKind.ACTION)
@@ -76,14 +76,14 @@ class WrongGoals:
         if key not in self._known:
             if task.id not in self._histories:
                 self._histories[task.id] = _History(self._benchmark, task)
-            self._known[key] = self._found(self._histories[task.id], atom)
+            self._known[key] = self._reason(self._histories[task.id], atom)
         return self._known[key]
 
-    def _found(self, history: _History, call: Statement) -> Reason:
+    def _reason(self, history: _History, call: Statement) -> Reason:
         if call.arguments is None:
             if call.name not in history.lexicon.actions:
                 return Reason.UNKNOWN
-            return Reason.OTHER if call.name in self._asked else Reason.PROCEDURAL
+            return Reason.OTHER if call.name in self._requested else Reason.PROCEDURAL
         if not any(word.spelling == call.name for word in history.lexicon.words):
             return Reason.UNKNOWN
         held = history.holds(call)
@@ -155,9 +155,9 @@ class TaskBook:
         return self._columns[task.id]
 
     @cached_property
-    def wrong_goals(self) -> WrongGoals:
+    def wrong_goals(self) -> _WrongGoals:
         """Where wrong goals come from."""
-        return WrongGoals(self._benchmark, self.tasks)
+        return _WrongGoals(self._benchmark, self.tasks)
 
     @cached_property
     def categories(self) -> Mapping[str, Category]:

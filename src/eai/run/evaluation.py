@@ -1,29 +1,112 @@
-"""Running a job through Inspect, which computes the costs of answers from prices of models."""
+"""Inspect's logs: the one that holds all answers to a job, the scores in it, and answers from any."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import inspect_ai
 import yaml  # type: ignore[import-untyped]
-from inspect_ai.log import EvalLog
+from inspect_ai.log import EvalLog, read_eval_log, recompute_metrics, write_eval_log
 from inspect_ai.model import Model, ModelCost, ModelInfo, get_model, get_model_info, set_model_info
 from pydantic import TypeAdapter, ValidationError
 from rich.text import Text
 
 from eai.abilities.options import misfit
 from eai.abilities.protocol import DEFAULT_PROTOCOL
+from eai.abilities.record import Record
+from eai.abilities.responses import Response, ResponseFile, file_name
+from eai.benchmark.suite import Suite
 from eai.errors import EaiError, InputError, InterruptError
-from eai.run.job import Endpoint, Job, Requests
-from eai.run.journal import Desk, Journal, Watch, unwatched
-from eai.run.logs import JOB, find_log
+from eai.run.job import Endpoint, Job
+from eai.run.journal import Desk, Journal, Watch
+from eai.run.scorer import score_of
 from eai.run.solver import ask, without_odd_usage
 from eai.run.tasks import build_task
-from eai.scoring.trials import Answer, Place, Tried
+from eai.scoring.epochs import Obtained, majority
+from eai.scoring.trials import Place
+from eai.tasks.source import Source
+
+SUFFIX = ".eval"
+"""How the name of a log ends."""
+
+JOB = "job_sha256"
+"""The field of a log's metadata that says which job it is the log of."""
+
+
+def find_log(job: Job, folder: Path) -> Path | None:
+    """The newest log that holds all answers to a job, or None."""
+    if not folder.is_dir():
+        return None
+    wanted = job.sha256
+    for path in sorted(folder.glob(f"*{SUFFIX}"), reverse=True):  # their names begin with the time
+        try:
+            header = _read(path, header_only=True)
+        except InputError:  # what a killed run left
+            continue
+        results, about = header.results, header.eval.metadata or {}
+        whole = results is not None and results.completed_samples == results.total_samples
+        if whole and about.get(JOB) == wanted:
+            return path
+    return None
+
+
+def write_scores(path: Path, records: Mapping[Place, Record], source: Source) -> None:
+    """Put verdicts into a log, in place of those that it holds.
+
+    Args:
+        path: the log.
+        records: the record of every answer that was asked for, all under one protocol.
+        source: what scored them: which planner judged operators, and whether errata were used.
+
+    Raises:
+        InputError: the log cannot be read or written.
+    """
+    log = _read(path)
+    for sample in log.samples or ():
+        record = records[str(sample.id), sample.epoch]
+        score = score_of(record, sample.epoch, answered=bool(sample.output.choices))
+        sample.scores = {record.ability.value: score}
+    (protocol,) = {record.protocol.value for record in records.values()}
+    rules = {"protocol": protocol, "planner": source.planner.value, "errata": source.errata.value}
+    for scorer in log.eval.scorers or ():
+        scorer.options = {**(scorer.options or {}), **rules}
+    recompute_metrics(log)
+    try:
+        write_eval_log(log, str(path))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+
+
+def read_answers(path: Path, suite: Suite) -> ResponseFile:
+    """The answers in a log; of several to a task the one that says what most of them say.
+
+    A sample whose request failed is no answer.
+
+    Raises:
+        InputError: the log cannot be read, or is not of the suite.
+    """
+    log = _read(path)
+    about = log.eval.metadata or {}
+    of = f"{about.get('domain')} {about.get('ability')}"
+    if of != f"{suite.domain} {suite.ability.value}":
+        raise InputError(f"{path}: expected a log of {suite.domain} {suite.ability.value}, found {of}")
+    answers: dict[str, list[str]] = {}
+    for sample in sorted(log.samples or (), key=lambda sample: sample.epoch):
+        if sample.output.choices:
+            answers.setdefault(str(sample.id), []).append(sample.output.completion)
+    if not answers:
+        raise InputError(f"{path}: expected at least one answer, found none")
+    chosen = [Response(i, texts[majority(texts, suite.ability)]) for i, texts in answers.items()]
+    return ResponseFile(file_name(log.eval.model), tuple(chosen))
+
+
+def _read(path: Path, *, header_only: bool = False) -> EvalLog:
+    try:
+        return read_eval_log(str(path), header_only=header_only)
+    except Exception as error:  # a file that is no log fails in whatever way its parts do
+        raise InputError(f"{path}: expected a log of Inspect's ({error})") from error
 
 
 def read_prices(path: Path) -> Mapping[str, ModelCost]:
@@ -59,45 +142,16 @@ def set_price(model: Model, prices: Mapping[str, ModelCost]) -> None:
         set_model_info(names[0], known.model_copy(update={"cost": cost}))
 
 
-@dataclass(frozen=True, slots=True)
-class Answers:
-    """The outcome of a job.
-
-    Attributes:
-        given: the answers by task and epoch; in an experiment the last ones.
-        tried: in an experiment all answers and what became of them, by task and epoch.
-        failures: for every task and epoch without an answer, why the model or its provider failed.
-        log: Inspect's log of all of it, those answers included that were in the journal before.
-    """
-
-    given: Mapping[Place, Answer]
-    tried: Mapping[Place, Tried]
-    failures: Mapping[Place, str]
-    log: Path
-
-
-def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unwatched) -> Answers:
-    """Ask the model for what the journal does not hold yet, as `obtain` does."""
-    return obtain(job, partial(_task, job), journal, log_dir, watch=watch)
-
-
-def obtain(
-    job: Requests,
-    make_task: Callable[[Desk], inspect_ai.Task],
-    journal: Path,
-    log_dir: Path,
-    *,
-    watch: Watch = unwatched,
-) -> Answers:
+def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | None = None) -> Obtained:
     """Ask a model for what the journal does not hold yet.
+
+    A suite is scored when all answers are there.
 
     Args:
         job: what to ask whom.
-        make_task: the Inspect task that asks for what is on a desk. A suite is scored when all answers
-            are there, anything else at once.
         journal: where answers are written down as they arrive.
         log_dir: where Inspect writes its log.
-        watch: told of every answer and failure.
+        watch: is called at every answer and failure.
 
     Raises:
         InputError: a folder cannot be made, or the journal cannot be used.
@@ -106,15 +160,25 @@ def obtain(
     """
     with Journal(journal) as written:
         desk = Desk(job, written, watch)
-        desk.tell()
+        desk.report()
         log = find_log(job, log_dir) if desk.complete else None
         if log is None:
             _make_folder(log_dir)
-            evaluated = _evaluate(job, make_task(desk), log_dir)
+            evaluated = _evaluate(job, _task(job, desk), log_dir)
             if desk.stopped is not None:
                 raise desk.stopped
             log = _log_of(job, evaluated)
-    return Answers(desk.answers, desk.tried, desk.failures, log)
+    return Obtained(
+        job.endpoint.model,
+        file_name(job.endpoint.model),
+        job.prompts,
+        desk.answers,
+        desk.failures,
+        job.epochs,
+        job.trials,
+        desk.tried,
+        log=log,
+    )
 
 
 def _task(job: Job, desk: Desk) -> inspect_ai.Task:
@@ -139,10 +203,10 @@ def _make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: cannot be made ({error.strerror})") from error
 
 
-def _evaluate(job: Requests, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
+def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read.
 
-    The scores come into the log afterwards (`eai.run.logs.write_scores`).
+    The scores come into the log afterwards (`eai.run.evaluation.write_scores`).
 
     There is no log where the run was interrupted before it began.
     """
@@ -157,7 +221,7 @@ def _evaluate(job: Requests, task: inspect_ai.Task, log_dir: Path) -> EvalLog | 
         log_dir=str(log_dir),
         display="none",
         fail_on_error=False,
-        score=job.is_scored_at_once,
+        score=False,
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
@@ -185,11 +249,11 @@ def find_model(endpoint: Endpoint) -> Model:
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
-def _log_of(job: Requests, log: EvalLog | None) -> Path:
+def _log_of(job: Job, log: EvalLog | None) -> Path:
     """Where the log of a run is that came to its end; raises if it did not."""
     if log is None or log.status == "cancelled":
         raise InterruptError("interrupted; the same command resumes from here")
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
-    raise EaiError(f"{job.title}: {message}")
+    raise EaiError(f"{job.endpoint.model} on {job.benchmark.name} {job.ability.value}: {message}")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
+from functools import partial
 from pathlib import Path
 
 from eai.abilities.answer_schema import Schema
@@ -17,7 +18,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import answer_form
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
-from eai.scoring.trials import Inquiry, Single, Trials
+from eai.scoring.trials import Inquiry, Trials
 from eai.studies.perception.scene_graph import SCENE
 from eai.tasks.source import Source
 
@@ -25,6 +26,8 @@ PROVIDER = "eai"
 """The provider of built-in models, before the slash of their names."""
 
 CAPTIONER = "captioner"
+"""The built-in model that lists what is in pictures, and the role in Inspect of one that does."""
+
 MODELS = ("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER)
 """The built-in models."""
 
@@ -110,13 +113,15 @@ class Pace(Options):
 
 
 @dataclass(frozen=True, slots=True)
-class Requests:
-    """Questions to be put to a model.
+class Job:
+    """Tasks of a suite to be put to a model, each by its id, in the order of the data set.
 
     Attributes:
         prompts: the questions by id, in order.
         epochs: how many answers to each.
         trials: how answers are carried out in an experiment; None where each question is asked once.
+        source: where the data comes from.
+        about: what the built-in models are to know of questions besides, by task: fields of the metadata.
     """
 
     endpoint: Endpoint
@@ -125,16 +130,11 @@ class Requests:
     decoding: Decoding = field(default_factory=Decoding)
     pace: Pace = field(default_factory=Pace)
     trials: Trials | None = None
-
-    @property
-    def title(self) -> str:
-        """The name of it in messages."""
-        return self.endpoint.model
-
-    @property
-    def is_scored_at_once(self) -> bool:
-        """Whether each answer is scored as it arrives, and not when all are there."""
-        return True
+    _: KW_ONLY
+    benchmark: Benchmark
+    ability: Ability
+    source: Source = field(default_factory=Source)
+    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def sha256(self) -> str:
@@ -147,11 +147,20 @@ class Requests:
 
     def inquiry(self, task_id: str, epoch: int) -> Inquiry:
         """A task as it is put to the model."""
-        return Single(self.prompts[task_id]) if self.trials is None else self.trials.inquiry(task_id, epoch)
+        if self.trials is None:
+            return Inquiry(partial(self.prompts.__getitem__, task_id))
+        return self.trials.inquiry(task_id, epoch)
 
     def form(self, task_id: str) -> Schema | None:
-        """The form that answers to a task are held to; None if they may have any."""
-        return None
+        """The form that answers are held to, with any objects where the scene is shown as it was perceived.
+
+        None if answers may have any form.
+        """
+        if not self.decoding.structured:
+            return None
+        perceived = SCENE in self.about.get(task_id, {})
+        task = None if perceived else self.benchmark.tasks(self.source).get(task_id)
+        return answer_form(self.benchmark, self.ability, task, self.prompts[task_id])
 
     def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Digest of all that decides the answer to a prompt.
@@ -169,36 +178,3 @@ class Requests:
             *((form,) if form is not None else ()),
         )
         return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Job(Requests):
-    """Tasks of a suite to be put to a model, each by its id, in the order of the data set.
-
-    Attributes:
-        source: where the data comes from.
-        about: what the built-in models are to know of questions besides, by task: fields of the metadata.
-    """
-
-    benchmark: Benchmark
-    ability: Ability
-    source: Source = field(default_factory=Source)
-    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-
-    @property
-    def title(self) -> str:
-        """The name of it in messages."""
-        return f"{self.endpoint.model} on {self.benchmark.name} {self.ability.value}"
-
-    @property
-    def is_scored_at_once(self) -> bool:
-        """No: all answers of a suite decide how each is read."""
-        return False
-
-    def form(self, task_id: str) -> Schema | None:
-        """The form that answers are held to, with any objects where the scene is told as it was perceived."""
-        if not self.decoding.structured:
-            return None
-        perceived = SCENE in self.about.get(task_id, {})
-        task = None if perceived else self.benchmark.tasks(self.source).get(task_id)
-        return answer_form(self.benchmark, self.ability, task, self.prompts[task_id])

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
 from typing import TypeAlias
@@ -20,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
-from eai.run.job import Requests
+from eai.run.job import Job
 from eai.scoring.trials import Answer, Inquiry, Place, Tried
 
 JOURNAL = "answers.jsonl"
@@ -142,27 +141,12 @@ def _read(path: Path) -> Iterator[Answer]:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-@dataclass(frozen=True, slots=True)
-class Count:
-    """How far a run is.
+Watch: TypeAlias = Callable[[int, int, int], None]
+"""Shows how far a run is.
 
-    Attributes:
-        answered: tasks that are answered, in every epoch, found answers included.
-        failed: tasks that were given up because a request failed.
-        total: tasks that are to be answered.
-    """
-
-    answered: int
-    failed: int
-    total: int
-
-
-Watch: TypeAlias = Callable[[Count], None]
-"""Is told how far a run is."""
-
-
-def unwatched(count: Count) -> None:
-    """Tells nobody."""
+How many tasks are answered, in every epoch and those found included; how many were given up because a request
+failed; how many there are.
+"""
 
 
 class Desk:
@@ -171,7 +155,7 @@ class Desk:
     Args:
         job: what is asked.
         journal: where answers go; answers to the same requests that are there already are taken from it.
-        watch: told of every answer and failure.
+        watch: is called at every answer and failure.
 
     Attributes:
         job: what is asked.
@@ -182,7 +166,7 @@ class Desk:
         stopped: why nothing more is to be asked, if that is so.
     """
 
-    def __init__(self, job: Requests, journal: Journal, watch: Watch = unwatched) -> None:
+    def __init__(self, job: Job, journal: Journal, watch: Watch | None = None) -> None:
         self.job = job
         self.given: dict[Place, list[Answer]] = {}
         self.asked: dict[Place, list[Prompt]] = {}
@@ -233,21 +217,22 @@ class Desk:
             self.stopped = error
             raise
         self._accept(answer)
-        self.tell()
+        self.report()
 
     def give_up(self, task_id: str, epoch: int, why: str) -> None:
         """Note that a request failed for good."""
         self.failures[task_id, epoch] = why
-        self.tell()
+        self.report()
 
     def stop(self, why: str) -> None:
         """Note that no request can ever succeed, so that nothing more is to be asked."""
         hint = "nothing more was asked, and what is answered is kept; the same command resumes from here"
         self.stopped = EaiError(f"{self.job.endpoint.model}: {why}; {hint}")
 
-    def tell(self) -> None:
-        """Say how far the run is."""
-        self._watch(Count(self._over, len(self.failures), len(self.inquiries)))
+    def report(self) -> None:
+        """Show how far the run is."""
+        if self._watch is not None:
+            self._watch(self._over, len(self.failures), len(self.inquiries))
 
     def _recall(self, place: Place) -> None:
         """Take what the journal holds of the answers to a task."""

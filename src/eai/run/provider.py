@@ -60,7 +60,7 @@ from eai.world.execution import Action
 DEFAULT_NOISE = 0.1
 
 LIMITS = Limits(200)
-"""What `eai/planner` spends on a plan in a world that went on, or in a perceived scene, which may have none.
+"""The effort of `eai/planner` for a plan from a later state, or in a perceived scene, which may have none.
 
 Every plan of the households takes less.
 """
@@ -113,7 +113,7 @@ class BuiltInModel(ModelAPI):
             task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form asked
             for), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, corrupted anew in each attempt; arguments ``rate`` and ``seed``, and
-            ``heed``, with which it mends what it is told of with this probability, and else says the same
+            ``heed``, the probability with which it mends what feedback says, and else says the same
             again), ``captioner`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
             ``replay`` (answers from response files, of further attempts from
             ``<model>_attempt_<k>_outputs.json``; argument ``path``).

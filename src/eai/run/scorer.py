@@ -41,8 +41,8 @@ from eai.pddl.planning import PlannerChoice
 from eai.results.breakdown import outcome
 from eai.results.summary import summarise
 from eai.run.solver import ANSWERS
-from eai.scoring.batch import Settings, score_batch, score_run
-from eai.scoring.majority import majority
+from eai.scoring.batch import Scoring, Settings, score_run
+from eai.scoring.epochs import majority
 from eai.scoring.trials import Place, record_of_trial, replay
 from eai.studies.perception.scene_graph import SCENE
 from eai.studies.perception.scenes import PerceivedScenes, listed_scenes
@@ -157,17 +157,17 @@ SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 
 def _record_of(state: TaskState, suite: Suite) -> Record:
     model, task_id = file_name(str(state.model)), str(state.sample_id)
-    if not state.output.choices:  # the request failed, and Inspect was told to score all the same
+    if not state.output.choices:  # the request failed, and Inspect scores all the same
         (record,) = score_run(suite, ResponseFile(model, ()), {task_id: "the request failed"}, Settings())
         return record
-    told = state.metadata.get(EXPERIMENT)
-    experiment = None if told is None else experiment_from_json(told)
+    stated = state.metadata.get(EXPERIMENT)
+    experiment = None if stated is None else experiment_from_json(stated)
     if experiment is not None and experiment.acts:
-        read_as_asked = suite.over([state.input_text])
-        attempts = replay(read_as_asked, experiment, task_id, state.metadata[ANSWERS], state.epoch)
+        as_in_question = suite.over([state.input_text])
+        attempts = replay(as_in_question, experiment, task_id, state.metadata[ANSWERS], state.epoch)
         return record_of_trial(suite, experiment, model, task_id, attempts)
-    answers = ResponseFile(model, (Response(task_id, state.output.completion),))
-    (record,) = score_batch(suite, answers, explanations=True)
+    answers = [Response(task_id, state.output.completion)]
+    (record,) = Scoring().records(suite, model, answers, explanations=True)
     if experiment is not None and experiment.scene is not None:
         if SCENE not in state.metadata:
             return PerceivedScenes(experiment.scene, {}).marked(record)

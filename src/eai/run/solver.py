@@ -11,10 +11,9 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from inspect_ai.model import (
-    ChatCompletionChoice,
     ChatMessage,
     ChatMessageAssistant,
     ChatMessageSystem,
@@ -33,19 +32,18 @@ from inspect_ai.model import (
 )
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.util import JSONSchema
-from pydantic import TypeAdapter
 from tenacity import RetryError
 
 from eai.abilities.record import Usage
 from eai.prompts.prompt import Image, Prompt
-from eai.run.job import Requests
+from eai.run.job import Job
 from eai.run.journal import Desk
 from eai.scoring.trials import Answer, Inquiry, Trials
 
 _OPEN, _CLOSE = "<think>", "</think>"
 
 
-class Parts(NamedTuple):
+class _Parts(NamedTuple):
     """The parts of a reply, and the repairs that parting it took.
 
     Attributes:
@@ -59,7 +57,7 @@ class Parts(NamedTuple):
     repairs: tuple[str, ...]
 
 
-def part(text: str) -> Parts:
+def part(text: str) -> _Parts:
     """Separate reasoning between ``<think>`` tags.
 
     The opening tag may be missing, since many chat templates put it into the question. If the closing one is
@@ -67,13 +65,13 @@ def part(text: str) -> Parts:
     """
     reasoning, closed, answer = text.rpartition(_CLOSE)
     if closed:
-        return Parts(answer.strip(), reasoning.replace(_OPEN, "", 1).strip(), ("reasoning",))
+        return _Parts(answer.strip(), reasoning.replace(_OPEN, "", 1).strip(), ("reasoning",))
     if text.lstrip().startswith(_OPEN):
-        return Parts("", text.lstrip().removeprefix(_OPEN).strip(), ("reasoning",))
-    return Parts(text, "", ())
+        return _Parts("", text.lstrip().removeprefix(_OPEN).strip(), ("reasoning",))
+    return _Parts(text, "", ())
 
 
-def complete(parts: Parts, stop: Sequence[str]) -> Parts:
+def complete(parts: _Parts, stop: Sequence[str]) -> _Parts:
     """Give back the closing brace that a stop sequence took away, as the published answers have it."""
     if "}" not in stop or parts.answer.count("{") <= parts.answer.count("}"):
         return parts
@@ -158,7 +156,7 @@ def _url(image: Image) -> str:
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""
 
-_IN_VAIN = (401, 404)
+_FINAL = (401, 404)
 """The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
 
 FORM_LEFT_OUT = "form_left_out"
@@ -173,7 +171,7 @@ class _Reply:
     """The reply of a model."""
 
     output: ModelOutput
-    parts: Parts
+    parts: _Parts
     usage: Usage
 
 
@@ -189,14 +187,14 @@ def ask(desk: Desk) -> Solver:
             transcript.ask(question, inquiry)
             transcript.remember(answer)
         while not inquiry.over:
-            if desk.stopped is not None:  # the run is told so; a traceback for each sample takes long
+            if desk.stopped is not None:  # the run ends with that; a traceback for each sample takes long
                 return state
             question, request = inquiry.question, desk.request(place)
             messages = transcript.ask(question, inquiry)
             try:
                 reply = await _obtain(messages, restrictions(place[0], question.stop))
             except Exception as error:
-                if _status(error) in _IN_VAIN:
+                if _status(error) in _FINAL:
                     desk.stop(reason(error))
                 desk.give_up(*place, reason(error))
                 raise
@@ -234,7 +232,7 @@ def ask_as_published(trials: Trials | None = None) -> Solver:
 
 
 class _Transcript:
-    """What was asked and answered, in the state of a sample, whose metadata has the bare answers.
+    """Questions and answers, in the state of a sample, whose metadata has the bare answers.
 
     Attributes:
         attempt: which attempt at the task the last question is for.
@@ -264,9 +262,7 @@ class _Transcript:
             self._state.messages = list(messages)
         else:
             self._state.messages.append(messages[-1])
-            self._state.output = ModelOutput(
-                model=str(self._state.model)
-            )  # unless it is answered, there is none
+            self._state.output = ModelOutput(model=str(self._state.model))  # none, unless it is answered
         return messages
 
     def remember(self, answer: Answer) -> None:
@@ -293,19 +289,17 @@ def _remember(state: TaskState, answer: Answer) -> None:
         content=[*content, ContentText(text=answer.text)], model=str(state.model), source="generate"
     )
     state.messages.append(message)
-    reason = TypeAdapter[StopReason](StopReason).validate_python(answer.stop_reason)
-    choice = ChatCompletionChoice(message=message, stop_reason=reason)
-    state.output = ModelOutput(model=str(state.model), choices=[choice])
+    state.output = ModelOutput.from_message(message, cast(StopReason, answer.stop_reason))
 
 
 def reason(error: BaseException) -> str:
     """Why a request failed, in one line; of one that was repeated, why its last attempt did."""
     error = _last(error)
     lines = str(error).strip().splitlines()
-    told = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
+    first = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
     if isinstance(error, UNREADABLE):
-        return f"the provider's reply cannot be read ({told if lines else 'it is no completion'})"
-    return told
+        return f"the provider's reply cannot be read ({first if lines else 'it is no completion'})"
+    return first
 
 
 def _last(error: BaseException) -> BaseException:
@@ -336,8 +330,8 @@ def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply
     )
 
 
-def _restrictions(job: Requests, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
-    """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
+def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
+    """The parts of a request that not every model takes: stop sequences and a form of the answer."""
     form = job.form(task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and form is None:
@@ -385,7 +379,7 @@ async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) ->
     return _Reply(output, _parts(output, restrictions.stop_seqs or ()), _usage(output))
 
 
-def _parts(output: ModelOutput, stop: Sequence[str]) -> Parts:
+def _parts(output: ModelOutput, stop: Sequence[str]) -> _Parts:
     parts = part(output.completion)
     if output.stop_reason == "stop":
         parts = complete(parts, stop)
@@ -396,7 +390,7 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> Parts:
 
 
 def _usage(output: ModelOutput) -> Usage:
-    """Return the usage of a reply; nothing where that is not known, or told in negative numbers."""
+    """Return the usage of a reply; nothing where that is not known, or negative."""
     usage = output.usage
     if usage is None:
         return Usage()

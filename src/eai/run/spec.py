@@ -200,10 +200,8 @@ class RunSpec(Options):
         check_model(seen.scene_model)
         provider, _, name = seen.scene_model.partition("/")
         if provider == PROVIDER and name != CAPTIONER:
-            raise InputError(
-                f"perception.scene_model {seen.scene_model}: expected {PROVIDER}/{CAPTIONER} "
-                "or another provider"
-            )
+            expected = f"expected {PROVIDER}/{CAPTIONER} or another provider"
+            raise InputError(f"perception.scene_model {seen.scene_model}: {expected}")
         return Endpoint(seen.scene_model, seen.scene_args, seen.scene_base_url, self.model.prices)
 
     @property

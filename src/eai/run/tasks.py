@@ -1,7 +1,7 @@
 """The benchmark as Inspect tasks, for ``eai run`` and for ``inspect eval eai/...`` alike.
 
-In tasks about scenes a second model sees for the one who is asked. Arguments that cannot be used are told in
-one line by Inspect's command line, which is click's.
+In tasks about scenes a second model, the captioner, sees for the one who is asked. Inspect's command line,
+which is click's, refuses arguments that cannot be used in one line.
 """
 
 from __future__ import annotations

@@ -41,12 +41,8 @@ class Settings:
     shard: Shard | None = None
 
 
-Told: TypeAlias = Callable[[int], None]
-"""Is told how many answers are scored so far."""
-
-
-def untold(scored: int) -> None:
-    """Tells nobody."""
+Progressed: TypeAlias = Callable[[int], None]
+"""Shows how many answers are scored so far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +177,7 @@ def score_run(
     answers: ResponseFile,
     unanswered: Mapping[str, str],
     settings: Settings,
-    told: Told = untold,
+    progressed: Progressed | None = None,
     scoring: Scoring | None = None,
 ) -> list[Record]:
     """The records of all tasks that a model was asked, in the order of the data set.
@@ -191,12 +187,12 @@ def score_run(
         answers: the answers, whose form together may decide how each is read.
         unanswered: why a task that was asked has no answer, by its id.
         settings: how to score.
-        told: is told how far it is.
+        progressed: shows how far it is.
         scoring: what scores; opened for this alone if None.
     """
     if scoring is None:
         with Scoring(settings.workers) as opened:
-            return score_run(suite, answers, unanswered, settings, told, opened)
+            return score_run(suite, answers, unanswered, settings, progressed, opened)
     together = suite.over([response.text for response in answers.responses])
     items = _items_of(suite, answers, unanswered)
     records = scoring.records(
@@ -206,37 +202,11 @@ def score_run(
         explanations=settings.explanations,
         allow_missing=settings.allow_missing,
     )
-    return _counted(records, told)
-
-
-def score_batch(
-    suite: Suite,
-    answers: ResponseFile,
-    *,
-    workers: int = 1,
-    explanations: bool = False,
-    told: Told = untold,
-) -> list[Record]:
-    """The records of a model's answers, in the order of the answers.
-
-    Args:
-        suite: the tasks, opened for these answers.
-        answers: what to score.
-        workers: how many processes to use for this alone; see `Scoring`.
-        explanations: put the step-by-step explanation into each record.
-        told: is told how far it is.
-    """
-    with Scoring(workers) as scoring:
-        records = scoring.records(suite, answers.model, answers.responses, explanations=explanations)
-        return _counted(records, told)
-
-
-def _counted(records: Iterable[Record], told: Told) -> list[Record]:
-    """All records, of whose number word is given as they come."""
     found: list[Record] = []
     for record in records:
         found.append(record)
-        told(len(found))
+        if progressed is not None:
+            progressed(len(found))
     return found
 
 

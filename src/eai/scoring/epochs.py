@@ -1,14 +1,17 @@
-"""From a model's answers to records: of each epoch, where there are several, and of their majority."""
+"""Self-consistency: of several answers to a task, one that says what most of them say."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol as Shape
 
+from eai.abilities.declaration import Sameness, declaration_of
+from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
@@ -18,10 +21,58 @@ from eai.prompts.prompt import Prompt
 from eai.results.coverage import Coverage, coverage_of, errata_effect
 from eai.results.rate import Rate
 from eai.results.summary import summarise
-from eai.scoring.batch import Settings, Told, score_run, untold
-from eai.scoring.majority import majority
+from eai.scoring.batch import Progressed, Settings, score_run
 from eai.scoring.records import write_results
 from eai.scoring.trials import Answer, Place, Trials, Tried, record_of_trial
+
+
+def majority(answers: Sequence[str], ability: Ability) -> int:
+    """The index of the first answer that means what most readable ones mean.
+
+    Of meanings that are equally frequent the one that was given first counts. If none can be read, the
+    first answer is taken.
+    """
+    meanings = [meaning(text, ability) for text in answers]
+    counts = Counter(each for each in meanings if each is not None)
+    return meanings.index(counts.most_common(1)[0][0]) if counts else 0
+
+
+def meaning(text: str, ability: Ability) -> str | None:
+    """An answer without what does not matter, so that equal answers are equal texts; None if unreadable.
+
+    What does not matter is declared by the ability (`Sameness`).
+    """
+    same = declaration_of(ability).asked.sameness
+    found = find_json(text, lambda value: _plain(value, same))
+    if found is not None:
+        return found[0]
+    start = -1 if same.bare is None else text.find(same.bare)
+    return _spaced(text[start:]) if start >= 0 else None
+
+
+def _plain(value: object, same: Sameness) -> str | None:
+    """A JSON value as a text without accidents; None for what cannot be an answer."""
+    return _text(value, same) if isinstance(value, Pairs | list) else None
+
+
+def _text(value: object, same: Sameness) -> str:
+    if isinstance(value, Pairs):
+        members = [f"{json.dumps(key)}:{_text(each, same)}" for key, each in value.members]
+        return "{" + ",".join(members if same.keys_in_order else sorted(members)) + "}"
+    if isinstance(value, list):
+        elements = [_text(each, same) for each in value]
+        is_set = same.lists_are_sets and not _is_tuple(value)
+        return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
+    return json.dumps(_spaced(value) if isinstance(value, str) else value)
+
+
+def _is_tuple(values: Sequence[object]) -> bool:
+    """Whether a list is one goal, such as ``["inside", "rag", "bucket"]``, and not a list of goals."""
+    return all(isinstance(value, str) for value in values)
+
+
+def _spaced(text: str) -> str:
+    return " ".join(text.split())
 
 
 class _Believed(Shape):
@@ -45,9 +96,10 @@ class Obtained:
         epochs: how many answers to each task were asked for.
         trials: how answers were carried out in an experiment; None where each question was asked once.
         tried: in an experiment all answers and what became of them, by task and epoch.
-        believed: what the questions told of otherwise than it is: goals in a pipeline, or perceived scenes;
+        believed: what the questions stated in the place of the facts: goals in a pipeline, perceived scenes;
             ``failures`` has the tasks without any.
         prompt_name: what the prompts are called; None if they have no name.
+        log: Inspect's log of all answers, those included that were in the journal before.
     """
 
     model: str
@@ -60,6 +112,7 @@ class Obtained:
     tried: Mapping[Place, Tried] = field(default_factory=dict)
     believed: _Believed | None = None
     prompt_name: str | None = None
+    log: Path = Path()
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +174,7 @@ class SuiteResult:
 
 
 def settle(
-    obtained: Obtained, folder: Path, suite: Suite, settings: Settings, told: Told = untold
+    obtained: Obtained, folder: Path, suite: Suite, settings: Settings, progressed: Progressed | None = None
 ) -> SuiteResult:
     """Score answers and write the results: of each epoch, where there are several, and of their majority.
 
@@ -134,8 +187,8 @@ def settle(
             part = f"epoch_{epoch}"
             named = replace(obtained, name=f"{obtained.name}.{part}")
             answers = _of_epoch(obtained, epoch)
-            of_epochs.append(_write(named, answers, folder / part, suite, settings, told))
-    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, told)
+            of_epochs.append(_write(named, answers, folder / part, suite, settings, progressed))
+    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, progressed)
     return replace(whole, of_epochs=of_epochs)
 
 
@@ -160,7 +213,7 @@ def _write(
     folder: Path,
     suite: Suite,
     settings: Settings,
-    told: Told,
+    progressed: Progressed | None,
 ) -> SuiteResult:
     """Score one answer a task, and write answers, records and summary."""
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
@@ -171,7 +224,7 @@ def _write(
             obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
         )
         write_responses(folder, file)
-        scored = score_run(suite, file, why, settings, told)
+        scored = score_run(suite, file, why, settings, progressed)
         records = [
             _with_origin(r, _digest_of(obtained.prompts.get(r.task_id)), answers.get(r.task_id))
             for r in scored
@@ -237,7 +290,7 @@ def _tried(
     }
     for task_id, answer in answers.items():
         tried = obtained.tried[task_id, answer.epoch]
-        record = record_of_trial(suite, trials.experiment, obtained.name, task_id, tried.told)
+        record = record_of_trial(suite, trials.experiment, obtained.name, task_id, tried.described)
         if not settings.explanations:
             record = record.without_explanations()
         records[task_id] = _with_origin(record, answer.prompt_sha256, replace(answer, usage=tried.usage))

@@ -63,7 +63,7 @@ def rewarded(
 ) -> Iterator[Rewarded]:
     """The answers in records of one suite with what they are worth now, and the prompts they answer.
 
-    ``left_out`` is told of the records that are not used.
+    ``left_out`` counts the records that are not used, by the reason.
     """
     for record in records:
         if record.experiment is not None:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Protocol as Shape
+from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
@@ -64,79 +64,48 @@ Place: TypeAlias = tuple[str, int]
 """Id of the task, and epoch."""
 
 
-class Inquiry(Shape):
-    """A task as it is put to a model: there is a question until it is over."""
+class Inquiry:
+    """A task as it is put to a model: there is a question until it is over.
+
+    Without a trial it is asked once, and what becomes of its answer is found out afterwards.
+
+    Args:
+        ask: makes the next question.
+        trial: what carries the answers out.
+    """
+
+    def __init__(self, ask: Callable[[], Prompt], trial: Trial | None = None) -> None:
+        self._ask = ask
+        self._trial = trial
+        self._answered = False
 
     @property
     def over(self) -> bool:
         """Whether there is nothing more to ask."""
-        ...
+        return self._answered if self._trial is None else self._trial.over
 
     @property
     def question(self) -> Prompt:
         """The next question."""
-        ...
+        return self._ask()
 
     @property
     def done(self) -> tuple[Action, ...]:
         """The actions executed in the world that the question is about, if it says how that is now."""
-        ...
+        if self._trial is None or self._trial.experiment.feedback is Feedback.NONE:
+            return ()
+        return self._trial.done
 
     @property
     def attempts(self) -> tuple[Attempt, ...]:
         """The outcomes of the answers, where they are carried out."""
-        ...
+        return () if self._trial is None else tuple(self._trial.attempts)
 
     def take(self, text: str) -> None:
         """Take the answer to the question."""
-        ...
-
-
-class Single:
-    """A question that is asked once; what becomes of its answer is found out afterwards."""
-
-    done: tuple[Action, ...] = ()
-    attempts: tuple[Attempt, ...] = ()
-
-    def __init__(self, question: Prompt) -> None:
-        self.question = question
-        self.over = False
-
-    def take(self, text: str) -> None:
-        """Take the answer."""
-        self.over = True
-
-
-class _Repeated:
-    """A trial and what asks for its attempts."""
-
-    def __init__(self, trial: Trial, asker: Asker) -> None:
-        self._trial = trial
-        self._asker = asker
-
-    @property
-    def over(self) -> bool:
-        """Whether there is nothing more to ask."""
-        return self._trial.over
-
-    @property
-    def question(self) -> Prompt:
-        """The question of the next attempt."""
-        return self._asker.question(self._trial)
-
-    @property
-    def done(self) -> tuple[Action, ...]:
-        """The actions executed in the world that the question is about, if it says how that is now."""
-        return () if self._trial.experiment.feedback is Feedback.NONE else self._trial.done
-
-    @property
-    def attempts(self) -> tuple[Attempt, ...]:
-        """The outcomes of the answers."""
-        return tuple(self._trial.attempts)
-
-    def take(self, text: str) -> None:
-        """Try an answer."""
-        self._trial.take(text)
+        self._answered = True
+        if self._trial is not None:
+            self._trial.take(text)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +116,7 @@ class Tried:
     attempts: tuple[Attempt, ...]
 
     @property
-    def told(self) -> tuple[Attempt, ...]:
+    def described(self) -> tuple[Attempt, ...]:
         """The attempts with what is known of their answers."""
         return tuple(
             [
@@ -187,7 +156,8 @@ class Trials:
 
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
-        return _Repeated(self.trial(task_id, epoch), self.asker)
+        trial = self.trial(task_id, epoch)
+        return Inquiry(partial(self.asker.question, trial), trial)
 
 
 def replay(

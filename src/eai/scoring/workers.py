@@ -44,7 +44,7 @@ CLEANING_SECONDS = 1
 """How long a worker may take to end its planners and to remove their files before it is killed."""
 
 
-class Given(NamedTuple):
+class _Given(NamedTuple):
     """The input of a worker: some pickled work, which it keeps, and what to do it on."""
 
     work: bytes
@@ -93,7 +93,7 @@ def _end(number: int, frame: FrameType | None) -> None:
 def _done(content: bytes) -> bytes:
     """The results of some work on a batch, pickled plainly: as a connection does it takes twice as long."""
     try:
-        given: Given = pickle.loads(content)  # noqa: S301 - of a process of this program
+        given: _Given = pickle.loads(content)  # noqa: S301 - of a process of this program
         return pickle.dumps(loaded(given.work)(given.items))
     except Exception as error:
         return _error_bytes(error)
@@ -142,7 +142,7 @@ DEATHS = 3
 class _Batch:
     """Some items of a stream, and what becomes of them."""
 
-    given: Given
+    given: _Given
     result: bytes | None = None
     deaths: int = 0
 
@@ -242,7 +242,7 @@ class Workers:
         try:
             while True:
                 for part in islice(coming, self._number * AHEAD - len(ahead)):
-                    ahead.append(_Batch(Given(content, part)))
+                    ahead.append(_Batch(_Given(content, part)))
                     self._waiting.append(ahead[-1])
                     self._give()
                 if not ahead:

@@ -10,14 +10,14 @@ from eai.abilities.experiment import Experiment, World
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
-from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.responses import Response
 from eai.abilities.verdict import PlanVerdict
 from eai.abilities.wording import subjects
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Scoring
 from eai.studies.perception.course import Course, course_of, courses, states_along
 from eai.studies.perception.pictures import picture_words
 from eai.tasks.source import Source
@@ -28,7 +28,7 @@ DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
 
 
 def scored(suite: Suite, task_id: str, text: str) -> Record:
-    (record,) = score_batch(suite, ResponseFile("me", (Response(task_id, text),)), explanations=True)
+    (record,) = Scoring().records(suite, "me", [Response(task_id, text)], explanations=True)
     return record
 
 

@@ -10,14 +10,14 @@ import pytest
 from cli.conftest import Command
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.responses import Response
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.results.breakdown import outcome
 from eai.results.summary import summarise
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Scoring
 from eai.studies.perception.scenes import SCENE_GRAPH
 from processes import eai as run_eai
 
@@ -31,7 +31,7 @@ def test_right_wrong_and_no_scene_graphs_are_told_apart(data_store: Store) -> No
     gold = [open_answer_book(suite.benchmark, SCENE_GRAPH, suite.source).gold(i).text for i in task_ids]
     less = json.dumps({**json.loads(gold[1]), "facts": json.loads(gold[1])["facts"][1:]})
     answers = [Response(*each) for each in zip(task_ids, (gold[0], less, "I see nothing"), strict=True)]
-    records = score_batch(suite, ResponseFile("m", tuple(answers)), explanations=True)
+    records = list(Scoring().records(suite, "m", answers, explanations=True))
     outcomes = [AnswerOutcome.SUCCESS, AnswerOutcome.PARTLY_RIGHT, AnswerOutcome.PARSING]
     assert [outcome(record) for record in records] == outcomes
     assert [record_from_json(record_to_json(record)) for record in records] == records

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, Band, cases_of, clipped, draw_band, value_of
+from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, cases_of, clipped, draw_band, value_of
 from eai.results.table import Cell
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     for stage in stages:
         leaves = {leaf: share for leaf, share in shares.items() if leaf[0] == stage}
         whole, color = sum(leaves.values()), _COLORS.get(stage, MUTED)
-        draw_band(panel, 0, Band(top - whole, stage_top - whole, whole), color)
+        draw_band(panel, 0, (top - whole, stage_top - whole, whole), color)
         at = stage_top
         for leaf, share in leaves.items():
             middle = at - share / 2

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import AnswerOutcome
 from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
-from eai.results.published_scores import is_null_model
+from eai.results.paper_tables import is_null_model
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.items.rasch import Rasch, fit_rasch, item_rest, reliability
