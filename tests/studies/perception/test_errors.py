@@ -5,8 +5,8 @@ from dataclasses import fields
 import pytest
 
 from eai.abilities.verdict import Confusion
-from eai.results.perceived import perception_shares
 from eai.results.rate import total
+from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.scene_graph import ReadGraph, SceneGraph
 from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen

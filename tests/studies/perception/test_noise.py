@@ -20,8 +20,8 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.results.perceived import perception_shares
 from eai.studies.perception.belief import perceiving, scene_words
+from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
 from eai.studies.perception.scene_graph import ReadGraph, Supports

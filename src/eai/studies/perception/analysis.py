@@ -17,10 +17,10 @@ from eai.abilities.record import Perceived, Record
 from eai.abilities.verdict import Share
 from eai.errors import InputError
 from eai.results.certainty import Case, Cases
-from eai.results.perceived import perception_shares
 from eai.results.rate import Rate
 from eai.results.summary import cases_of
 from eai.results.table import Cell, Estimate, Table
+from eai.studies.perception.declaration import perception_shares
 
 PLAIN = "text"
 """What a run is called whose questions tell of the scene as it is."""

@@ -20,8 +20,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Perceived
-from eai.abilities.verdict import Share, Verdict, confusion_shares, of_all
-from eai.results.perceived import perception_shares
+from eai.abilities.verdict import Share, Verdict, add, confusion_shares, of_all
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
@@ -29,6 +28,26 @@ if TYPE_CHECKING:
     from eai.studies.perception.scene_graph import SceneWords
 
 _NOTHING = Perceived(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
+
+
+def perception_shares(perceived: Perceived) -> dict[str, Share]:
+    """The share that one scene graph adds to each rate; the paper gives no denominators, so these are ours.
+
+    ``predicate_error`` is the paper's: facts missing or misplaced, of those described. ``object_error`` too:
+    names that the scene has not, of all names given. Below them are the four kinds of error, each of what it
+    can befall, the objects that are not named, and precision, recall and F1 of facts.
+    """
+    lost = perceived.missing + perceived.misplaced
+    return {
+        "predicate_error": Share(lost, perceived.facts),
+        "object_error": Share(perceived.invented_names, perceived.names),
+        "missing": Share(perceived.missing, perceived.facts),
+        "misplaced": Share(perceived.misplaced, perceived.relations),
+        "unnecessary": Share(perceived.unnecessary, perceived.perceived),
+        "invented": Share(perceived.invented, perceived.perceived),
+        "unseen": Share(perceived.unseen, perceived.objects),
+        **confusion_shares("facts", add(perceived.predicates.values())),
+    }
 
 
 @dataclass(frozen=True, slots=True)
