@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from eai.data.files import read_toml
 from eai.errors import InputError
-from eai.run.spec import RunSpec, read_spec, read_tables, save, study_of
+from eai.run.spec import RunSpec, read_spec, save, study_of
 from eai.studies.perception.noise import Noise
 from eai.studies.perception.study import Perception
 from eai.studies.registry import studies_of_runs
@@ -33,10 +34,10 @@ def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
     assert spec.of(Perception).noise == Noise(missing=0.1, seed=2)
     file = save(spec, tmp_path)
     assert file == tmp_path / "run.toml"
-    assert read_spec(read_tables(file)) == spec
+    assert read_spec(read_toml(file)) == spec
     assert save(spec, tmp_path) == file
     assert save(RunSpec(), tmp_path) == tmp_path / "run-2.toml"
-    assert read_spec(read_tables(tmp_path / "run-2.toml")) == RunSpec()
+    assert read_spec(read_toml(tmp_path / "run-2.toml")) == RunSpec()
 
 
 @given(
@@ -55,7 +56,7 @@ def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
 )
 def test_any_arguments_come_back(tmp_path_factory: pytest.TempPathFactory, arguments: dict[str, Any]) -> None:
     spec = read_spec({"model": {"args": arguments}})
-    assert read_spec(read_tables(save(spec, tmp_path_factory.mktemp("run")))) == spec
+    assert read_spec(read_toml(save(spec, tmp_path_factory.mktemp("run")))) == spec
 
 
 def test_names_of_studies_options_are_of_one_study() -> None:
@@ -119,5 +120,5 @@ def test_what_is_no_file_of_one(tmp_path: Path, text: str | None, message: str) 
     if text is not None:
         file.write_text(text)
     with pytest.raises(InputError) as error:
-        read_tables(file)
+        read_toml(file)
     assert str(error.value).startswith(f"{file}: {message}")

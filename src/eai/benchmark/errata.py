@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache, cached_property
@@ -18,6 +17,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
+from eai.data.files import parse_toml
 from eai.errors import DataError
 from eai.tasks.source import TaskSet
 from eai.world.execution import Action
@@ -42,12 +42,6 @@ def _head(task: TransitionTask, name: str) -> str:
     """An operator to be finished as the other questions have it, the bracket behind its name included."""
     parameters = task.domain.operators[name].parameters
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
-
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,7 +236,7 @@ def read_errata(text: str) -> Errata:
     Raises:
         DataError: an entry is not as the head of the package's table says.
     """
-    values = tomllib.loads(text)
+    values = parse_toml(text)
     number = values["version"]
     try:
         entries = TypeAdapter(tuple[_Erratum, ...]).validate_python(values.get("erratum", []))

@@ -11,8 +11,9 @@ import typer
 from eai.cli import options
 from eai.cli.models import json_or_text, pair
 from eai.cli.options import SETTING, SettingsCommand
+from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
-from eai.run.spec import RunSpec, keys, read_spec, read_tables, sections
+from eai.run.spec import RunSpec, keys, read_spec, sections
 from eai.studies.registry import studies_of_runs
 
 FLAGS = {
@@ -84,7 +85,7 @@ def specification(
     Raises:
         InputError: the file cannot be read, there is no such option, or it has no such value.
     """
-    tables = {} if file is None else read_tables(file)
+    tables = {} if file is None else read_toml(file)
     for parameter, key in FLAGS.items():
         value = command.params.get(parameter)
         if value not in (None, [], ()):

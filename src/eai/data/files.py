@@ -7,12 +7,18 @@ from __future__ import annotations
 
 import contextlib
 import secrets
+import sys
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from eai.errors import EaiError, InputError, how_to_install
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 def parquet() -> Any:
@@ -52,6 +58,25 @@ Content: TypeAlias = str | bytes | Iterable[str]
 
 _UNSHOWN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Categories of characters that move a cursor, turn text around, or are none, such as lone surrogates."""
+
+
+def read_toml(file: Path) -> dict[str, Any]:
+    """The tables of a file.
+
+    Raises:
+        InputError: it cannot be read, or is no TOML.
+    """
+    try:
+        return parse_toml(file.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{file}: expected TOML; {error}") from error
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The tables of a text; the library is the standard one's, or its twin for Python 3.10."""
+    return tomllib.loads(text)
 
 
 def files_below(folder: Path, *patterns: str) -> list[Path]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import random
 import re
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -17,10 +16,7 @@ from typing import ClassVar, NamedTuple
 
 from pydantic import ConfigDict, TypeAdapter
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from eai.data.files import parse_toml
 
 FILE = "english.toml"
 
@@ -65,7 +61,7 @@ PLAIN = English()
 def english_of(package: str) -> English:
     """Read the file ``english.toml`` of a package."""
     text = (files(package) / FILE).read_text(encoding="utf-8")
-    return TypeAdapter(English).validate_python(tomllib.loads(text))
+    return TypeAdapter(English).validate_python(parse_toml(text))
 
 
 OPENINGS = (

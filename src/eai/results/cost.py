@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import date
@@ -14,12 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from eai.abilities.options import misfit
 from eai.abilities.record import Record, Usage
+from eai.data.files import parse_toml, read_toml
 from eai.errors import InputError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 _MILLION = 1_000_000
 
@@ -110,11 +105,7 @@ def read_price_list(path: Path) -> PriceList:
         InputError: the file cannot be read, or has another form.
     """
     try:
-        return PriceList.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: expected TOML ({error})") from error
+        return PriceList.model_validate(read_toml(path))
     except ValidationError as error:
         raise InputError(f"{path}, {misfit(error, whole='the file')}") from error
 
@@ -123,7 +114,7 @@ def read_price_list(path: Path) -> PriceList:
 def paper_cost() -> _PaperCost:
     """The paper's own figures."""
     file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
-    return _PaperCost.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
+    return _PaperCost.model_validate(parse_toml(file.read_text(encoding="utf-8")))
 
 
 def each(amount: float | None, of: int) -> float | None:

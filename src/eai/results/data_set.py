@@ -6,7 +6,6 @@ Statistics are the paper's Table 2 of any benchmark, each figure with the paper'
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -22,16 +21,12 @@ from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTa
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
+from eai.data.files import parse_toml
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
 from eai.tasks.source import ErrataChoice, Source
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,7 +172,7 @@ LONG = 10
 def paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
     """Label of a figure -> the paper's, and why another number comes out; nothing for other domains."""
     file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
-    found = tomllib.loads(file.read_text(encoding="utf-8")).get(domain, {})
+    found = parse_toml(file.read_text(encoding="utf-8")).get(domain, {})
     entries = {label: each if isinstance(each, dict) else {"printed": each} for label, each in found.items()}
     return {label: (each["printed"], each.get("remark", "")) for label, each in entries.items()}
 

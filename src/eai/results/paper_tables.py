@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -20,14 +19,9 @@ from pydantic import TypeAdapter
 
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Share
+from eai.data.files import parse_toml
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 
 OTHER_TABLES = (
     "transition_modeling_summary",
@@ -120,7 +114,7 @@ class _PaperSetting:
 @cache
 def paper_setting() -> _PaperSetting:
     """The paper's protocol, domains and tables."""
-    found = tomllib.loads(_text("setting.toml"))
+    found = parse_toml(_text("setting.toml"))
     tables = {name: tuple(papers) for name, papers in found["tables"].items()}
     return _PaperSetting(found["protocol"], found["domains"], tables)
 
@@ -134,7 +128,7 @@ def paper_table(name: str) -> PaperTable:
 @cache
 def paper_models() -> Mapping[str, str]:
     """The name of a published response file -> the paper's name of the model."""
-    found = tomllib.loads(_text("models.toml"))
+    found = parse_toml(_text("models.toml"))
     return {file: str(name) for file, name in found.items()}
 
 
@@ -153,7 +147,7 @@ def _text(name: str) -> str:
 
 def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[_PaperNote]:
     """The notes of ``notes.toml`` on a table."""
-    for note in tomllib.loads(_text("notes.toml"))["note"]:
+    for note in parse_toml(_text("notes.toml"))["note"]:
         if name in _listed(note["table"]):
             met = tuple(
                 column

@@ -94,13 +94,8 @@ class Decoding(Options):
     @property
     def sampling(self) -> dict[str, int | float | str]:
         """The choices that only some providers know, of those that are made, by their names in Inspect."""
-        given = {
-            "top_p": self.top_p,
-            "seed": self.seed,
-            "reasoning_effort": None if self.reasoning_effort is None else self.reasoning_effort.value,
-            "reasoning_tokens": self.reasoning_tokens,
-        }
-        return {name: value for name, value in given.items() if value is not None}
+        chosen = {"top_p", "seed", "reasoning_effort", "reasoning_tokens"}
+        return self.model_dump(mode="json", include=chosen, exclude_none=True)
 
 
 class Pace(Options):

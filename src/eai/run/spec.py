@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from itertools import count
 from pathlib import Path
@@ -31,27 +30,8 @@ from eai.studies.perception.study import Perception, Scene
 from eai.studies.pipeline.study import Pipeline
 from eai.studies.registry import studies_of_runs
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 """Keys that need no quotes."""
-
-
-def read_tables(file: Path) -> dict[str, object]:
-    """The tables of a file.
-
-    Raises:
-        InputError: it cannot be read, or is no TOML.
-    """
-    try:
-        return tomllib.loads(file.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{file}: expected TOML; {error}") from error
 
 
 def save(spec: RunSpec, folder: Path) -> Path:

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import Any, NamedTuple
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from eai.data.files import parse_toml
 
 _FILE = "evidence.toml"
 
@@ -85,7 +81,7 @@ class UnpublishedFacts:
 def load_evidence() -> UnpublishedFacts:
     """The table of this package."""
     content = resources.files("eai.households.behavior").joinpath(_FILE).read_bytes()
-    table = tomllib.loads(content.decode())
+    table = parse_toml(content.decode())
     added: dict[str, tuple[GroundRelation, ...]] = {}
     for entry in table["added_relations"]:
         added[entry["task"]] = (*added.get(entry["task"], ()), GroundRelation(*entry["fact"]))

@@ -17,7 +17,6 @@ A candidate is a list of entries, an entry a list of patterns of which one must 
 from __future__ import annotations
 
 import json
-import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -29,7 +28,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from eai.abilities.options import misfit
 from eai.abilities.task import Goal, Task
-from eai.data.files import write_whole
+from eai.data.files import parse_toml, write_whole
 from eai.errors import InputError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.studies.annotation.demonstration import (
@@ -46,11 +45,6 @@ from eai.studies.annotation.demonstration import (
 )
 from eai.tasks.source import Finding
 from eai.world.domain import Domain
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +120,10 @@ def read_decisions(path: Path) -> Decisions:
     if not path.exists():
         return Decisions()
     try:
-        found = TypeAdapter(_File).validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
+        found = TypeAdapter(_File).validate_python(parse_toml(path.read_text(encoding="utf-8")))
     except ValidationError as error:
         raise InputError(f"{path}: {misfit(error, _MEMBERS)}") from error
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(f"{path}: {error}") from error
     titles = {}
     for name, table in found.title.items():
