@@ -1,4 +1,7 @@
-"""Self-consistency: of several answers to a task, one that says what most of them say."""
+"""From a model's answers to records: of each epoch, where there are several, and of their majority.
+
+The majority is self-consistency: of several answers to a task, one that says what most of them say.
+"""
 
 from __future__ import annotations
 
@@ -219,16 +222,14 @@ def _write(
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
     lacking = [task_id for task_id in dict.fromkeys((*obtained.prompts, *failed)) if task_id not in answers]
     why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
+    digests = {task_id: prompt.sha256 for task_id, prompt in obtained.prompts.items()}
     if obtained.trials is None:
         file = ResponseFile(
             obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
         )
         write_responses(folder, file)
         scored = score_run(suite, file, why, settings, progressed)
-        records = [
-            _with_origin(r, _digest_of(obtained.prompts.get(r.task_id)), answers.get(r.task_id))
-            for r in scored
-        ]
+        records = [_with_origin(r, digests.get(r.task_id), answers.get(r.task_id)) for r in scored]
         if obtained.believed is not None:
             records = [obtained.believed.marked(record) for record in records]
     else:
@@ -247,15 +248,9 @@ def _write(
         usage=_usage(obtained),
         records=records,
     )
-    asked = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
-    prompts_sha256 = hashlib.sha256(json.dumps(asked).encode()).hexdigest()
+    prompts_sha256 = hashlib.sha256(json.dumps([*digests.items()]).encode()).hexdigest()
     write_results(folder, records, outcome.rates, {"prompts_sha256": prompts_sha256, **outcome.effort()})
     return outcome
-
-
-def _digest_of(prompt: Prompt | None) -> str | None:
-    """The digest of what was asked, if anything was."""
-    return None if prompt is None else prompt.sha256
 
 
 def _with_origin(record: Record, prompt_sha256: str | None, answer: Answer | None) -> Record:
