@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from eai.abilities.record import Origin, Record, Usage
 from eai.errors import InputError
-from eai.results.cost import PaperCost, Price, Spent, paper_cost, read_price_list, spent
+from eai.results.cost import Spent, _PaperCost, _Price, paper_cost, read_price_list, spent
 from results.verdicts import SUCCEEDED, record
 
 PRICES = """\
@@ -41,7 +41,7 @@ def test_only_answers_that_say_what_they_took_are_counted() -> None:
 
 def test_a_price_is_for_what_has_none() -> None:
     found = spent([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
-    assert found.priced(Price(input=3, output=10)) == Spent(2, Usage(1_000_100, 2_000_010, cost=23.5))
+    assert found.priced(_Price(input=3, output=10)) == Spent(2, Usage(1_000_100, 2_000_010, cost=23.5))
     assert found.priced(None) == found
     assert (found + found).unpriced_answers == 2
 
@@ -80,4 +80,4 @@ def test_the_papers_figures_are_as_printed() -> None:
     assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
     assert figures.dollars == 1540.70
     with pytest.raises(ValidationError):
-        PaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})
+        _PaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})
