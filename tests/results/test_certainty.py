@@ -13,6 +13,7 @@ from eai.results.certainty import (
     certainty_of_mean,
     certainty_of_rate,
     mean_over_names,
+    two_sided_quantile,
 )
 from results.near_copies import expected_f1, matches, merged, successes_by_name
 
@@ -198,3 +199,11 @@ def test_intervals_of_what_counts_several_times_hold_the_truth(rate: float) -> N
         return found and found.interval
 
     assert covered(200 * rate, 500, draw) >= PROMISED
+
+
+@pytest.mark.parametrize(
+    ("freedom", "quantile"),
+    [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (16, 2.120), (99, 1.984), (1000, 1.962)],
+)
+def test_quantiles_are_those_of_printed_tables(freedom: int, quantile: float) -> None:
+    assert two_sided_quantile(0.95, freedom) == pytest.approx(quantile, abs=0.0005)

@@ -1,16 +1,23 @@
 from __future__ import annotations
 
+import random
+from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, TaskFeatures
-from eai.abilities.verdict import Confusion, Verdict
-from eai.results.comparison import compare
+from eai.abilities.verdict import Confusion, Share, Verdict
+from eai.results.certainty import Case
+from eai.results.comparison import compare, exchange_p, sign_flip_p
 from eai.results.rate import Rate
 from eai.world.fault import FaultKind
+from results.near_copies import merged, successes
 from results.verdicts import SUCCEEDED, failed, record
 
 BAD = failed(FaultKind.MISSING_STEP)
@@ -87,3 +94,52 @@ def test_names_may_be_known_from_the_other_run() -> None:
     old = [record(f"{i}_1", SUCCEEDED) for i in range(4)]
     new = [replace(each, task=TaskFeatures("wash", 5, 1)) for each in old]
     assert compare(old, new).names == compare(new, old).names == 1
+
+
+@pytest.mark.parametrize(
+    ("lost", "won", "p_value"),
+    [(0, 0, 1.0), (1, 1, 1.0), (1, 9, 22 / 1024), (9, 1, 22 / 1024), (0, 5, 2 / 32)],
+)
+def test_of_single_tasks_it_is_mcnemar_s_test(lost: int, won: int, p_value: float) -> None:
+    assert sign_flip_p([-1] * lost + [1] * won + [0] * 7) == pytest.approx(p_value)
+
+
+def test_many_pairs() -> None:
+    assert 0 < sign_flip_p([-1] * 900 + [1] * 1000) < 0.05
+    assert sign_flip_p([1] * 2000) == 0.0
+
+
+@given(st.lists(st.integers(-9, 9), max_size=8))
+def test_all_signs_are_tried(differences: list[int]) -> None:
+    sums = [
+        sum(s * d for s, d in zip(signs, differences, strict=True))
+        for signs in product((1, -1), repeat=len(differences))
+    ]
+    extreme = sum(abs(each) >= abs(sum(differences)) for each in sums)
+    assert sign_flip_p(differences) == pytest.approx(extreme / len(sums))
+
+
+def test_exchanges_find_what_sign_flips_find() -> None:
+    first = [Share(k, 10) for k in (3, 5, 1, 7, 2, 9, 4, 6, 0, 2)]
+    second = [Share(k, 10) for k in (4, 7, 2, 7, 5, 9, 3, 8, 2, 5)]
+    exact = sign_flip_p([round(b.numerator - a.numerator) for a, b in zip(first, second, strict=True)])
+    assert exchange_p(first, second) == pytest.approx(exact, abs=0.01)
+    assert exchange_p(first, second) == exchange_p(first, second)
+    assert exchange_p(first, first) == 1
+    assert exchange_p(first, [Share(0, 0)] * 10) is None
+
+
+def test_runs_that_are_alike_seldom_differ() -> None:
+    """With the task as unit two models that are equally good differ in most samples of near copies."""
+    generator = random.Random(5)
+    by_name = by_task = 0
+    for _ in range(100):
+        runs = [successes(generator, 0.5) for _ in range(2)]
+        by_task += sign_flip_p(_changes(*runs)) < 0.05
+        by_name += sign_flip_p(_changes(*map(merged, runs))) < 0.05
+    assert by_name <= 9  # 5 are expected
+    assert by_task > 50
+
+
+def _changes(first: Sequence[Case], second: Sequence[Case]) -> list[int]:
+    return [round(b.share.numerator - a.share.numerator) for a, b in zip(first, second, strict=True)]

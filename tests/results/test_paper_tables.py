@@ -1,14 +1,35 @@
 from __future__ import annotations
 
+import hashlib
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
 import pytest
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Confusion
-from eai.results.paper_tables import OTHER_TABLES, PaperColumn, paper_models, paper_setting, paper_table
+from eai.pddl.planning import PlannerChoice
+from eai.results.paper_tables import (
+    NULL_MODELS,
+    OTHER_TABLES,
+    SCHEMA,
+    TABLE,
+    PaperColumn,
+    PublishedSuite,
+    null_scores,
+    paper_models,
+    paper_setting,
+    paper_table,
+    published_scores,
+    published_scores_sha256,
+)
 from eai.results.summary import summarise
 from oracle import MODELS, Oracle
+from sweeps import swept
 
 FULL_TABLES = paper_setting().full_tables
 
@@ -99,3 +120,102 @@ def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: 
 
 
 _SIDES = {"precondition": "precond_predicate_type_res", "effect": "effect_predicate_type_res"}
+
+
+ROOT = Path(__file__).parents[2]
+SAMPLE = "llama-3-8b-chat"
+"""The model whose answers are scored again; they end in every way there is."""
+
+
+@pytest.fixture(scope="module")
+def tool() -> ModuleType:
+    spec = importlib.util.spec_from_file_location(
+        "published_scores_tool", ROOT / "tools" / "published_scores.py"
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
+
+
+def test_the_table_is_of_the_protocol_that_the_paper_has_no_numbers_of() -> None:
+    table = published_scores()
+    assert table.schema == SCHEMA
+    assert table.protocol == Protocol.STRICT.value
+    content = (ROOT / "src" / "eai" / "results" / "paper" / TABLE).read_bytes()
+    assert published_scores_sha256() == hashlib.sha256(content).hexdigest()
+
+
+def test_every_suite_has_the_same_models_and_all_metrics() -> None:
+    suites = published_scores().suites
+    assert set(suites) == {f"{d}/{a.value}" for d in ("virtualhome", "behavior") for a in FOUR}
+    for name, suite in suites.items():
+        assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
+        assert set(suite.models) == {paper_models()[model] for model in MODELS}
+        for model, row in suite.models.items():
+            assert suite.coverage(model).ranked
+            assert row.answered <= suite.tasks
+            assert len(suite.rates(model)) == len(suite.metrics)
+            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
+
+
+@pytest.mark.parametrize("protocol", list(Protocol.known()))
+def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
+    table = null_scores(protocol.value)
+    assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
+    assert table.suites.keys() == published_scores().suites.keys()
+    for name, suite in table.suites.items():
+        assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
+        assert list(suite.models) == list(NULL_MODELS)
+        for model, row in suite.models.items():
+            assert row.answered == suite.tasks == suite.coverage(model).tasks
+            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
+    main = table.suites["virtualhome/action_sequencing"].rates
+    assert main("eai/empty")["task_success"].numerator == 0
+    if protocol is Protocol.STRICT:  # what it does is possible by the declaration as it is meant
+        assert main("eai/random")["execution_success"].percent == 100
+
+
+PLANS = {name for name in published_scores().suites if name.endswith(("_sequencing", "_decomposition"))}
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", [*sorted({*published_scores().suites} - PLANS), *swept(*sorted(PLANS))])
+def test_scoring_the_copy_again_gives_its_row(name: str, tool: ModuleType) -> None:
+    """If it does not, verdicts have changed: run tools/published_scores.py --null-models."""
+    strict = Protocol.STRICT
+    made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
+    shipped: PublishedSuite = null_scores(strict.value).suites[name]
+    again = made["models"]["eai/copy"]
+    assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
+    rates = dict(zip(shipped.metrics, again["rates"], strict=True))
+    for metric, rate in shipped.rates("eai/copy").items():
+        if not metric.endswith(("planner_success", "plan_works")):
+            assert rates[metric] == [rate.numerator, rate.denominator], metric
+
+
+def test_pages_have_the_null_models_rows(tool: ModuleType) -> None:
+    for page, header in tool.FLOORS:
+        assert tool.write_floor(ROOT / page, header, write=False), (page, header)
+
+
+def test_what_is_not_in_the_table() -> None:
+    assert published_scores().suite("lamps", "action_sequencing") is None
+
+
+@pytest.mark.parametrize("name", published_scores().suites)
+def test_scoring_a_model_again_gives_its_row(name: str, tool: ModuleType) -> None:
+    """If it does not, verdicts have changed: run tools/published_scores.py."""
+    if not tool.ANSWERS.is_dir():
+        pytest.skip("the published answers are not beside the repository")
+    suite: dict[str, Any] = tool.scored_suite(name, tool.ANSWERS, only=[SAMPLE], planner=PlannerChoice.NONE)
+    shipped: PublishedSuite = published_scores().suites[name]
+    model = paper_models()[SAMPLE]
+    again = suite["models"][model]
+    assert suite["data_sha256"] == shipped.data_sha256
+    assert again["answers_sha256"] == shipped.models[model].answers_sha256
+    rates = dict(zip(shipped.metrics, again["rates"], strict=True))
+    for metric, rate in shipped.rates(model).items():
+        if not metric.endswith(("planner_success", "plan_works")):
+            assert rates[metric] == [rate.numerator, rate.denominator], metric
