@@ -16,7 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from eai.scoring.runs import RECORDS, find_record_files
+from eai.scoring.records import RECORDS
+from eai.scoring.runs import find_record_files
 
 
 def main() -> None:

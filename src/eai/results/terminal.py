@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TypeAlias
 
 from rich import box
 from rich.console import Console
@@ -12,6 +13,9 @@ from rich.text import Text
 
 from eai.results.markdown import superscript
 from eai.results.table import Cell, Column, Estimate, Label, Table
+
+_Shown: TypeAlias = tuple[Column, Sequence[Text]]
+"""A column with its cells as they are printed."""
 
 _NAMES = 0.4
 """The share of the width that names may take before they are folded."""
@@ -31,7 +35,7 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     console.print(Text(table.title, style="bold"), soft_wrap=True)
     limit = None if wide else int(console.width * _NAMES)
     columns = [
-        _Shown(column, [_cell(column, row[place]) for row in table.rows])
+        (column, [_cell(column, row[place]) for row in table.rows])
         for place, column in enumerate(table.described)
     ]
     for part in [columns] if wide else _parts(console, columns, limit):
@@ -40,29 +44,20 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
         type(console)(file=console.file, width=room, markup=False).print(grid, "")
 
 
-class _Shown:
-    """A column with its cells as they are printed."""
-
-    def __init__(self, column: Column, cells: Sequence[Text]) -> None:
-        self.heading = column.alone or column.heading
-        self.number = bool(column.number)
-        self.cells = cells
-
-
 def _parts(console: Console, columns: Sequence[_Shown], limit: int | None) -> Iterator[Sequence[_Shown]]:
     """The columns in groups that fit beside the names, each with one column at least."""
-    first = 1 + next(i for i, column in enumerate(columns) if not column.number)
+    first = 1 + next(i for i, (column, _) in enumerate(columns) if not column.number)
     names, rest = columns[:first], columns[first:]
     beside = taken = _width(console, _grid(names, limit))
     part: list[_Shown] = []
-    for column in (column for column in rest if column.number):
-        width = _width(console, _grid([*names, column], limit)) - beside
+    for shown in (shown for shown in rest if shown[0].number):
+        width = _width(console, _grid([*names, shown], limit)) - beside
         if part and taken + width > console.width:
             yield [*names, *part]
             part, taken = [], beside
-        part.append(column)
+        part.append(shown)
         taken += width
-    part += [column for column in rest if not column.number]
+    part += [shown for shown in rest if not shown[0].number]
     if part:
         yield [*names, *part]
 
@@ -75,13 +70,14 @@ def _width(console: Console, grid: Grid) -> int:
 def _grid(columns: Sequence[_Shown], limit: int | None) -> Grid:
     grid = Grid(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False, collapse_padding=True)
     names = True
-    for column in columns:
+    for column, _ in columns:
+        heading = Text(column.alone or column.heading)
         if column.number:
-            grid.add_column(Text(column.heading), justify="right", no_wrap=True)
+            grid.add_column(heading, justify="right", no_wrap=True)
         else:
-            grid.add_column(Text(column.heading), overflow="fold", max_width=limit if names else None)
+            grid.add_column(heading, overflow="fold", max_width=limit if names else None)
             names = False
-    for row in zip(*(column.cells for column in columns), strict=True):
+    for row in zip(*(cells for _, cells in columns), strict=True):
         grid.add_row(*row)
     return grid
 

@@ -16,10 +16,7 @@ from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
 from eai.errors import InputError
 from eai.results.paper_tables import paper_setting
-from eai.scoring.records import read_records
-
-RECORDS = "records.jsonl"
-"""The name of a file of records."""
+from eai.scoring.records import RECORDS, read_records
 
 
 class RunKey(NamedTuple):
