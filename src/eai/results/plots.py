@@ -20,12 +20,8 @@ from eai.results.lines import MODEL, SuiteKey
 from eai.results.table import Cell, Estimate, Table
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
 
 OUTCOME_COLORS = {
     AnswerOutcome.SUCCESS: "#3f7f62",

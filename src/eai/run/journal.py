@@ -1,8 +1,9 @@
 """The journal of a run, every answer as it arrived, and the desk where answers are looked up and counted.
 
 A run is resumed from its journal: a line is whole or, after a crash in the middle of writing it, ignored.
-Inspect's own resume does not do it: it takes over whole samples by id and epoch, whatever was asked, so that
-an experiment would ask its first attempts twice, and a changed prompt would keep its old answer.
+Inspect's own resume does not do it: it takes over whole samples by id and epoch, whatever was asked. An
+experiment would ask its first attempts twice, a changed prompt would keep its old answer, fewer tasks would
+all be asked again, and samples that are not yet in the log are lost when the process is killed.
 """
 
 from __future__ import annotations
