@@ -60,14 +60,14 @@ def heeding_answer(
     if attempt == 1 or place < 0:
         return versions[0]
     has_reason = REASONS in question[place + len(versions[last].text) :]
-    heeds = has_reason and _generator(f"{seed} {attempt}", task_id).random() < heed
+    heeds = has_reason and chance(f"{seed} {attempt}", task_id).random() < heed
     return versions[min(last + heeds, len(versions) - 1)]
 
 
 def corrupted_versions(book: AnswerBook, task_id: str, rate: float, seed: str) -> Iterator[WrittenAnswer]:
     """The corrupted answer, then with one more corrupted part mended each time, up to the gold answer."""
     answer = book.gold(task_id)
-    segments = list(_segments(book, answer.parts, rate, _generator(seed, task_id)))
+    segments = list(_segments(book, answer.parts, rate, chance(seed, task_id)))
     yield _written(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
         if gold != corrupted:
@@ -100,8 +100,10 @@ def _segments(book: AnswerBook, parts: Iterable[str], rate: float, rng: random.R
                 yield (part,), ()
 
 
-def _generator(seed: str, task_id: str) -> random.Random:
-    return random.Random(hashlib.sha256(f"{seed} {task_id}".encode()).digest())  # noqa: S311 - noise, not secrets
+def chance(seed: str, task_id: str) -> random.Random:
+    """The source of all that is random in the answer to a task."""
+    digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
+    return random.Random(digest)  # noqa: S311 - chance, not secrets
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from functools import cache
 
 import eai.logic.formula as f
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon, write_goals
+from eai.abilities.goal_test import solves
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
@@ -86,13 +87,18 @@ class LookupTable:
         for number, entry in enumerate(self._entries):
             for text in entry.goals:
                 self._of_goal.setdefault(text, []).append(number)
-        self._arities = domain.arities
+        self._domain = domain
 
     def plan(self, task: Task) -> tuple[Action, ...]:
         """The plan of the nearest other task, about this one's objects; steps of no operator are left out."""
         nearest = self.nearest(task)
         plan = () if nearest is None else tuple(_renamed(nearest, task))
-        return tuple([each for each in plan if self._arities.get(each.operator) == len(each.arguments)])
+        arities = self._domain.arities
+        return tuple([each for each in plan if arities.get(each.operator) == len(each.arguments)])
+
+    def solves(self, task: Task) -> bool:
+        """Whether the plan of the nearest other task solves a task."""
+        return solves(self._domain, task, self.plan(task))
 
     def nearest(self, task: Task) -> Task | None:
         """The other task that shares most goals, of those of either; the first of several."""

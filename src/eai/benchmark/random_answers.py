@@ -6,7 +6,6 @@ much of a task is luck.
 
 from __future__ import annotations
 
-import hashlib
 import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -20,7 +19,7 @@ from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import WrittenAnswer, join_operators, no_answer
+from eai.benchmark.gold_answers import WrittenAnswer, chance, join_operators, no_answer
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
@@ -82,16 +81,11 @@ def open_random_answers(
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task = tasks[task_id]
         task = replace(task, initial=execute(benchmark.domain, task.initial, done).final) if done else task
-        rng = _chance(seed, task_id)
+        rng = chance(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return write(benchmark, task, steps, rng)
 
     return answer
-
-
-def _chance(seed: str, task_id: str) -> random.Random:
-    digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
-    return random.Random(digest)  # noqa: S311 - chance, not secrets
 
 
 def random_walk(
@@ -172,7 +166,7 @@ def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     changes = [len(list(effect_atoms(each.effect))) for each in gold]
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
-        task, rng = tasks[task_id], _chance(seed, task_id)
+        task, rng = tasks[task_id], chance(seed, task_id)
         written = []
         for action in task.gold.values():
             can = list(_sayable(task, action))

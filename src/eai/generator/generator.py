@@ -128,7 +128,7 @@ class _Objections:
             return reason
         if fingerprint_of(task)[0] in self._public:
             return Reason.PUBLIC
-        if solves(self._domain, task, self._table.plan(task)):
+        if self._table.solves(task):
             return Reason.PUBLIC_PLAN
         return None
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import solves
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.lookup import LookupTable
@@ -166,10 +165,8 @@ class Rivals:
 
     def give_away(self, task: Task) -> bool:
         """Whether a task is solved by looking up another, or would be what another is solved by."""
-        if solves(self._domain, task, self._table.plan(task)):
-            return True
         own = LookupTable([task], self._domain)
-        return any(solves(self._domain, each, own.plan(each)) for each in self._held_out)
+        return self._table.solves(task) or any(map(own.solves, self._held_out))
 
 
 def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
@@ -187,7 +184,7 @@ def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> 
         "tasks": len(tasks),
         "same": sum(each in prints for each in found),
         "same_goals": sum(each.goals in goals for each in found),
-        "solved_by_lookup": sum(solves(domain, task, table.plan(task)) for task in tasks),
+        "solved_by_lookup": sum(map(table.solves, tasks)),
     }
 
 
