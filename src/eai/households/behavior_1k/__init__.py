@@ -1,0 +1,1 @@
+"""BEHAVIOR-1K: a symbolic reading of a thousand household activities."""

@@ -1,0 +1,74 @@
+"""BEHAVIOR-1K as a benchmark, with and without the conventions told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.abilities.wording import Wording
+from eai.benchmark.benchmark import Benchmark
+from eai.english.english import English, english_of
+from eai.households.behavior_1k.operators import declared
+from eai.households.behavior_1k.predicates import GOAL_PREDICATES
+from eai.households.behavior_1k.tasks import Evidence, open_tasks
+from eai.tasks.source import OpenTasks, Source, TaskSet, once_per_store
+from eai.world.domain import Domain
+
+NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
+CHALLENGE = "behavior-1k-challenge-2025"
+
+
+@cache
+def _domain() -> Domain:
+    return declared()
+
+
+@cache
+def _english() -> English:
+    return english_of("eai.households.behavior_1k")
+
+
+def _wording(ability: Ability) -> Wording:
+    return Wording(_domain(), GOAL_PREDICATES)
+
+
+def _opener(*, told: bool) -> OpenTasks[Task]:
+    @once_per_store
+    def opened(source: Source) -> TaskSet[Task]:
+        return open_tasks(_english(), source.store, told=told, report=source.report)
+
+    return opened
+
+
+_TOLD, _UNTOLD = _opener(told=True), _opener(told=False)
+
+
+def _challenge(source: Source) -> TaskSet[Task]:
+    tasks = _TOLD(source)
+    return TaskSet(Evidence.load().subsets["challenge_2025"], tasks.__getitem__, tasks.sha256)
+
+
+def behavior_1k() -> Benchmark:
+    """The benchmark: instructions tell the conventions that matter."""
+    return Benchmark(
+        name=NAME,
+        title="BEHAVIOR-1K",
+        domain=_domain(),
+        open_tasks=_TOLD,
+        wordings=_wording,
+        also_observed=("held", "robot_on"),
+        english=_english(),
+        planner_seconds=200,
+    )
+
+
+def untold() -> Benchmark:
+    """The same without: what a model knows of tools, heat and recipes counts."""
+    return replace(behavior_1k(), name=UNTOLD, title="BEHAVIOR-1K, conventions untold", open_tasks=_UNTOLD)
+
+
+def challenge_2025() -> Benchmark:
+    """The 50 activities of the 2025 BEHAVIOR challenge, in its order."""
+    return replace(behavior_1k(), name=CHALLENGE, title="BEHAVIOR-1K, 2025 challenge", open_tasks=_challenge)

@@ -1,0 +1,347 @@
+"""Gold plans of BEHAVIOR-1K, by regression: for each kind of goal the ways to bring it about, tried in turn.
+
+The planner of the package, which knows only the declaration, is slow where products take long chains of
+recipes; here each way is written down (`ways`). What a plan does not need is left out at the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import eai.logic.formula as f
+from eai.households.behavior_1k import predicates as p
+from eai.households.behavior_1k.products import Products
+from eai.households.behavior_1k.ways import NoWayError, Scope, Way
+from eai.logic.traversal import walk
+from eai.planning.planner import alone
+from eai.planning.search import Node
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.reading import Readings
+from eai.world.state import State
+
+ROUNDS = 4
+"""How often goals are gone through of which one undoes another."""
+
+_ORDER: Mapping[str, float] = {
+    "real": 0,
+    "cooked": 1,
+    "covered": 2,
+    "contains": 3,
+    "filled": 3,
+    "saturated": 4,
+    "folded": 4,
+    "unfolded": 4,
+    "frozen": 5,
+    "hot": 5,
+    "attached": 6,
+    "draped": 6,
+    "ontop": 6.5,
+    "inside": 7,
+    "nextto": 8,
+    "under": 8,
+    "touching": 8,
+    "overlaid": 9,
+    "toggled_on": 10,
+    "on_fire": 10,
+    "open": 11,
+}
+"""Which of several goals comes first: what things are made of before where they go, doors last."""
+
+_PLACED_BY: Mapping[str, str] = {
+    "ontop": "PLACE_ONTOP",
+    "under": "PLACE_UNDER",
+    "attached": "ATTACH",
+    "overlaid": "OVERLAY",
+    "draped": "DRAPE",
+}
+"""The action behind a relation, where there is just one."""
+
+_CLEAN = 1.5
+"""The place of a goal that something be not covered."""
+
+
+def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -> tuple[Action, ...] | str:
+    """A plan that reaches a goal, without needless actions; or why none was found.
+
+    Args:
+        domain: the domain.
+        initial: the state at the start.
+        goal: the goal.
+        declared: how many of the scene's objects are declared: over these its quantifiers range.
+    """
+    reason = ""
+    for backwards in (False, True):
+        writer = _Regression(domain, initial, declared, backwards=backwards)
+        try:
+            writer.achieve(goal, {})
+        except NoWayError as error:
+            reason = reason or str(error)
+        else:
+            return shortened(domain, initial, writer.plan, goal)
+    return reason
+
+
+def write_plan_line(plan: tuple[Action, ...]) -> str:
+    """A plan as the pack has it: ``OPERATOR 3 5;...``, objects by index."""
+    return ";".join(" ".join((action.operator, *map(str, action.arguments))) for action in plan)
+
+
+def read_plan(line: str) -> tuple[Action, ...]:
+    """The plan of a line; none of an empty one."""
+    steps = [step.split(" ") for step in line.split(";")] if line else []
+    return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
+
+
+def shortened(domain: Domain, initial: State, plan: Sequence[Action], goal: f.Formula) -> tuple[Action, ...]:
+    """The plan without the actions that its goal does not need."""
+    reading = Readings(domain.vocabulary)
+    successors = SuccessorGenerator(domain, alone, (), ())
+    start: PlanNode = Node(initial)
+    node = start
+    for action in plan:
+        node = successors.successor(node, action) or node
+    return successors.without_needless(start, node, lambda end: reading.holds(goal, {}, end.state)).plan()
+
+
+class _Regression(Products):
+    """Brings formulas about."""
+
+    def achieve(self, formula: f.Formula, scope: Scope, *, wanted: bool = True) -> None:
+        """Make a formula true, or false."""
+        goal = formula if wanted else f.Not(formula)
+        if self._holds(goal, scope):
+            return
+        match formula:
+            case f.Not(part):
+                self.achieve(part, scope, wanted=not wanted)
+            case f.Implies(premise, conclusion):
+                self.achieve(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
+            case f.And(parts) | f.Or(parts):
+                each = [(part, scope) for part in sorted(parts, key=_place)]
+                together = isinstance(formula, f.And) == wanted
+                self._achieve_several(each, goal, scope, wanted=wanted, together=together)
+            case f.ForAll(variable, body) | f.Exists(variable, body):
+                things = self._of_category(variable.category)
+                each = [(body, {**scope, variable.name: thing}) for thing in things]
+                together = isinstance(formula, f.ForAll) == wanted
+                self._achieve_several(each, goal, scope, wanted=wanted, together=together)
+            case f.Exactly(number, variable, body):
+                self._achieve_count(number, variable, body, scope)
+            case f.ForPairs(first, second, body):
+                self._achieve_pairs(first, second, body, scope)
+            case f.Atom(predicate, arguments):
+                names = [scope.get(term.name, term.name) for term in arguments]
+                self._bring_about(predicate, names) if wanted else self._undo(predicate, names)
+        if not self._holds(goal, scope):
+            raise NoWayError("a goal is undone by what comes after it")
+
+    def _of_category(self, category: str | None) -> list[str]:
+        """The declared objects of a category, those that have been put somewhere last."""
+        found = [name for name, each in self._category.items() if each == category]
+        return sorted(found[:: -1 if self._backwards else 1], key=lambda name: name in self._placed)
+
+    def _achieve_several(
+        self,
+        parts: Sequence[tuple[f.Formula, Scope]],
+        goal: f.Formula,
+        scope: Scope,
+        *,
+        wanted: bool,
+        together: bool,
+    ) -> None:
+        """Make all parts true, or false; or one of them."""
+        if not together:
+            ways = (partial(self.achieve, part, its_scope, wanted=wanted) for part, its_scope in parts)
+            self._first_of(ways, "there is nothing of that kind")
+            return
+        before = len(self._reached)
+        try:
+            for _ in range(ROUNDS):
+                for part, its_scope in parts:
+                    self.achieve(part, its_scope, wanted=wanted)
+                    self._reached.append((part if wanted else f.Not(part), its_scope))
+                if self._holds(goal, scope):
+                    return
+                del self._reached[before:]
+        finally:
+            del self._reached[before:]
+        raise NoWayError("goals undo each other")
+
+    def _achieve_count(self, number: int, variable: f.Variable, body: f.Formula, scope: Scope) -> None:
+        scopes = [{**scope, variable.name: name} for name in self._of_category(variable.category)]
+        while len(met := [each for each in scopes if self._holds(body, each)]) < number:
+            others = [each for each in scopes if each not in met]
+            self._first_of((partial(self.achieve, body, other) for other in others), "there are too few")
+        for each in met[number:]:
+            self.achieve(body, each, wanted=False)
+
+    def _achieve_pairs(self, first: f.Variable, second: f.Variable, body: f.Formula, scope: Scope) -> None:
+        ones, others = self._of_category(first.category), self._of_category(second.category)
+        used: set[str] = set()
+
+        def pair(one: str, other: str) -> Way:
+            def go() -> None:
+                self.achieve(body, {**scope, first.name: one, second.name: other})
+                used.add(other)
+
+            return go
+
+        for one in ones:
+            free = [other for other in others if other not in used and other != one]
+            met = [o for o in free if self._holds(body, {**scope, first.name: one, second.name: o})]
+            if met:
+                used.add(met[0])
+            elif free:
+                self._first_of((pair(one, other) for other in free), "no pair")
+
+    def _bring_about(self, predicate: str, names: Sequence[str]) -> None:
+        """Make an atom true."""
+        for name in names if predicate != "real" else ():
+            if not self._is_substance(name) and not self._is("real", name):
+                self._produce(name)
+        match predicate, *names:
+            case "real", name:
+                self._produce(name)
+            case "inside", name, place:
+                self._bring_inside(name, place)
+            case (("nextto" | "touching"), name, other):
+                self._bring_together(name, other)
+            case relation, name, other if relation in _PLACED_BY:
+                self._put_with(_PLACED_BY[relation], name, other)
+            case "covered", name, substance:
+                self._cover(name, substance)
+            case (("contains" | "filled"), name, substance):
+                self._have_in(name, substance, full=predicate == "filled")
+            case "saturated", name, substance:
+                self._soak(name, substance)
+            case _, name:
+                self._bring_into_state(predicate, name)
+
+    def _bring_into_state(self, state: str, name: str) -> None:
+        match state:
+            case "cooked":
+                self._heat(name, p.cooks)
+            case "hot":
+                self._heat(name, p.heats)
+            case "frozen":
+                self._chill(name)
+            case "open":
+                self._opened(name)
+            case "toggled_on":
+                self._switch_on(name)
+            case "folded" | "unfolded":
+                self._reach(name)
+                self._free_hand()
+                self._do("FOLD" if state == "folded" else "UNFOLD", name)
+            case "on_fire":
+                self._first_of(
+                    (self._ignite(name, tool) for tool in self._those(p.lighter)), "nothing lights it"
+                )
+            case _:
+                raise NoWayError(f"nothing makes anything {state}")
+
+    def _ignite(self, name: str, tool: str) -> Way:
+        def go() -> None:
+            self._get(tool)
+            self._switch_on(tool, tool)
+            self._reach(name, tool)
+            self._do("IGNITE", name, tool)
+
+        return go
+
+    def _bring_inside(self, name: str, place: str) -> None:
+        """Put a thing into another, with what it has been put into before, if with anything."""
+        support = self._support(name)
+        ways: list[Way] = [lambda: self._put_into(name, place)]
+        if support not in (None, place) and name in self._placed:
+            carrier = str(support)
+            if not (self._has(p.fixed, carrier) or self._has(p.floor, carrier)):
+                ways.insert(0, lambda: self._put_into(carrier, place))
+        self._first_of(ways, f"{name} cannot be put into {place}")
+
+    def _bring_together(self, name: str, other: str) -> None:
+        """Put one of two things next to the other; where they rest in one place, so that they stay there."""
+
+        def beside(one: str, there: str, *, in_place: bool) -> Way:
+            def go() -> None:
+                if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
+                    raise NoWayError("they are in two places")
+                neighbours = [n for n in self._of(p.stands_by, one) if n != there]
+                self._get(one)
+                self._reach(there, one)
+                if neighbours:
+                    self._do("PLACE_BETWEEN", one, there, neighbours[0])
+                else:
+                    self._do("PLACE_NEXTTO", one, there)
+
+            return go
+
+        pairs = [(name, other), (other, name)]
+        ways = [beside(*pair, in_place=in_place) for in_place in (True, False) for pair in pairs]
+        self._first_of(ways, f"{name} and {other} cannot be put together")
+
+    def _undo(self, predicate: str, names: Sequence[str]) -> None:
+        """Make an atom false."""
+        match predicate, *names:
+            case "real", name if self._has(p.sliceable, name):
+                self._slice(name)
+            case "covered", name, substance:
+                self._uncover(name, substance)
+            case (("contains" | "filled"), name, _):
+                places = [*self._those(p.sink), *self._vessels(name), *self._those(p.floor)]
+                self._first_of((self._empty(name, place) for place in places), f"{name} cannot be emptied")
+            case "saturated", name, _:
+                dryers = [partial(self._dry, name, machine) for machine in self._those(p.dryer)]
+                self._first_of((*dryers, lambda: self._do("WAIT")), f"{name} cannot be dried")
+            case "attached", name, other:
+                self._free_hand()
+                self._reach(name)
+                self._do("DETACH", name, other)
+            case (
+                ("inside" | "ontop" | "overlaid" | "draped" | "nextto" | "touching" | "under"),
+                name,
+                place,
+            ):
+                self._take_away(name, place)
+            case "hot", _:
+                self._do("WAIT")
+            case "frozen", name:
+                self._thaw(name)
+            case "open", name:
+                self._reach(name)
+                self._shut(name)
+            case "toggled_on", name:
+                self._reach(name)
+                self._free_hand()
+                self._do("TOGGLE_OFF", name)
+            case _:
+                raise NoWayError(f"nothing ends that anything is {predicate}")
+
+    def _empty(self, name: str, place: str) -> Way:
+        def go() -> None:
+            self._get(name)
+            self._opened(place, name)
+            self._do("EMPTY", name, place)
+
+        return go
+
+    def _take_away(self, name: str, place: str) -> None:
+        self._get(name)
+        if self._has(p.floor, place):
+            places = [o for o in self._those(p.fixed) if o != place and not self._has(p.openable, o)]
+            ways = (partial(self._do, "PLACE_ONTOP", name, other) for other in places)
+            self._first_of(ways, f"there is nowhere else to put {name}")
+        else:
+            self._put_down(name)
+
+
+def _place(formula: f.Formula) -> float:
+    """The place of a goal among several."""
+    atoms = [part.predicate for part in walk(formula) if isinstance(part, f.Atom)]
+    inner = formula.body if isinstance(formula, f.ForAll | f.Exists) else formula
+    if isinstance(inner, f.Not) and atoms[:1] == ["covered"]:
+        return _CLEAN
+    return max((_ORDER.get(predicate, 5) for predicate in atoms), default=5)

@@ -1,0 +1,202 @@
+"""The ways to make things in BEHAVIOR-1K: cutting, cooking, melting, recipes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eai.households.behavior_1k import predicates as p
+from eai.households.behavior_1k.ways import NoWayError, Way, Ways
+
+
+class Products(Ways):
+    """The ways, with those to make what is not there yet."""
+
+    def _produce(self, name: str, inside: str | None = None) -> None:
+        """Make what is not there yet, a substance in some vessel, if it matters in which."""
+        if self._is_substance(name):
+            if self._holders(name, movable=False) and (inside is None or self._has(p.has_in, inside, name)):
+                return
+        elif self._is("real", name):
+            return
+        self._first_of(self._ways_to_make(name, inside), f"there is no way to make {name}")
+        if not self._is("real", name):
+            raise NoWayError(f"{name} was not made")
+        if inside is not None and self._is_substance(name) and not self._has(p.has_in, inside, name):
+            source = self._supply(name, inside)
+            self._get(source)
+            self._opened(inside, source)
+            self._do("POUR", source, inside)
+
+    def _ways_to_make(self, name: str, inside: str | None) -> Iterator[Way]:
+        yield from (lambda w=w: self._slice(w) for w in self._of(p.part_of, name))
+        yield from (lambda w=w: self._dice(w, inside, cooked=False) for w in self._to(p.diced_as, name))
+        yield from (lambda w=w: self._dice(w, inside, cooked=True) for w in self._to(p.diced_cooked_as, name))
+        yield from (lambda s=s: self._cook_in_pot(s, name, inside) for s in self._to(p.cooks_to, name))
+        yield from (lambda s=s: self._boil_in_pot(s, name, inside) for s in self._to(p.boils_to, name))
+        yield from (lambda w=w: self._melt(w, name, inside) for w in self._to(p.melts_to, name))
+        for recipe in self._to(p.makes, name):
+            yield from self._follow(recipe, inside)
+
+    def _knife(self) -> str:
+        found = [tool for tool in self._those(p.slicer) if self._is("real", tool)]
+        if not found:
+            raise NoWayError("there is nothing to cut with")
+        return found[0]
+
+    def _cut(self, operator: str, name: str) -> None:
+        knife = self._knife()
+        self._reach(name)
+        if self._has(p.held, name):
+            self._put_down(name)
+        self._get(knife)
+        self._reach(name, knife)
+        self._do(operator, name, knife)
+
+    def _slice(self, whole: str) -> None:
+        if not self._is("real", whole):
+            self._produce(whole)
+        self._cut("SLICE", whole)
+
+    def _dice(self, whole: str, inside: str | None, *, cooked: bool) -> None:
+        if not self._is("real", whole):
+            self._produce(whole)
+        if cooked and not self._has(p.is_cooked, whole):
+            self._heat(whole, p.cooks)
+        vessels = [
+            v for v in (inside, *self._vessels()) if v is not None and not self._is("carried_by", v, whole)
+        ]
+
+        def into(vessel: str) -> Way:
+            def go() -> None:
+                self._put_into(whole, vessel)
+                self._cut("DICE", whole)
+
+            return go
+
+        def onto(board: str) -> Way:
+            def go() -> None:
+                self._put_with("PLACE_ONTOP", whole, board)
+                self._cut("DICE", whole)
+
+            return go
+
+        boards = [o for o in self._category if not self._has(p.fixed, o) and "board" in o]
+        ways = [*map(into, vessels), *map(onto, boards), lambda: self._cut("DICE", whole)]
+        self._first_of(ways, f"{whole} cannot be diced")
+
+    def _pots(self, substance: str | None, inside: str | None) -> list[str]:
+        """Vessels in which something may be made: the one where it shall be, what holds it, empty ones."""
+        holding = [] if substance is None else self._holders(substance)
+        wanted = [] if inside is None or self._has(p.fixed, inside) else [inside]
+        others = [v for v in self._those(p.fillable) if self._is("real", v) and not self._has(p.fixed, v)]
+        return [*dict.fromkeys((*wanted, *(v for v in holding if v in others), *self._vessels(), *others))]
+
+    def _expect_in(self, vessel: str, substance: str) -> None:
+        if not self._has(p.has_in, vessel, substance):
+            raise NoWayError(f"there is no {substance} in {vessel}")
+
+    def _cook_in_pot(self, substance: str, made: str, inside: str | None) -> None:
+        def cook(pot: str) -> Way:
+            def go() -> None:
+                self._have_in(pot, substance)
+                self._heat(pot, p.cooks, of=substance)
+                self._expect_in(pot, made)
+
+            return go
+
+        if not self._holders(substance, movable=False):
+            self._produce(substance, None if inside is None or self._has(p.fixed, inside) else inside)
+        self._first_of(map(cook, self._pots(substance, inside)), f"no pot for {substance}")
+
+    def _boil_in_pot(self, substance: str, made: str, inside: str | None) -> None:
+        boiled = self._those(p.boiled_water)
+        if not boiled:
+            raise NoWayError("there is no boiled water")
+
+        def boil(pot: str) -> Way:
+            def go() -> None:
+                if not self._has(p.has_in, pot, boiled[0]):
+                    for water in self._to(p.cooks_to, boiled[0])[:1]:
+                        self._have_in(pot, water)
+                        self._heat(pot, p.cooks, of=water)
+                self._have_in(pot, substance)
+                self._heat(pot, p.cooks, of=substance)
+                self._expect_in(pot, made)
+
+            return go
+
+        self._first_of(map(boil, self._pots(substance, inside)), f"no pot for {substance}")
+
+    def _melt(self, thing: str, made: str, inside: str | None) -> None:
+        """Melt a thing in a pot; or else on something, which it then covers."""
+
+        def melt(place: str) -> Way:
+            def go() -> None:
+                if self._has(p.fillable, place):
+                    self._put_into(thing, place)
+                else:
+                    self._put_with("PLACE_ONTOP", thing, place)
+                self._heat(place, p.melts, of=thing)
+                if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
+                    raise NoWayError(f"there is no {made} in or on {place}")
+
+            return go
+
+        trays = [
+            o
+            for o in self._category
+            if not self._has(p.fixed, o) and not self._is_substance(o) and o != thing
+        ]
+        places = list(dict.fromkeys((*self._pots(None, inside), *trays)))
+        self._first_of(map(melt, places[::-1] if self._backwards else places), f"no pot for {thing}")
+
+    def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
+        """The ways to follow a recipe."""
+        if self._has(p.by_heat, recipe):
+            vessels, sources = self._of(p.made_in, recipe), self._of(p.heated_by, recipe)
+            pairs = [(vessel, source) for vessel in vessels for source in sources]
+            yield from (lambda v=v, s=s: self._bake(recipe, v, s) for v, s in pairs)
+        elif self._has(p.by_stirring, recipe):
+            yield from (lambda v=v: self._stir(recipe, v) for v in self._pots(None, inside))
+        else:
+            yield from (lambda m=m: self._run(recipe, m) for m in self._of(p.made_in, recipe))
+
+    def _prepare(self, recipe: str, vessel: str) -> None:
+        """Have everything that a recipe takes in its vessel, and nothing else that is in its way."""
+        things, toppings = self._of(p.ingredient, recipe), self._of(p.topping, recipe)
+        for each in (*things, *toppings):
+            if not self._is_substance(each) and not self._is("real", each):
+                self._produce(each)
+            if self._has(p.cooked_first, recipe, each) and not self._has(p.is_cooked, each):
+                self._heat(each, p.cooks)
+        for each in (*things, *toppings):
+            if self._is_substance(each) and not (self._holders(each, movable=False) or self._taps(each)):
+                self._produce(each)
+        for each in things:
+            if self._is_substance(each):
+                self._have_in(vessel, each)
+            elif not self._is("carried_by", each, vessel):
+                self._put_into(each, vessel)
+        bases = self._of(p.base, recipe)
+        for each in toppings:
+            if self._is_substance(each):
+                self._cover(bases[0], each)
+            elif not any(self._has(p.lies_on, each, base) for base in bases):
+                self._put_with("PLACE_ONTOP", each, bases[0])
+
+    def _run(self, recipe: str, machine: str) -> None:
+        self._prepare(recipe, machine)
+        self._switch_on(machine)
+        self._do("RUN", machine)
+
+    def _stir(self, recipe: str, vessel: str) -> None:
+        self._prepare(recipe, vessel)
+        tools = [tool for tool in self._those(p.mixing_tool) if self._is("real", tool)]
+        if not tools:
+            raise NoWayError("there is nothing to stir with")
+        self._get(tools[0])
+        self._do("STIR", vessel, tools[0])
+
+    def _bake(self, recipe: str, vessel: str, source: str) -> None:
+        self._prepare(recipe, vessel)
+        self._expose(vessel, source, "FREEZE" if self._has(p.cold_source, source) else "HEAT")

@@ -1,0 +1,526 @@
+"""Scenes of BEHAVIOR-1K: the objects of an activity, what can become of them, and the state at the start.
+
+What a definition leaves open is filled in as `docs/behavior-1k.md` says: things are closed and off, furniture
+that is listed in a room cannot be moved unless the goal asks for it elsewhere (D2), a source gives what its
+kind gives. The rules are facts of the scene: which heat cooks what, which tool removes what, and each recipe
+that can matter is an object that nobody sees. What can come to be has a name from the start.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import eai.logic.formula as f
+from eai.households.behavior_1k import predicates as p
+from eai.households.behavior_1k.kinds import (
+    BOILED_WATER,
+    DRYER,
+    HOT_ENOUGH_TO_LIGHT,
+    HOT_ENOUGH_TO_MELT,
+    WASHER,
+    WATER,
+    Kinds,
+    Making,
+    Recipe,
+    lemma,
+)
+from eai.logic.bddl import Problem, parse_problem
+from eai.logic.traversal import walk
+from eai.world.state import Fact, Scene, State, WorldObject
+from eai.world.vocabulary import Predicate
+
+AGENT, ANY_OTHER = "agent", "_*"
+GROUND = ("floor", "lawn", "driveway")
+"""What an agent stands on somewhere."""
+
+_SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
+_STORED: Mapping[str, Predicate] = {
+    "inside": p.lies_in,
+    "ontop": p.lies_on,
+    "attached": p.attached_to,
+    "overlaid": p.laid_over,
+    "draped": p.draped_on,
+    "under": p.stands_under,
+    "nextto": p.stands_by,
+    "covered": p.has_cover,
+    "contains": p.has_in,
+    "filled": p.full_of,
+    "saturated": p.soaked_with,
+}
+"""The stored relation behind each relation of BDDL."""
+
+_SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
+_MOVES = ("inside", "ontop", "under", "attached")
+_NEEDS = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
+_PLAIN: Mapping[Predicate, tuple[str, ...]] = {
+    p.openable: ("openable",),
+    p.toggleable: ("toggleable",),
+    p.slicer: ("slicer",),
+    p.fillable: ("fillable",),
+    p.cloth: ("cloth", "drapeable"),
+    p.foldable: ("cloth", "rope"),
+    p.mixing_tool: ("mixingTool",),
+    p.absorbent: ("removes",),
+    p.substance: ("substance",),
+    p.liquid: ("liquid",),
+    p.visual: ("visualSubstance",),
+    p.flammable: ("flammable",),
+    p.sink: ("drains",),
+    p.heat_source: ("heatSource",),
+    p.cold_source: ("coldSource",),
+}
+"""Which abilities of the annotations make which predicate true."""
+
+
+class Activity:
+    """A definition, in names without senses: ``mug_1`` for ``mug.n.04_1``.
+
+    Args:
+        name: its name.
+        text: the definition.
+
+    Attributes:
+        problem: the definition as it is read.
+        synsets: the kind with its sense that each category means; no activity has two of one name.
+    """
+
+    def __init__(self, name: str, text: str) -> None:
+        self.name = name
+        self.problem: Problem = parse_problem(lemma(text))
+        self.synsets = {lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
+
+    @cached_property
+    def objects(self) -> Mapping[str, str]:
+        """The categories of the objects but the agent, by name.
+
+        A name that ends in ``_*`` means whatever others of a kind the simulator's scene has: here none.
+        """
+        declared = (each for each in self.problem.objects if each.category != AGENT)
+        return {each.name: each.category for each in declared if not each.name.endswith(ANY_OTHER)}
+
+    def facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
+        """The positive facts at the start that are not about the agent, by predicate and names."""
+        for fact in self.problem.init:
+            if isinstance(fact, f.Atom):
+                names = tuple([term.name for term in fact.arguments])
+                if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
+                    yield fact.predicate, names
+
+    def asked_for(self) -> Iterator[str]:
+        """The categories that the goal speaks of."""
+        for part in walk(self.problem.goal):
+            match part:
+                case f.Atom():
+                    yield from (self.objects[t.name] for t in part.arguments if t.name in self.objects)
+                case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
+                    yield str(variable.category)
+                case f.ForPairs(first, second):
+                    yield from (str(first.category), str(second.category))
+
+    @cached_property
+    def _variables(self) -> Mapping[str, str]:
+        """The categories of the variables of the goal; one name means one category in a definition."""
+        found = {}
+        for part in walk(self.problem.goal):
+            match part:
+                case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
+                    found[variable.name] = str(variable.category)
+                case f.ForPairs(first, second):
+                    found |= {first.name: str(first.category), second.name: str(second.category)}
+        return found
+
+    def _places(self) -> Iterator[tuple[str, f.Term, f.Term]]:
+        """What the goal says of two things: the predicate, and both."""
+        for part in walk(self.problem.goal):
+            if isinstance(part, f.Atom) and len(part.arguments) == 2:
+                yield part.predicate, *part.arguments
+
+    def _meant(self, term: f.Term) -> Sequence[str]:
+        """The objects that a term of the goal may stand for."""
+        if isinstance(term, f.Constant):
+            return (term.name,)
+        return [name for name, category in self.objects.items() if category == self._variables[term.name]]
+
+    @cached_property
+    def moved(self) -> frozenset[str]:
+        """The objects that the goal may want to be somewhere; chairs also next to something."""
+        found = {
+            name
+            for predicate, thing, _ in self._places()
+            for name in self._meant(thing)
+            if predicate in _MOVES or (predicate == "nextto" and "chair" in name)
+        }
+        return frozenset(name for name in found if self.objects[name] not in GROUND)
+
+    def containers(self) -> Iterator[str]:
+        """The kinds that something is inside of at the start, or shall be."""
+        for predicate, names in self.facts():
+            if predicate == "inside":
+                yield self.synsets[self.objects[names[1]]]
+        for predicate, _, place in self._places():
+            if predicate == "inside":
+                yield from (self.synsets[self.objects[name]] for name in self._meant(place))
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """The scene of an activity at the start.
+
+    Attributes:
+        state: the state.
+        declared: how many of the scene's objects the definition declares; they are the first.
+        nameable: how many an answer may name, those first; the others are recipes.
+        recipes: the recipes, each with the name of its object.
+        unmakeable: categories that the goal or the definition wants and that cannot be made.
+    """
+
+    state: State
+    declared: int
+    nameable: int
+    recipes: Mapping[str, Recipe]
+    unmakeable: tuple[str, ...]
+
+
+def set_up(activity: Activity, kinds: Kinds, containers: frozenset[str]) -> Setting:
+    """Make the scene of an activity.
+
+    Args:
+        activity: the definition.
+        kinds: the kinds and rules.
+        containers: kinds that some definition puts something into.
+    """
+    return _SceneMaker(activity, kinds, containers).setting()
+
+
+class _SceneMaker:
+    """Makes one scene."""
+
+    def __init__(self, activity: Activity, kinds: Kinds, containers: frozenset[str]) -> None:
+        self._activity = activity
+        self._kinds = kinds
+        self._containers = containers
+        self._kind = {name: activity.synsets[c] for name, c in activity.objects.items()}
+        self._future = {names[0] for predicate, names in activity.facts() if predicate == "future"}
+        self._made: dict[str, str] = {}
+        self._gives = {names for predicate, names in activity.facts() if predicate == "insource"}
+        self._rooms = {names[0]: names[1] for predicate, names in activity.facts() if predicate == "inroom"}
+        self._recipes: list[Recipe] = []
+
+    def setting(self) -> Setting:
+        """The scene at the start."""
+        self._fill_sources()
+        wanted = {self._kind[name] for name in self._future}
+        asked = (self._activity.synsets[c] for c in self._activity.asked_for())
+        there = {kind for name, kind in self._kind.items() if name not in self._future}
+        wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
+        unmakeable = [kind for kind in sorted(wanted) if not self._can_be_made(kind, there, ())]
+        self._add_products(sorted(wanted), there)
+        declared = [WorldObject(name, category) for name, category in self._activity.objects.items()]
+        made = [WorldObject(name, f"made__{lemma(kind)}") for name, kind in self._made.items()]
+        recipes = {f"recipe_{number}": each for number, each in enumerate(self._recipes, 1)}
+        others = [WorldObject(name, "recipe") for name in recipes]
+        scene = Scene(p.VOCABULARY, (*declared, *made, *others))
+        facts = [
+            Fact(each.name, tuple([scene.index[name] for name in names]))
+            for each, names in dict.fromkeys((*self._facts(), *self._recipe_facts(recipes)))
+        ]
+        nameable = len(declared) + len(made)
+        return Setting(scene.state(facts), len(declared), nameable, recipes, tuple(map(lemma, unmakeable)))
+
+    # Which objects there are.
+
+    def _of_kind(self, synset: str) -> list[str]:
+        """The objects of a kind, declared ones first."""
+        return [name for name, kind in self._all.items() if kind == synset]
+
+    @property
+    def _all(self) -> Mapping[str, str]:
+        return {**self._kind, **self._made}
+
+    def _new(self, synset: str) -> str:
+        """Another object of a kind, which no definition declares."""
+        stem, number = lemma(synset), 1
+        while f"{stem}_{number}" in self._all:
+            number += 1
+        self._made[f"{stem}_{number}"] = synset
+        return f"{stem}_{number}"
+
+    def _fill_sources(self) -> None:
+        """Every source gives what its kind gives, though some definitions do not say so."""
+        for name, kind in list(self._kind.items()):
+            for substance in self._kinds.gives(kind):
+                known = self._of_kind(substance)
+                if not any((name, each) in self._gives for each in known):
+                    self._gives.add((name, known[0] if known else self._new(substance)))
+
+    def _is_equipped(self, need: str, there: set[str]) -> bool:
+        """Whether a kind, or something of an ability, is at hand."""
+        return need in there or any(self._kinds.has(kind, need) for kind in self._kind.values())
+
+    def _can_be_made(self, kind: str, there: set[str], above: tuple[str, ...]) -> bool:
+        """Whether a kind is there, or can be made of what is."""
+        if kind in there or kind in self._made.values():
+            return True
+        return kind not in above and any(
+            self._can_be_used(making, there, (*above, kind))
+            for making in self._kinds.rules.makings.get(kind, ())
+        )
+
+    def _can_be_used(self, making: Making, there: set[str], above: tuple[str, ...]) -> bool:
+        return all(self._is_equipped(need, there) for need in making.equipment) and all(
+            self._can_be_made(each, there, above) for each in making.takes
+        )
+
+    def _add_products(self, wanted: Sequence[str], there: set[str]) -> None:
+        """Add what can come to be on the way to what is wanted, and the recipes of it."""
+        makings = self._kinds.rules.makings
+        pending, ways = list(wanted), dict[str, list[Making]]()
+        while pending:
+            kind = pending.pop()
+            if kind in ways:
+                continue
+            ways[kind] = [m for m in makings.get(kind, ()) if self._can_be_used(m, there, (kind,))]
+            for making in ways[kind]:
+                if making.recipe is not None and making.recipe not in self._recipes:
+                    self._recipes.append(making.recipe)
+                pending += [each for each in making.takes if each not in there or each in makings]
+        for kind, found in ways.items():
+            if kind not in there or kind in {self._all[name] for name in self._future}:
+                self._add_instances(kind, found)
+        for name, kind in list(self._kind.items()):
+            if kind in self._kinds.rules.slice and self._kinds.has_slicer(self._kind.values()):
+                self._add_halves(name, kind)
+
+    def _add_instances(self, kind: str, ways: Sequence[Making]) -> None:
+        """As many of a kind as can come to be at once."""
+        number = 1
+        for making in ways:
+            if making.by == "slice":
+                number = max(number, 2 * len(self._of_kind(making.takes[0])))
+            if making.recipe is not None and not self._kinds.has(kind, "substance"):
+                number = max(number, making.recipe.makes[kind])
+        by_slicing = any(making.by == "slice" for making in ways)
+        if by_slicing or not self._of_kind(kind):
+            while len(self._of_kind(kind)) < number:
+                self._future.add(self._new(kind))
+
+    def _add_halves(self, whole: str, kind: str) -> None:
+        """Names for the halves of what can be sliced."""
+        half, number = self._kinds.rules.slice[kind]
+        wholes = len(self._of_kind(kind))
+        while len([name for name in self._of_kind(half) if name in self._future]) < number * wholes:
+            self._future.add(self._new(half))
+
+    # What holds of them.
+
+    def _facts(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        for name, kind in self._all.items():
+            yield from self._nature(name, kind)
+            yield from self._temperatures(name, kind)
+            yield from self._removal(name, kind)
+            yield from self._becoming(name, kind)
+        yield from self._halves()
+        for name, substance in sorted(self._gives):
+            yield p.gives, (name, substance)
+        yield from self._situation()
+
+    def _nature(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """What an object is and can do."""
+        has, rules = self._kinds.has, self._kinds.rules
+        for predicate, abilities in _PLAIN.items():
+            if has(kind, *abilities):
+                yield predicate, (name,)
+        heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
+        encloses = any(source is not None and "inside" in source.needs for source in (heat, cold))
+        others = {
+            p.fixed: has(kind, "sceneObject") and name in self._rooms and name not in self._activity.moved,
+            p.floor: lemma(kind) in GROUND,
+            p.sliceable: kind in rules.slice,
+            p.diceable: kind in rules.dice and kind not in rules.slice,
+            p.container: not has(kind, "substance")
+            and (encloses or kind in self._containers or has(kind, "fillable", "openable")),
+            p.washer: kind == WASHER,
+            p.dryer: kind == DRYER,
+            p.water: kind == WATER,
+            p.boiled_water: kind == BOILED_WATER,
+            p.lighter: heat is not None
+            and heat.temperature >= HOT_ENOUGH_TO_LIGHT
+            and not has(kind, "sceneObject"),
+        }
+        yield from ((predicate, (name,)) for predicate, so in others.items() if so)
+        for source in (heat, cold):
+            for need in source.needs if source is not None else ():
+                yield _NEEDS[need], (name,)
+
+    def _temperatures(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """What a source heats, cooks, melts or chills."""
+        heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
+        if heat is None and cold is None:
+            return
+        for other, its_kind in self._all.items():
+            warm, done = (self._kinds.threshold(its_kind, each) for each in ("heatable", "cookable"))
+            melting = its_kind in self._kinds.rules.melt
+            if heat is not None:
+                if warm is not None and heat.temperature >= warm:
+                    yield p.heats, (name, other)
+                if done is not None and heat.temperature >= done:
+                    yield p.cooks, (name, other)
+                if melting and heat.temperature >= HOT_ENOUGH_TO_MELT:
+                    yield p.melts, (name, other)
+                    if self._kinds.has(its_kind, "substance"):
+                        yield p.cooks, (name, other)
+            if cold is not None and cold.temperature <= 0 and self._kinds.has(its_kind, "freezable"):
+                yield p.chills, (name, other)
+
+    def _removal(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """Which substances a tool, washer or sink removes, and by which solvents."""
+        washes = kind == WASHER or self._kinds.has(kind, "drains")
+        for other, substance in self._all.items():
+            if not self._kinds.has(substance, "substance"):
+                continue
+            match self._kinds.removes(kind, substance):
+                case []:
+                    yield p.removes_dry, (name, other)
+                case "toggled_on":
+                    yield p.removes_running, (name, other)
+                case [*solvents]:
+                    yield p.removes_soaked, (name, other)
+                    yield from self._solvents(other, solvents)
+            if washes:
+                needed = self._kinds.rules.wash.get(substance, ())
+                if needed is not None and not needed:
+                    yield p.washes_off, (name, other)
+                yield from self._solvents(other, needed or ())
+
+    def _solvents(self, name: str, kinds: Iterable[str]) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        for kind in kinds:
+            yield from ((p.dissolved_by, (name, solvent)) for solvent in self._of_kind(kind))
+
+    def _becoming(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """What an object becomes, and what it fits."""
+        rules = self._kinds.rules
+        dice = rules.dice.get(kind, {})
+        is_substance = self._kinds.has(kind, "substance")
+        for predicate, made in (
+            (p.melts_to, rules.melt.get(kind)),
+            (p.cooks_to, rules.cook.get(kind)),
+            (p.cooks_to, rules.melt.get(kind) if is_substance else None),
+            (p.boils_to, rules.cook_in_water.get(kind)),
+            (p.diced_as, dice.get("raw")),
+            (p.diced_cooked_as, dice.get("cooked")),
+        ):
+            for other in self._of_kind(made) if made is not None else ():
+                yield predicate, (name, other)
+        for one, to in rules.fits:
+            if one == kind:
+                yield from ((p.fits, (name, other)) for other in self._of_kind(to))
+
+    def _halves(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """Which halves are of which whole."""
+        for whole, (half, number) in self._kinds.rules.slice.items():
+            halves = [name for name in self._of_kind(half) if name in self._future]
+            for place, name in enumerate(self._of_kind(whole)):
+                for each in halves[number * place : number * (place + 1)]:
+                    yield p.part_of, (each, name)
+
+    def _situation(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """States and places at the start."""
+        placed: set[str] = set()
+        there = {substance for _, substance in self._gives}
+        for predicate, names in self._activity.facts():
+            stored = _STORED.get(predicate)
+            if predicate in _SUPPORTS and names[0] in placed:
+                continue
+            if predicate in _SUPPORTS:
+                placed.add(names[0])
+            if predicate == "filled":
+                yield p.has_in, names
+            if predicate in ("filled", "covered", "contains", "saturated"):
+                there.add(names[1])
+            if stored is not None:
+                yield stored, names
+            elif predicate not in ("inroom", "insource", "future"):
+                yield p.VOCABULARY.stored(f"is_{predicate}") or p.is_broken, names
+        for name, kind in self._all.items():
+            if name not in self._future and (name in there or not self._kinds.has(kind, "substance")):
+                yield p.present, (name,)
+        yield from self._floors()
+
+    def _floors(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """The floor of the room of each object, and that on which the robot is."""
+        floors = [name for name, kind in self._kind.items() if lemma(kind) in GROUND]
+        for name, kind in self._all.items():
+            room = self._rooms.get(name)
+            near = [each for each in floors if room is None or self._rooms.get(each) == room]
+            if near and name not in floors and not self._kinds.has(kind, "substance"):
+                yield p.by_floor, (name, near[0])
+        for fact in self._activity.problem.init:
+            match fact:
+                case f.Atom("ontop", (agent, ground)) if agent.name.startswith(f"{AGENT}_"):
+                    yield p.robot_on, (ground.name,)
+
+    # Recipes.
+
+    def _recipe_facts(self, recipes: Mapping[str, Recipe]) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        for name, each in recipes.items():
+            yield p.recipe, (name,)
+            if each.by != "machine":
+                yield p.by_stirring if each.by == "stirring" else p.by_heat, (name,)
+            bakes = each.by == "heat" and not any(self._kinds.has(made, "substance") for made in each.makes)
+            if bakes:
+                yield p.relaxed, (name,)
+            for kind, number in each.takes.items():
+                yield from self._taken(name, each, kind, number, bakes=bakes)
+            for kind, number in each.makes.items():
+                made = self._of_kind(kind)
+                declared = len([product for product in made if product in self._kind])
+                for product in made[: max(number, declared)]:
+                    yield p.makes, (name, product)
+                    yield p.product, (product,)
+            yield from ((p.makes_cooked, (name,)) for state in each.result if state == "cooked")
+            yield from ((p.makes_hot, (name,)) for state in each.result if state == "hot")
+            yield from ((p.made_in, (name, vessel)) for vessel in self._of_kind(each.vessel))
+            yield from ((p.heated_by, (name, source)) for source in self._of_kind(each.source))
+            if each.by == "machine":
+                yield from ((p.mixer, (machine,)) for machine in self._of_kind(each.vessel))
+
+    def _taken(
+        self, name: str, recipe: Recipe, kind: str, number: int, *, bakes: bool
+    ) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+        """What a recipe takes of a kind. What is baked need not hold the substances of its dough again."""
+        related = kind in recipe.toppings or kind in recipe.toppings.values()
+        is_substance = self._kinds.has(kind, "substance")
+        if is_substance and bakes and not related:
+            return
+        for each in self._of_kind(kind)[: None if is_substance else number]:
+            yield p.topping if kind in recipe.toppings else p.ingredient, (name, each)
+            if kind in recipe.toppings.values():
+                yield p.base, (name, each)
+            if kind in recipe.cooked:
+                yield p.cooked_first if recipe.cooked[kind] else p.raw, (name, each)
+
+
+class Scenes:
+    """The scenes of all activities.
+
+    Args:
+        kinds: the kinds and rules.
+        texts: the definitions by name.
+    """
+
+    def __init__(self, kinds: Kinds, texts: Mapping[str, str]) -> None:
+        self._kinds = kinds
+        self.activities = {name: Activity(name, text) for name, text in texts.items()}
+        self._containers = frozenset(kind for each in self.activities.values() for kind in each.containers())
+
+    def set_up(self, name: str) -> tuple[Activity, Setting]:
+        """An activity and its scene.
+
+        Raises:
+            KeyError: there is no such activity.
+        """
+        activity = self.activities[name]
+        return activity, set_up(activity, self._kinds, self._containers)

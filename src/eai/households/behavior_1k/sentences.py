@@ -1,0 +1,106 @@
+"""Goals of BEHAVIOR-1K in English: the definitions have no instructions, these are made of their goals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import eai.logic.formula as f
+from eai.english.english import NUMBERS, English, plural, sentences_of, turned
+from eai.errors import InputError
+
+Names = Mapping[str, str]
+"""The phrases that variables stand for, by name."""
+
+
+def noun_of(category: str) -> str:
+    """The noun of a category: ``salt shaker`` of ``salt__shaker``, ``apple half`` of ``half__apple``."""
+    if category.startswith("half__"):
+        return f"{noun_of(category.removeprefix('half__'))} half"
+    return category.replace("__", " ").replace("_", " ")
+
+
+class Sentences:
+    """Says the goals of one activity.
+
+    Args:
+        objects: the declared objects with their categories.
+        english: the sentences of predicates.
+    """
+
+    def __init__(self, objects: Mapping[str, str], english: English) -> None:
+        self._objects = objects
+        self._categories = list(objects.values())
+        self._english = english
+
+    def instruction(self, title: str, goals: Sequence[f.Formula]) -> str:
+        """What is to be done: the title, and a sentence for each goal."""
+        said = "; ".join(self.clause(goal, {}) for goal in goals)
+        return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
+
+    def name(self, term: f.Term, names: Names) -> str:
+        """A thing: what a variable stands for, ``the oven`` if there is but one, or else its name."""
+        if term.name in names:
+            return names[term.name]
+        category = self._objects[term.name]
+        return f"the {noun_of(category)}" if self._categories.count(category) == 1 else term.name
+
+    def clause(self, goal: f.Formula, names: Names) -> str:
+        """A goal, without a full stop.
+
+        Raises:
+            InputError: it has a temporal operator.
+        """
+        match goal:
+            case f.Atom():
+                return self._sentence(goal, names)
+            case f.Not(f.Atom() as atom):
+                return self._sentence(atom, names, negated=True)
+            case f.Not(f.ForAll(variable, body)):
+                return self.clause(f.Exists(variable, f.Not(body)), names)
+            case f.Not(f.Exists(variable, f.Atom() as atom)):
+                return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
+            case f.Not(part):
+                return f"it is not so that {self.clause(part, names)}"
+            case f.And(parts):
+                return " and ".join(self.clause(part, names) for part in parts)
+            case f.Or(parts):
+                return f"either {' or '.join(self.clause(part, names) for part in parts)}"
+            case f.Implies(premise, conclusion):
+                return f"if {self.clause(premise, names)} then {self.clause(conclusion, names)}"
+            case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
+                return self._quantified(goal, names)
+        raise InputError(f"there is no sentence for {type(goal).__name__}")
+
+    def _quantified(self, goal: f.Formula, names: Names) -> str:
+        """A goal about all, some, a number or pairs of things."""
+        match goal:
+            case f.ForAll(variable, f.Atom() as atom):
+                return self._sentence(atom, {**names, variable.name: f"every {_noun(variable)}"})
+            case f.ForAll(variable, f.Not(f.Atom() as atom)):
+                return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
+            case f.ForAll(variable, body):
+                return f"for every {_noun(variable)}, {self._within(body, names, variable)}"
+            case f.Exists(variable, f.Atom() as atom):
+                return self._sentence(atom, {**names, variable.name: f"at least one {_noun(variable)}"})
+            case f.Exists(variable, body):
+                return f"for at least one {_noun(variable)}, {self._within(body, names, variable)}"
+            case f.Exactly(count, variable, body):
+                noun = _noun(variable) if count == 1 else plural(_noun(variable))
+                number = NUMBERS.get(count, str(count))
+                return f"for exactly {number} {noun}, {self._within(body, names, variable)}"
+            case f.ForPairs(first, second, body):
+                said = self._within(body, names, first, second)
+                return f"each {_noun(first)} goes with a different {_noun(second)}, so that {said}"
+        raise InputError(f"there is no sentence for {type(goal).__name__}")
+
+    def _within(self, body: f.Formula, names: Names, *variables: f.Variable) -> str:
+        return self.clause(body, {**names, **{each.name: f"that {_noun(each)}" for each in variables}})
+
+    def _sentence(self, atom: f.Atom, names: Names, *, negated: bool = False) -> str:
+        sentence = sentences_of(atom.predicate, len(atom.arguments), self._english)[0]
+        said = [self.name(term, names) for term in atom.arguments]
+        return turned(sentence, negated=negated).format(**dict(zip("xy", said, strict=False)))
+
+
+def _noun(variable: f.Variable) -> str:
+    return noun_of(variable.category or "thing")

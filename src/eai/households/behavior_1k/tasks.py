@@ -1,0 +1,114 @@
+"""The activities of BEHAVIOR-1K as tasks, made of the pack when they are asked for."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+
+from eai.abilities.task import Task, goal
+from eai.data.progress import Report, silent
+from eai.data.store import PackFile, Store
+from eai.english.english import English
+from eai.households.behavior_1k.conventions import HEADING, conventions
+from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
+from eai.households.behavior_1k.operators import READING
+from eai.households.behavior_1k.pack import open_activities
+from eai.households.behavior_1k.plans import read_plan
+from eai.households.behavior_1k.scene import Scenes
+from eai.households.behavior_1k.sentences import Sentences
+from eai.tasks.source import TaskSet
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What is known of activities besides their definitions: the table `evidence.toml`.
+
+    Attributes:
+        sha256: digest of the table.
+        left_out: why an activity is in no rate, by its name.
+        subsets: named lists of activities.
+    """
+
+    sha256: str
+    left_out: Mapping[str, str]
+    subsets: Mapping[str, tuple[str, ...]]
+
+    @staticmethod
+    def load() -> Evidence:
+        """Read the table of this package."""
+        content = (files("eai.households.behavior_1k") / "evidence.toml").read_bytes()
+        table = tomllib.loads(content.decode())
+        left_out = {name: each["reason"] for each in table["left_out"] for name in each["activities"]}
+        subsets = {name: tuple(each) for name, each in table["subsets"].items()}
+        return Evidence(hashlib.sha256(content).hexdigest(), left_out, subsets)
+
+
+class ActivityTasks(TaskSet[Task]):
+    """The tasks of a pack, in alphabetical order; their digest is that of the data, evidence and reading.
+
+    Args:
+        pack: the pack.
+        english: the sentences of predicates.
+        told: whether instructions tell the conventions.
+    """
+
+    def __init__(self, pack: PackFile, english: English, *, told: bool) -> None:
+        self._pack = pack
+        self._english = english
+        self._told = told
+        self._evidence = Evidence.load()
+        self._texts = _lines(pack, ACTIVITIES)
+        digest = f"{pack.manifest.sha256}{self._evidence.sha256}{READING}{told}"
+        super().__init__(self._texts, self._task, hashlib.sha256(digest.encode()).hexdigest())
+
+    @cached_property
+    def _scenes(self) -> Scenes:
+        kinds = Kinds.of(self._pack.read_json(KINDS), self._pack.read_json(RULES))
+        return Scenes(kinds, self._texts)
+
+    @cached_property
+    def _plans(self) -> Mapping[str, str]:
+        return _lines(self._pack, PLANS)
+
+    def _task(self, task_id: str) -> Task:
+        activity, setting = self._scenes.set_up(task_id)
+        title = task_id.replace("_", " ")
+        goals = tuple(dict.fromkeys(map(goal, activity.problem.goals)))
+        instruction = Sentences(activity.objects, self._english).instruction(
+            title, [each.formula for each in goals]
+        )
+        known = conventions(setting.state, setting.nameable) if self._told else ""
+        return Task(
+            id=task_id,
+            title=title,
+            instruction=f"{instruction}\n\n{HEADING}\n{known}" if known else instruction,
+            initial=setting.state,
+            goals=goals,
+            relevant=tuple(range(setting.nameable)),
+            script=read_plan(self._plans.get(task_id, "")),
+            unsolvable=self._evidence.left_out.get(task_id),
+        )
+
+
+def _lines(pack: PackFile, member: str) -> Mapping[str, str]:
+    return dict(line.split("\t") for line in pack.read(member).decode().splitlines())
+
+
+def open_tasks(
+    english: English, store: Store | None = None, *, told: bool = True, report: Report = silent
+) -> ActivityTasks:
+    """The tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return ActivityTasks(open_activities(store, report=report), english, told=told)

@@ -1,0 +1,465 @@
+"""The ways to bring single things about in BEHAVIOR-1K: hands and doors, substances, heat and cold.
+
+Several ways are tried in turn; one that fails is undone. Every action runs through the checks of the domain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+import eai.logic.formula as f
+from eai.households.behavior_1k import predicates as p
+from eai.households.behavior_1k.support import SUPPORTS
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.reading import Readings
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import Predicate
+
+Way: TypeAlias = Callable[[], None]
+Scope: TypeAlias = Mapping[str, str]
+"""The objects that variables stand for, by name."""
+
+MAX_DEPTH, MAX_STEPS = 40, 6_000
+"""How deep ways may be tried within each other, and how many actions in all."""
+
+
+class _Moment(NamedTuple):
+    """To where a writer goes back from a way that fails."""
+
+    state: State
+    plan: tuple[Action, ...]
+    placed: frozenset[str]
+
+
+class NoWayError(Exception):
+    """A way that was tried does not lead where it should."""
+
+
+class Ways:
+    """A plan as it is written, the state that it leads to, and the ways to bring one thing about there.
+
+    Args:
+        domain: the domain.
+        initial: the state at the start.
+        declared: how many of the scene's objects are declared.
+        backwards: whether of several objects that will do the last is tried first.
+
+    Attributes:
+        reading: reads formulas.
+        plan: the actions so far.
+    """
+
+    def __init__(self, domain: Domain, initial: State, declared: int, *, backwards: bool = False) -> None:
+        self._domain = domain
+        self.reading = Readings(domain.vocabulary)
+        self._state = initial
+        self.plan: list[Action] = []
+        scene = initial.scene
+        self._index = scene.index
+        self._names = [thing.name for thing in scene.objects]
+        self._category = {thing.name: thing.category for thing in scene.objects[:declared]}
+        self._backwards = backwards
+        self._depth = self._steps = 0
+        self._placed: set[str] = set()
+        self._reached: list[tuple[f.Formula, Scope]] = []
+        self._atoms: dict[tuple[str, int], f.Atom] = {}
+
+    # Reading the state.
+
+    def _has(self, predicate: Predicate, *names: str) -> bool:
+        return self._state.has(predicate.name, *[self._index[name] for name in names])
+
+    def _is(self, predicate: str, *names: str) -> bool:
+        """Whether a derived predicate holds."""
+        key = (predicate, len(names))
+        if key not in self._atoms:
+            self._atoms[key] = f.Atom(predicate, tuple([f.Variable(f"v{i}") for i in range(len(names))]))
+        scope = {f"v{i}": self._index[name] for i, name in enumerate(names)}
+        return self.reading.holds(self._atoms[key], scope, self._state)
+
+    def _holds(self, formula: f.Formula, scope: Scope) -> bool:
+        free = {name: self._index[thing] for name, thing in scope.items()}
+        return self.reading.holds(formula, free, self._state)
+
+    def _those(self, predicate: Predicate) -> list[str]:
+        return [self._names[i] for i in bits(self._state.those(predicate.name))]
+
+    def _of(self, predicate: Predicate, name: str) -> list[str]:
+        """What a thing stands in a relation to."""
+        return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
+
+    def _to(self, predicate: Predicate, name: str) -> list[str]:
+        """What stands in a relation to a thing."""
+        return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
+
+    def _support(self, name: str) -> str | None:
+        for relation in SUPPORTS:
+            row = self._state.relation(relation).row(self._index[name])
+            if row:
+                return self._names[row.bit_length() - 1]
+        return None
+
+    def _is_substance(self, name: str) -> bool:
+        return self._has(p.substance, name)
+
+    # Acting.
+
+    def _do(self, operator: str, *names: str) -> None:
+        self._steps += 1
+        if self._steps > MAX_STEPS:
+            raise NoWayError("too many steps")
+        compiled = self._domain.compiled[operator]
+        binding = compiled.bind(self._state, [self._index[name] for name in names])
+        if not compiled.is_possible(self._state, binding):
+            reason = compiled.failures(self._state, binding)[0].check.check.reason
+            raise NoWayError(f"{operator}({', '.join(names)}): {reason}")
+        self._state = compiled.apply(self._state, binding)
+        self.plan.append(Action(operator, tuple([self._index[name] for name in names])))
+        if operator.startswith("PLACE"):
+            self._placed.add(names[0])
+
+    def _first_of(self, ways: Iterable[Way], otherwise: str) -> None:
+        """Go the first way that leads there and undoes no goal, or else the first that leads there."""
+        if self._depth >= MAX_DEPTH:
+            raise NoWayError("too deep")
+        self._depth += 1
+        before, kept = self._moment(), self._kept_goals()
+        failed: NoWayError | None = None
+        undoing: _Moment | None = None
+        try:
+            for way in ways:
+                try:
+                    way()
+                except NoWayError as error:
+                    failed = failed or error
+                else:
+                    if kept <= self._kept_goals():
+                        return
+                    undoing = undoing or self._moment()
+                self._go_back(before)
+        finally:
+            self._depth -= 1
+        if undoing is None:
+            raise failed or NoWayError(otherwise)
+        self._go_back(undoing)
+
+    def _moment(self) -> _Moment:
+        return _Moment(self._state, tuple(self.plan), frozenset(self._placed))
+
+    def _go_back(self, moment: _Moment) -> None:
+        self._state, self.plan, self._placed = moment.state, list(moment.plan), set(moment.placed)
+
+    def _kept_goals(self) -> set[int]:
+        """Which of the goals that have been reached hold."""
+        return {i for i, (goal, scope) in enumerate(self._reached) if self._holds(goal, scope)}
+
+    # Hands, doors and switches. What is named in `keep` stays in hand.
+
+    def _free_hand(self, *keep: str) -> None:
+        holding = self._those(p.held)
+        if len(holding) < 2:
+            return
+        free = [name for name in holding if name not in keep]
+        if not free:
+            raise NoWayError("both hands are needed")
+        self._put_down(free[0])
+
+    def _put_down(self, name: str) -> None:
+        if self._those(p.robot_on):
+            self._do("RELEASE", name)
+            return
+        places = [o for o in self._names if self._has(p.fixed, o) and not self._has(p.openable, o)]
+        self._first_of((partial(self._do, "PLACE_ONTOP", name, place) for place in places), "no place")
+
+    def _reach(self, name: str, *keep: str) -> None:
+        """Open whatever the thing is shut in, from the outside."""
+        around: list[tuple[str, str]] = []
+        inner = name
+        while (outer := self._support(inner)) is not None and len(around) < len(self._names):
+            around.append((inner, outer))
+            inner = outer
+        for inner, outer in reversed(around):
+            if self._has(p.lies_in, inner, outer) and self._is("closed", outer):
+                self._free_hand(*keep)
+                self._do("OPEN", outer)
+
+    def _get(self, name: str, *keep: str) -> None:
+        """Have the thing in a hand."""
+        if self._has(p.held, name):
+            return
+        if not self._is("real", name):
+            self._produce(name)
+        self._reach(name, *keep)
+        self._free_hand(*keep)
+        attached = self._of(p.attached_to, name)
+        if attached:
+            self._do("DETACH", name, attached[0])
+        else:
+            self._do("GRASP", name)
+
+    def _opened(self, name: str, *keep: str) -> None:
+        self._reach(name, *keep)
+        if self._is("closed", name):
+            self._free_hand(*keep)
+            self._do("OPEN", name)
+
+    def _shut(self, name: str, *keep: str) -> None:
+        if self._has(p.openable, name) and self._has(p.is_open, name):
+            self._free_hand(*keep)
+            self._do("CLOSE", name)
+
+    def _switch_on(self, name: str, *keep: str) -> None:
+        if self._has(p.toggleable, name) and not self._has(p.is_toggled_on, name):
+            self._reach(name, *keep)
+            if not self._has(p.held, name):
+                self._free_hand(*keep)
+            self._do("TOGGLE_ON", name)
+
+    def _put_into(self, name: str, place: str) -> None:
+        if not self._has(p.lies_in, name, place):
+            self._opened(place)
+            self._get(name)
+            self._opened(place, name)
+            self._do("PLACE_INSIDE", name, place)
+
+    def _put_with(self, operator: str, name: str, place: str) -> None:
+        self._get(name)
+        self._reach(place, name)
+        self._do(operator, name, place)
+
+    # Substances.
+
+    def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
+        """What a substance can be taken from: what gives or holds it before what it lies on."""
+        filled = [
+            *self._to(p.gives, substance),
+            *self._to(p.full_of, substance),
+            *self._to(p.has_in, substance),
+        ]
+        if movable and not self._has(p.visual, substance):
+            filled += self._to(p.has_cover, substance)
+        found = dict.fromkeys(filled)
+        return [o for o in found if self._is("real", o) and not (movable and self._has(p.fixed, o))]
+
+    def _taps(self, substance: str) -> list[str]:
+        return [source for source in self._to(p.gives, substance) if self._has(p.fixed, source)]
+
+    def _vessels(self, *without: str) -> list[str]:
+        """What can be filled and is empty."""
+        return [
+            name
+            for name in self._those(p.fillable)
+            if not (self._has(p.fixed, name) or name in without or self._of(p.has_in, name))
+            and self._is("real", name)
+        ]
+
+    def _supply(self, substance: str, *without: str) -> str:
+        """Something movable that holds a substance."""
+        found = [name for name in self._holders(substance) if name not in without]
+        if found:
+            return found[0]
+        for tap in self._taps(substance):
+            for vessel in self._vessels(*without):
+                before = self._moment()
+                try:
+                    self._fill(vessel, tap)
+                except NoWayError:
+                    self._go_back(before)
+                else:
+                    return vessel
+        self._produce(substance)
+        found = [name for name in self._holders(substance) if name not in without]
+        if not found:
+            raise NoWayError(f"nothing that can be taken holds {substance}")
+        return found[0]
+
+    def _fill(self, vessel: str, tap: str) -> None:
+        self._opened(vessel)
+        self._get(vessel)
+        self._switch_on(tap, vessel)
+        self._do("FILL", vessel, tap)
+
+    def _have_in(self, vessel: str, substance: str, *, full: bool = False) -> None:
+        """Have a substance in a vessel."""
+        wanted = p.full_of if full else p.has_in
+        if self._has(wanted, vessel, substance):
+            return
+
+        def pour() -> None:
+            source = self._supply(substance, vessel)
+            self._opened(vessel, source)
+            self._get(source)
+            self._opened(vessel, source)
+            self._do("POUR", source, vessel)
+
+        def make() -> None:
+            self._produce(substance, vessel)
+            if full and not self._has(p.full_of, vessel, substance):
+                pour()
+
+        def done(way: Way) -> Way:
+            def go() -> None:
+                way()
+                if not self._has(wanted, vessel, substance):
+                    raise NoWayError(f"{vessel} does not hold enough {substance}")
+
+            return go
+
+        fills = (
+            []
+            if self._has(p.fixed, vessel)
+            else [lambda tap=tap: self._fill(vessel, tap) for tap in self._taps(substance)]
+        )
+        ways = [pour, *fills, make] if self._holders(substance) else [*fills, make, pour]
+        self._first_of(map(done, ways), f"{substance} cannot be brought into {vessel}")
+
+    def _cover(self, name: str, substance: str) -> None:
+        """Cover a thing with a substance, which may melt on it."""
+
+        def apply() -> None:
+            self._put_with("APPLY", self._supply(substance, name), name)
+
+        def melt(thing: str) -> Way:
+            def go() -> None:
+                self._put_with("PLACE_ONTOP", thing, name)
+                self._heat(name, p.melts, of=thing)
+
+            return go
+
+        melted = [] if self._has(p.fillable, name) else map(melt, self._to(p.melts_to, substance))
+        self._first_of((apply, *melted), f"nothing covers {name} with {substance}")
+        if not self._has(p.has_cover, name, substance):
+            raise NoWayError(f"{name} is not covered with {substance}")
+
+    def _uncover(self, name: str, substance: str) -> None:
+        """Remove a substance from a thing: wipe, wash, rinse or dry it."""
+        ways = [
+            partial(self._wipe, name, substance, tool, manner)
+            for manner in (p.removes_dry, p.removes_running, p.removes_soaked)
+            for tool in self._to(manner, substance)
+            if tool != name and self._is("real", tool) and not self._has(p.fixed, tool)
+        ]
+        if not self._has(p.fixed, name):
+            ways += [partial(self._wash, name, substance, machine) for machine in self._those(p.washer)]
+            ways += [partial(self._rinse, name, substance, sink) for sink in self._those(p.sink)]
+            ways += [partial(self._dry, name, machine) for machine in self._those(p.dryer)]
+        self._first_of(
+            (self._cleaning(way, name, substance) for way in ways), f"nothing here removes {substance}"
+        )
+
+    def _cleaning(self, way: Way, name: str, substance: str) -> Way:
+        """The way, if the substance is gone after it."""
+
+        def go() -> None:
+            way()
+            if self._has(p.has_cover, name, substance):
+                raise NoWayError(f"{substance} is still on {name}")
+
+        return go
+
+    def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
+        """Bring some solvent of a substance."""
+        solvents = self._of(p.dissolved_by, substance)
+        self._first_of((partial(bring, each) for each in solvents), f"no solvent for {substance}")
+
+    def _wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
+        solvents = self._of(p.dissolved_by, substance)
+        if manner is p.removes_soaked and not any(self._has(p.soaked_with, tool, each) for each in solvents):
+            self._with_solvent(substance, partial(self._soak, tool))
+        self._get(tool)
+        if manner is p.removes_running:
+            self._switch_on(tool, tool)
+        self._reach(name, tool)
+        if self._has(p.held, name):
+            self._put_down(name)
+        self._do("WIPE", name, tool)
+
+    def _wash(self, name: str, substance: str, machine: str) -> None:
+        if not self._has(p.washes_off, machine, substance):
+            self._with_solvent(substance, partial(self._have_in, machine))
+        self._put_into(name, machine)
+        self._run_closed(machine, "WASH")
+
+    def _rinse(self, name: str, substance: str, sink: str) -> None:
+        if not self._has(p.washes_off, sink, substance):
+            self._with_solvent(substance, partial(self._cover, name))
+        self._get(name)
+        self._switch_on(sink, name)
+        self._do("RINSE", name, sink)
+
+    def _dry(self, name: str, machine: str) -> None:
+        self._put_into(name, machine)
+        self._run_closed(machine, "DRY")
+
+    def _run_closed(self, machine: str, operator: str) -> None:
+        while len(self._those(p.held)) > 1:
+            self._put_down(self._those(p.held)[0])
+        self._shut(machine)
+        self._switch_on(machine)
+        self._do(operator, machine)
+
+    def _soak(self, name: str, substance: str) -> None:
+        """Soak a thing with a substance."""
+
+        def under(source: str) -> Way:
+            def go() -> None:
+                self._get(name)
+                self._reach(source, name)
+                if self._has(p.fixed, source) and not self._has(p.has_in, source, substance):
+                    self._switch_on(source, name)
+                self._do("SOAK", name, source)
+
+            return go
+
+        def water() -> None:
+            source = self._supply(substance, name)
+            self._put_with("APPLY", source, name)
+
+        def make() -> None:
+            under(self._supply(substance, name))()
+
+        near = [o for o in self._holders(substance, movable=False) if o != name]
+        sources = [under(source) for source in dict.fromkeys((*self._taps(substance), *near))]
+        self._first_of((*sources, make, water), f"{name} cannot be soaked with {substance}")
+        if not self._has(p.soaked_with, name, substance):
+            raise NoWayError(f"{name} is not soaked with {substance}")
+
+    # Heat and cold.
+
+    def _expose(self, name: str, source: str, operator: str) -> None:
+        """Have a working source of heat or cold work on a thing."""
+        if not self._is("exposed_to", name, source):
+            if self._has(p.works_inside, source):
+                self._put_into(name, source)
+            else:
+                self._put_with("PLACE_ONTOP", name, source)
+        if self._has(p.works_closed, source):
+            self._shut(source)
+        if self._has(p.works_on, source):
+            self._switch_on(source)
+        self._do(operator, name, source)
+
+    def _heat(self, name: str, effect: Predicate, of: str | None = None) -> None:
+        """Heat a thing so that it, or what is in it, is warmed, cooked or molten."""
+        sources = [s for s in self._to(effect, of or name) if not self._has(p.lighter, s)]
+        sources.sort(key=lambda source: not self._has(p.fixed, source))
+        ways = (lambda s=s: self._expose(name, s, "HEAT") for s in sources)
+        self._first_of(ways, f"no heat source that {effect.name} {of or name}")
+
+    def _chill(self, name: str) -> None:
+        ways = (lambda s=s: self._expose(name, s, "FREEZE") for s in self._to(p.chills, name))
+        self._first_of(ways, f"nothing freezes {name}")
+
+    def _thaw(self, name: str) -> None:
+        if any(self._is("exposed_to", name, source) for source in self._those(p.cold_source)):
+            self._get(name)
+            self._put_down(name)
+        self._do("WAIT")
+
+    def _produce(self, name: str, inside: str | None = None) -> None:
+        """Make what is not there yet: `eai.households.behavior_1k.products`."""
+        raise NotImplementedError
