@@ -77,7 +77,7 @@ def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: brevity\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text(f"[{registry.GROUP}]\nbrevity = brevity:BREVITY\n")
     monkeypatch.syspath_prepend(tmp_path)
-    registry._found.cache_clear()
+    registry._registered.cache_clear()
     try:
         told = eai("analyze").out
         assert "brevity" in told
@@ -91,7 +91,7 @@ def test_a_study_of_a_third_party_is_found_by_its_entry_point_and_made(
         refused = eai("analyze", "brevity", runs, "--most", "3", "--out", out)
         assert refused.err == "eai: --most: write --with most=VALUE (eai analyze lists all options)\n"
     finally:
-        registry._found.cache_clear()
+        registry._registered.cache_clear()
 
 
 def test_a_name_that_there_is_not_is_told_with_its_neighbours(eai: Command, tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """The scenes that the questions of a run show: pictures, lists with errors, lists that another model made.
 
-A model that makes lists is asked first, for all tasks of a domain at once; others are then told its lists.
+A model that makes lists is asked first, for all tasks of a domain at once; the others get its lists.
 """
 
 from __future__ import annotations

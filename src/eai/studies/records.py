@@ -55,7 +55,7 @@ class Records:
         """The tidy tables of all runs, made once.
 
         Args:
-            features: whether answers are told with what their tasks are like, for which these are built.
+            features: whether lines say what tasks are like, for which these are built.
 
         Raises:
             InputError: there are no records, or one is unusable.

@@ -38,13 +38,13 @@ BUILT_IN = {
 
 
 @cache
-def _found() -> Mapping[str, EntryPoint]:
+def _registered() -> Mapping[str, EntryPoint]:
     return entry_points_of(GROUP, BUILT_IN)
 
 
 def study_names() -> tuple[str, ...]:
     """The names of all studies, those of this package first."""
-    return tuple(_found())
+    return tuple(_registered())
 
 
 @cache
@@ -54,10 +54,10 @@ def find_study(name: str) -> Study:
     Raises:
         InputError: there is none, or what is registered is none.
     """
-    if name not in _found():
-        known = ", ".join(_found())
-        raise InputError(f"{name!r} is no study: expected one of {known}{did_you_mean(name, _found())}")
-    value = _found()[name].load()
+    if name not in _registered():
+        known = ", ".join(_registered())
+        raise InputError(f"{name!r} is no study: expected one of {known}{did_you_mean(name, _registered())}")
+    value = _registered()[name].load()
     if not isinstance(value, Study):
         raise InputError(f"{name}: expected a Study, found {type(value).__name__}")
     return value
@@ -66,4 +66,4 @@ def find_study(name: str) -> Study:
 @cache
 def studies_of_runs() -> tuple[Study, ...]:
     """The studies that a run can be of: those that have options."""
-    return tuple([study for study in map(find_study, _found()) if study.options is not Options])
+    return tuple([study for study in map(find_study, _registered()) if study.options is not Options])

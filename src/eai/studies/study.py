@@ -34,7 +34,7 @@ class Analysis:
         remarks: what a reader must know besides, each a sentence.
         folder: where they are written, below the folder of the results; in that itself if empty.
         shown: tables for the screen, whose cells are texts; one line says what was written if there are none.
-        facts: what programs are told besides.
+        facts: further output for programs.
     """
 
     tables: Sequence[Table]

@@ -33,7 +33,7 @@ PAPER = (
     "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
     "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
 )
-"""What the paper has to be set beside."""
+"""The paper's figures, and how to read them."""
 
 
 def mean_rating(units: Units) -> float | None:
@@ -74,7 +74,7 @@ def krippendorff_alpha(units: Units) -> float | None:
 
 @dataclass(frozen=True, slots=True)
 class _Rating:
-    """What one rater gave one task's annotation in one attribute."""
+    """The score that one rater gave one task's annotation in one attribute."""
 
     task: str
     rater: str

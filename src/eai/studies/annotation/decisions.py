@@ -49,7 +49,7 @@ from eai.world.domain import Domain
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """What was decided of one title.
+    """The decisions about one title.
 
     Attributes:
         candidates: in the order in which they are tried.
@@ -108,7 +108,7 @@ class _File:
 
 
 _MEMBERS = ("without", "title", "candidates", "dropped")
-"""What a file of decisions may speak of."""
+"""The names in a file of decisions."""
 
 
 def read_decisions(path: Path) -> Decisions:
@@ -188,7 +188,7 @@ COMMANDS = ("keep", "or", "drop", "add", "new", "undo", "done")
 
 @dataclass(frozen=True)
 class Listing:
-    """What the demonstrations of a title share.
+    """The patterns that the demonstrations of a title share.
 
     Attributes:
         differences: what each of them changes.
@@ -302,7 +302,7 @@ def _with_entries(chosen: Chosen, entries: Sequence[Entry]) -> Chosen:
 
 
 Annotation: TypeAlias = tuple[Difference, int | None, tuple[Goal, ...]]
-"""What decisions make of a demonstration: what it changes, the number of the candidate that it meets, from 0,
+"""A demonstration under decisions: what it changes, the number of the candidate that it meets, from 0,
 and the goals that follow for its task; None and no goals if it meets none."""
 
 
@@ -324,7 +324,7 @@ def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, l
 
 
 def differences(tasks: Iterable[Task], domain: Domain) -> list[Difference]:
-    """What each demonstration changes.
+    """The changes of each demonstration.
 
     Raises:
         InputError: a plan cannot be carried out.
@@ -335,7 +335,7 @@ def differences(tasks: Iterable[Task], domain: Domain) -> list[Difference]:
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Decisions
 ) -> Iterator[Annotation]:
-    """What decisions make of each demonstration, title by title.
+    """Each demonstration under decisions, title by title.
 
     Raises:
         InputError: a plan cannot be carried out, or what was decided is about what is not declared.

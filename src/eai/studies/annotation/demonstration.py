@@ -76,7 +76,7 @@ class Pattern:
 
 
 Entry: TypeAlias = tuple[Pattern, ...]
-"""What an abstract goal asks for: one of these patterns."""
+"""A part of an abstract goal: one of these patterns must be met."""
 
 
 def read_pattern(text: str) -> Pattern:
@@ -115,7 +115,7 @@ def _kinds(text: str) -> list[_Kind]:
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """What is otherwise where a demonstration ends, and what was done on the way.
+    """The changes that a demonstration makes, and its actions.
 
     Attributes:
         task: what was demonstrated.
@@ -154,14 +154,14 @@ class Difference:
         return _Kind(self.scene.objects[thing].category)
 
     def properties_of(self, thing: int) -> _Kind:
-        """What an object is good for: the visible static predicates that hold of it."""
+        """The properties of an object: the visible static predicates that hold of it."""
         initial = self.task.initial
         names = properties(self.scene.vocabulary)
         return _Kind(properties=tuple(name for name in names if initial.has(name, thing)))
 
 
 def difference(task: Task, domain: Domain) -> Difference:
-    """What the demonstration of a task changes: its plan, to the state that the data set says it ends in.
+    """The changes of a task's demonstration: of its plan, to the state that the data set says it ends in.
 
     Where the data set does not say, the plan is carried out.
 
@@ -265,12 +265,12 @@ class Candidate:
 
     @property
     def actions(self) -> tuple[Entry, ...]:
-        """What is to be done, in order."""
+        """The actions to be taken, in order."""
         return tuple(entry for entry in self.entries if entry[0].is_action)
 
     @property
     def world(self) -> tuple[Entry, ...]:
-        """What is to be the case in the end."""
+        """The conditions that are to hold in the end."""
         return tuple(entry for entry in self.entries if not entry[0].is_action)
 
     def is_met(self, found: Difference) -> bool:
@@ -291,7 +291,7 @@ def first_met(candidates: Sequence[Candidate], found: Difference) -> int | None:
 
 
 def concrete_goals(found: Difference, candidate: Candidate) -> tuple[Goal, ...]:
-    """What a demonstration of a candidate did of all that it asks for, as goals of its own task.
+    """The part of a candidate's goals that a demonstration of it reached, as goals of its own task.
 
     States come first, then relations, then actions.
     """

@@ -16,7 +16,7 @@ from eai.tasks.source import Finding, Source
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:
-    """What is wrong with the annotations of a benchmark, as far as carrying them out can tell.
+    """Find errors in the annotations of a benchmark, as far as carrying them out can tell.
 
     That is: plans that do not reach their goals, goals that do not hold where the data set says that its plan
     ends, and gold operators with which a planner does not solve their problem. What is in no statistics of
@@ -56,7 +56,7 @@ def _of_gold(name: str, task_id: str, verdict: Verdict) -> Iterator[Finding]:
             why = verdict.error.detail if verdict.error is not None else "a goal is missed"
             yield Finding(name, f"{task_id}: the plan fails: {why}")
         case OperatorVerdict(success=False):
-            told = "no answer" if verdict.planner is None else verdict.planner.value
-            yield Finding(name, f"{task_id}: the gold operators do not solve their problem: {told}")
+            outcome = "no answer" if verdict.planner is None else verdict.planner.value
+            yield Finding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")
         case _:
             return

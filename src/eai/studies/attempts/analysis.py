@@ -1,8 +1,8 @@
 """Replanning: what further attempts are worth, and how much of that is feedback (paper, "Replanning").
 
 Whoever is asked more often succeeds more often. So every arm, a way to ask again, is set beside its control:
-the same number of attempts in the same world, told nothing. Attempts at one task depend on each other, and so
-do those at near copies; the unit of every interval is the name of the task, whatever its seeds and attempts.
+the same number of attempts in the same world, without feedback. Attempts at one task depend on each other,
+and so do those at near copies; the unit of every interval is the name of the task, whatever its seeds and attempts.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Arm:
 
     @property
     def name(self) -> str:
-        """What it is called: its label, in which there is no seed."""
+        """Its label, in which there is no seed."""
         return self.experiment.label
 
     @property
@@ -69,7 +69,7 @@ class Arm:
         return [after(record, attempts) for records in self.runs.values() for record in records]
 
     def cases(self, metric: str, attempts: int, seeds: Sequence[int | None] | None = None) -> list[Case]:
-        """What each task adds to a metric after so many attempts, one seed after the other."""
+        """The cases that tasks add to a metric after so many attempts, one seed after the other."""
         found: list[Case] = []
         for seed in self.runs if seeds is None else seeds:
             stopped = [after(record, attempts) for record in self.runs[seed]]
@@ -78,7 +78,7 @@ class Arm:
 
 
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
-    """The arms of some runs of one model and suite, those that are told nothing first.
+    """The arms of some runs of one model and suite, those without feedback first.
 
     Raises:
         InputError: none of them is of an experiment in which answers were carried out.
@@ -105,7 +105,7 @@ def tables(arms: Sequence[Arm]) -> list[Table]:
 
 
 def remarks(arms: Sequence[Arm]) -> list[str]:
-    """What a reader must know: which arms have no control, and which were run once."""
+    """Remarks for readers: which arms have no control, and which were run once."""
     known = {arm.experiment for arm in arms}
     alone = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in known]
     found = []
@@ -174,7 +174,7 @@ def _attempt_rows(arm: Arm) -> Iterator[tuple[Cell, ...]]:
 
 
 def _worth(arms: Sequence[Arm]) -> Table:
-    """Each arm that is told something beside the one that is told nothing."""
+    """Each arm with feedback beside the one without."""
     controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback is Feedback.NONE}
     rows: list[tuple[Cell, ...]] = []
     for arm in arms:
@@ -199,7 +199,7 @@ def _worth(arms: Sequence[Arm]) -> Table:
 
 
 def _mended(arms: Sequence[Arm]) -> Table:
-    """What became of tasks by what the first answer came to."""
+    """The outcomes of tasks by that of the first answer."""
     rows: list[tuple[Cell, ...]] = []
     for arm in arms:
         by_kind: dict[AnswerOutcome, list[Record]] = {}

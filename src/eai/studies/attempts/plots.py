@@ -1,4 +1,4 @@
-"""Task success by the number of attempts: a curve an arm, the one that is told nothing dashed."""
+"""Task success by the number of attempts: a curve an arm, the one without feedback dashed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _SIZE = (3.5, 2.8)
 """A column of a page, in inches."""
 _LEGEND_ROW = 0.17
 _APART = 0.05
-"""How far arms stand beside each other, so that their intervals can be told apart."""
+"""How far arms stand beside each other, so that their intervals can be distinguished."""
 
 
 def draw(arms: Sequence[Arm]) -> Figure | None:
@@ -38,13 +38,13 @@ def draw(arms: Sequence[Arm]) -> Figure | None:
         )
         below = [value - low for value, low in zip(values, lows, strict=True)]
         above = [high - value for value, high in zip(values, highs, strict=True)]
-        told = arm.experiment.feedback is not Feedback.NONE
+        has_feedback = arm.experiment.feedback is not Feedback.NONE
         panel.errorbar(
             places,
             values,
             yerr=[below, above],
-            color=LINES[number % len(LINES)] if told else MUTED,
-            linestyle="-" if told else "--",
+            color=LINES[number % len(LINES)] if has_feedback else MUTED,
+            linestyle="-" if has_feedback else "--",
             marker="o",
             markersize=3,
             linewidth=1.2,

@@ -159,7 +159,7 @@ def _figures(arms: Sequence[Arm], key: RunKey) -> Figures:
 
 
 def _paper(domain: str) -> tuple[Table, list[str]]:
-    """What the paper prints for a domain, and what a reader must know of it."""
+    """The paper's figures for a domain, and remarks on them."""
     from eai.results.paper_tables import paper_table
     from eai.results.table import Table
 

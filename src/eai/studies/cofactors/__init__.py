@@ -1,1 +1,1 @@
-"""What success depends on: correlations and regressions over tasks and models."""
+"""Cofactors of success: correlations and regressions over tasks and models."""

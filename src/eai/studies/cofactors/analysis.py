@@ -1,4 +1,4 @@
-"""What success depends on (paper, section "Correlation with Action Length and Goal Complexity").
+"""Cofactors of success (paper, section "Correlation with Action Length and Goal Complexity").
 
 The paper draws success against six properties of a task for one model in one suite. Here are the same curves
 for any model and suite, by any feature of a task, and what they cannot show: how much is left of each
@@ -99,7 +99,7 @@ ADJUSTED = (
     _Column("any tool_steps", _has_tools),
     _count("quantified_goals"),
 )
-"""What the adjusted table takes together."""
+"""The columns of the adjusted regression."""
 
 
 def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = Measure.SCORE) -> list[Table]:

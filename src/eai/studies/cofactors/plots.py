@@ -121,7 +121,7 @@ def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
-    told = "log odds of success per standard deviation\n○ alone   ● beside the others\n"
+    meaning = "log odds of success per standard deviation\n○ alone   ● beside the others\n"
     answers, names = (int(str(rows[0][column])) for column in ("answers", "names"))
-    panel.set_xlabel(f"{told}{answers:,} answers to tasks of {names:,} names", fontsize=7)
+    panel.set_xlabel(f"{meaning}{answers:,} answers to tasks of {names:,} names", fontsize=7)
     return figure

@@ -35,7 +35,7 @@ REMARKS = (
 
 
 class _Placed(NamedTuple):
-    """What one task contributes to a rate, and what it is like."""
+    """The contribution of one task to a rate, and the stratum of tasks that are like it."""
 
     case: Case
     stratum: Hashable
@@ -129,7 +129,7 @@ def _rows(pairs: Sequence[Pair]) -> Iterator[tuple[Cell, ...]]:
 
 
 def _placed(records: Sequence[Record]) -> Iterator[_Placed]:
-    """What each task contributes, and its stratum; tasks that are in no statistics are left out."""
+    """The contribution of each task and its stratum; tasks that are in no statistics are left out."""
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:

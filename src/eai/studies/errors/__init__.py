@@ -1,1 +1,1 @@
-"""What goes wrong and why: the leaves of the paper's taxonomy."""
+"""Errors and their causes: the leaves of the paper's taxonomy."""

@@ -1,4 +1,4 @@
-"""What goes wrong and why: the paper's taxonomy of errors, and which precondition is overlooked."""
+"""Errors and their causes: the paper's taxonomy of errors, and which precondition is overlooked."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class _Leaf(NamedTuple):
 
 
 def leaf_of(answer: AnswerLine) -> _Leaf:
-    """What an answer came to; every answer is at one leaf."""
+    """The leaf of an answer; every answer is at one."""
     match AnswerOutcome(answer.outcome):
         case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
             return _Leaf("grammar", answer.outcome)
@@ -59,7 +59,7 @@ def leaf_of(answer: AnswerLine) -> _Leaf:
 
 
 def _unknown(answer: AnswerLine) -> str:
-    """What kind of name there is not."""
+    """The kind of the unknown name."""
     check = answer.error_check or ""
     return check.removeprefix("unknown_") if check else ""
 

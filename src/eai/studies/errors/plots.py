@@ -30,7 +30,7 @@ _COLORS: Mapping[str, str] = {
 
 
 def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
-    """What the answers of all models came to, or of the only one; None if there are none.
+    """Draw the outcomes of all models' answers, or of the only one's; None if there are none.
 
     Args:
         rows: those of a suite in the table of leaves.

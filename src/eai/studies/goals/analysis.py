@@ -26,7 +26,7 @@ def _by_predicate(atoms: Sequence[AtomLine]) -> Table:
         names: dict[str, list[AtomLine]] = {}
         for line in lines:
             names.setdefault(line.predicate, []).append(line)
-        for name, found in sorted(names.items(), key=lambda pair: (-_asked(pair[1]), pair[0])):
+        for name, found in sorted(names.items(), key=lambda pair: (-_wanted(pair[1]), pair[0])):
             counts = Counter(line.verdict for line in found)
             rows.append((*key, name, *(counts[v] for v in _VERDICTS), *_scores(found)))
     return Table(
@@ -42,7 +42,7 @@ def _by_predicate(atoms: Sequence[AtomLine]) -> Table:
     )
 
 
-def _asked(lines: Sequence[AtomLine]) -> int:
+def _wanted(lines: Sequence[AtomLine]) -> int:
     return sum(line.verdict != WRONG for line in lines)
 
 

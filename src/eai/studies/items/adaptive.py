@@ -27,7 +27,7 @@ from eai.abilities.protocol import Ability
 FILE = "item_difficulties.json"
 SHORT_TESTS = "short_tests.json"
 SHORT = "short"
-"""What the command line calls short tests."""
+"""The name of short tests on the command line."""
 
 _STEPS = 100
 

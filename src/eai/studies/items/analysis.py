@@ -28,7 +28,7 @@ _FOLDS = 10
 
 
 class Flag(str, Enum):
-    """What is to be known of a task before its answers are relied on."""
+    """A reason for caution with the answers to a task."""
 
     SATURATED = "saturated"
     """All models solve it, or all but one."""
@@ -62,7 +62,7 @@ class Scores:
 
 
 TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
-"""What the data set says of a task: given its suite, its id, and whether no model solves it."""
+"""Finds the flags of a task, given its suite, its id, and whether no model solves it."""
 
 
 def no_flags(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
@@ -107,8 +107,8 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
         checks = _first_checks(of_suite)
         for place, task in enumerate(scores.tasks):
             column = scores.matrix[:, place]
-            told = list(_flags(column, float(agreement[place])))
-            told += flags(suite, task, bool(column.max() == 0))
+            found_flags = list(_flags(column, float(agreement[place])))
+            found_flags += flags(suite, task, bool(column.max() == 0))
             items.append(
                 (
                     *suite,
@@ -120,7 +120,7 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
                     _rounded(float(fitted.difficulty_errors[place])),
                     _rounded(float(agreement[place])),
                     checks.get(task),
-                    ", ".join(flag.value for flag in told),
+                    ", ".join(flag.value for flag in found_flags),
                 )
             )
     return [_suites_table(suites), _abilities_table(abilities), *_items_tables(items)]

@@ -1,4 +1,4 @@
-"""What the data set says of tasks that models get wrong: whether there is a plan, whether names are clear."""
+"""Flags of tasks from the data set: whether there is a plan, whether names are clear."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class _Domain:
         self._found: dict[str, SearchResult[Action]] = {}
 
     def find(self, task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
-        """What the search for a plan of a task comes to, which several suites ask for."""
+        """The result of the search for a plan of a task, which several suites ask for."""
         if task.id not in self._found:
             self._found[task.id] = find_plan(task, planner, limits)
         return self._found[task.id]

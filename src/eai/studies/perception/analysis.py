@@ -2,7 +2,7 @@
 
 The horizontal axis is always the realised rate, counted in what was perceived, never what a channel was asked
 for and never the outcome. Tasks recur in runs, and near copies in tasks; the unit of every interval is the
-name of the task. What errors cost is told beside the same tasks without any, where there is a run without.
+name of the task. The cost of errors stands beside the same tasks without any, where there is such a run.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from eai.results.table import Cell, Estimate, Table
 from eai.studies.perception.declaration import perception_shares
 
 PLAIN = "text"
-"""What a run is called whose questions tell of the scene as it is."""
+"""The name of a run whose questions tell of the scene as it is."""
 
 BOUNDS = (0, 5, 10, 20, 40, 100)
 """The upper bounds of the groups of predicate error rates, in percent."""
@@ -63,7 +63,7 @@ class _Seen:
         return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
 
     def with_share(self, share: Share) -> Case:
-        """What the task adds to another rate."""
+        """The case of the task in another rate."""
         return self.case._replace(share=share)
 
 
@@ -97,17 +97,17 @@ class _Runs:
         ]
 
     def cases(self, name: str) -> Cases:
-        """What each task of a run adds to the metric."""
+        """The cases that the tasks of a run add to the metric."""
         records = self.runs[name]
         return cases_of(records, records[0].ability).get(self.metric, ())
 
     @cached_property
     def plain(self) -> dict[str, Case]:
-        """What each task adds where the scene is told as it is."""
+        """The case of each task where the question shows the scene as it is."""
         return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
 
     def costs(self, group: Group) -> tuple[Cell, ...]:
-        """What stands in a row on a group of cases: `_COSTS`."""
+        """The cells on a group of cases: `_COSTS`."""
         cases = [each.case for each in group]
         without = [self.plain[case.task] for case in cases if case.task in self.plain]
         if not without or len(without) < len(cases):
@@ -224,8 +224,8 @@ def _predicate_row(name: str, runs: _Runs) -> tuple[Cell, ...]:
     having = [each for each in runs.seen if name in each.perceived.predicates]
     lost = [each for each in having if name in each.lost]
     alone = [each for each in lost if each.lost == {name} and _is_only_lost(each.perceived)]
-    told = Estimate.of([each.with_share(_lost_share(each.perceived, name)) for each in having])
-    return (name, told, len(lost), *runs.costs(alone))
+    lost_share = Estimate.of([each.with_share(_lost_share(each.perceived, name)) for each in having])
+    return (name, lost_share, len(lost), *runs.costs(alone))
 
 
 def _is_only_lost(perceived: Perceived) -> bool:

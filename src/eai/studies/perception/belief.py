@@ -65,7 +65,7 @@ def believed_task(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
 
 
 class _Believer:
-    """What one scene graph makes of one task."""
+    """A task as one scene graph shows it."""
 
     def __init__(self, task: Task, words: SceneWords, graph: SceneGraph) -> None:
         self._task = task
@@ -79,7 +79,7 @@ class _Believer:
         self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
 
     def relevant(self) -> tuple[int, ...]:
-        """What an answer may name: what is seen, be it there or not."""
+        """The objects that an answer may name: those that are seen, be they there or not."""
         seen = [index for index in self._task.relevant if index not in self._unseen]
         return (*seen, *range(len(self._task.scene.objects), len(self._index)))
 

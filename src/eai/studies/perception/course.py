@@ -33,7 +33,7 @@ Course: TypeAlias = "Sequence[Sequence[Tile]]"
 
 
 def courses(source: Source) -> Callable[[Record], Course]:
-    """What gives the courses of records, from the data of a source; each suite is opened once."""
+    """Return a function that gives the course of a record; each suite is opened once."""
 
     @cache
     def suite_of(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
@@ -92,7 +92,7 @@ def _action(step: StepReport, scene: Scene) -> Action:
 
 
 def _before(record: Record) -> list[StepReport]:
-    """What earlier attempts did in a world that goes on."""
+    """The steps of earlier attempts where the world continues."""
     experiment = record.experiment
     if experiment is None or experiment.world is not World.CONTINUE:
         return []

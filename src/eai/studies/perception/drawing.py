@@ -194,7 +194,7 @@ def _box(tile: Tile, most: int) -> _Box:
 
 
 def _zone(label: str, within: Sequence[Tile], most: int) -> _Box:
-    """What stands in one relation to the thing whose tile it lies in."""
+    """The tiles in one relation to the thing whose tile they lie in."""
     top = _PAD + TEXT_SIZE + 5
     content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
     shapes: list[_Shape] = [
@@ -231,7 +231,7 @@ def _flow(boxes: Sequence[_Box], most: int, gap: int = _GAP) -> _Box:
 
 
 def _legend(most: int) -> _Box:
-    """What the parts of a picture mean."""
+    """The legend of a picture."""
     samples = [
         (_swatch(Kind.OBJECT), "object"),
         (_swatch(Kind.AGENT), "the one who acts"),

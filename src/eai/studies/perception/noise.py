@@ -85,7 +85,7 @@ def noise_of(settings: Sequence[str]) -> Noise:
 
 
 def perceive(task: Task, words: SceneWords, noise: Noise, stream: str = "") -> SceneGraph:
-    """What is seen of a task's scene: a pure function of the arguments.
+    """Return what is seen of a task's scene: a pure function of the arguments.
 
     No circle of supports is seen where there is none, and nothing is where something that nothing is said
     about is, such as a half of what has not been cut. A relation for which there is no other place stays.
@@ -112,8 +112,8 @@ class _Look:
         objects = [name for name in self._truth.objects if name != agent]
         self._blind = {name for name in objects if self._draw("unseen", name).random() < noise.unseen}
         self._seen = [name for name in self._truth.objects if name not in self._blind]
-        told = {name for fact in self._truth.facts for name in fact.arguments}
-        self._places = [name for name in objects if name in told and name not in self._blind]
+        described = {name for fact in self._truth.facts for name in fact.arguments}
+        self._places = [name for name in objects if name in described and name not in self._blind]
         true_of_these = [index for index, name in enumerate(self._names) if name in set(self._truth.objects)]
         self._holding = {
             words.named(fact, self._names) for fact in words.holding(task.initial, true_of_these)
@@ -191,7 +191,7 @@ class _Look:
                 yield name, double
 
     def _again(self, name: str, double: str) -> NamedFact | None:
-        """What is said of a double: one of the facts that hold of the object, if any does."""
+        """The fact about a double: one of those that hold of the object, if any does."""
         own = [fact for fact in self._truth.facts if fact.arguments[:1] == (name,)]
         own = [fact for fact in own if self._blind.isdisjoint(fact.arguments)]
         if not own:

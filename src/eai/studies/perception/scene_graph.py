@@ -36,7 +36,7 @@ class NamedFact(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SceneGraph:
-    """What is perceived: objects by name, and facts about them, each once and in order."""
+    """A perceived scene: objects by name, and facts about them, each once and in order."""
 
     objects: tuple[str, ...] = ()
     facts: tuple[NamedFact, ...] = ()
@@ -118,7 +118,7 @@ def graph_of(objects: Iterable[str], facts: Iterable[NamedFact]) -> SceneGraph:
 
 
 class Supports:
-    """What rests in or on what, while facts are added.
+    """The supports of objects, while facts are added.
 
     Args:
         predicates: what says so, by the names that scene graphs use.
@@ -172,9 +172,9 @@ class SceneWords:
 
     @cached_property
     def roles(self) -> SpatialRoles:
-        """What says where things are, by described predicate."""
+        """The predicates that say where things are, of those described."""
         roles = spatial_roles(self.wording.domain)
-        return SpatialRoles(self._said(roles.held), self._said(roles.supports))
+        return SpatialRoles(self._described(roles.held), self._described(roles.supports))
 
     @cached_property
     def arities(self) -> Mapping[str, int]:
@@ -188,11 +188,11 @@ class SceneWords:
         return {self.spelling(name): name for name in self.wording.predicates}
 
     def spelling(self, predicate: str) -> str:
-        """What scene graphs call a predicate."""
+        """The name of a predicate in scene graphs."""
         return self.wording.written_as.get(predicate, predicate)
 
     def names(self, task: Task) -> list[str]:
-        """What each object of the scene is called."""
+        """The name of each object of the scene."""
         return [self.wording.object_name(task, index) for index in range(len(task.scene.objects))]
 
     def holding(self, state: State, objects: Sequence[int]) -> Iterator[Fact]:
@@ -208,7 +208,7 @@ class SceneWords:
                 yield fact
 
     def describe(self, task: Task, objects: Sequence[int] | None = None) -> SceneGraph:
-        """What there is to perceive: of the objects that a prompt speaks of, or of these."""
+        """The scene graph of a task: of the objects that a prompt speaks of, or of these."""
         names, chosen = self.names(task), subjects(task) if objects is None else objects
         facts = self.elementary(task.initial, chosen)
         return graph_of([names[index] for index in chosen], [self.named(fact, names) for fact in facts])
@@ -217,7 +217,7 @@ class SceneWords:
         """A fact by names."""
         return NamedFact(self.spelling(fact.predicate), tuple([names[index] for index in fact.arguments]))
 
-    def _said(self, stored: Iterable[str]) -> tuple[str, ...]:
+    def _described(self, stored: Iterable[str]) -> tuple[str, ...]:
         wanted = set(stored)
         return tuple([name for name, form in self.stored.items() if form in wanted])
 

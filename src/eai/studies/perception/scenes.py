@@ -1,4 +1,4 @@
-"""What the questions of a run show of scenes in the place of a list of what holds, and how right it is."""
+"""Scenes as the questions of a run show them, instead of a list of what holds, and how right that is."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class PerceivedScenes:
 
     @property
     def about(self) -> dict[str, dict[str, str]]:
-        """What the built-in models are to know of the questions, by task."""
+        """The metadata of questions for built-in models, by task."""
         return {task_id: {SCENE: graph.text} for task_id, graph in self.graphs.items()}
 
     @property
@@ -100,10 +100,10 @@ def shown_scenes(
         words = scene_words(benchmark)
         seen = {i: ReadGraph(perceive(task, words, choice.noise)) for i, task in tasks.items()}
         return perceived_scenes(choice.label, tasks, words, seen)
-    told = templates.text(f"scene_{choice.scene.value}.txt")
+    initial = templates.text(f"scene_{choice.scene.value}.txt")
     images = _pictures(choice, benchmark, tasks)
     return PerceivedScenes(
-        choice.label, {i: Belief(tasks[i], initial=told, images=shown) for i, shown in images.items()}
+        choice.label, {i: Belief(tasks[i], initial=initial, images=shown) for i, shown in images.items()}
     )
 
 

@@ -17,7 +17,7 @@ BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 
 
 class Kind(str, Enum):
-    """What a tile is of: the one who acts, an object that the task is about, or another one."""
+    """The owner of a tile: the agent, an object that the task is about, or another one."""
 
     AGENT = "agent"
     OBJECT = "object"
@@ -26,7 +26,7 @@ class Kind(str, Enum):
 
 @dataclass(slots=True)
 class Tile:
-    """What is shown of an object.
+    """The view of an object in a picture.
 
     Attributes:
         name: its name.
@@ -110,15 +110,15 @@ def _depth(name: str, below: dict[str, list[NamedFact]], above: frozenset[str]) 
 def _lines(facts: Sequence[NamedFact]) -> Iterator[tuple[str, str]]:
     """Relations as lines of the tiles of their first objects; of one that holds both ways, of the first."""
     known = set(facts)
-    told: dict[tuple[str, str, str], list[str]] = {}
+    seconds_of: dict[tuple[str, str, str], list[str]] = {}
     for fact in facts:
         if len(fact.arguments) != 2:
             continue
         first, second = fact.arguments
         back = fact._replace(arguments=(second, first))
         is_mutual = back in known
-        if is_mutual and first in told.get((second, fact.predicate, BOTH_WAYS), ()):
+        if is_mutual and first in seconds_of.get((second, fact.predicate, BOTH_WAYS), ()):
             continue
-        told.setdefault((first, fact.predicate, BOTH_WAYS if is_mutual else ONE_WAY), []).append(second)
-    for (name, predicate, arrow), seconds in told.items():
+        seconds_of.setdefault((first, fact.predicate, BOTH_WAYS if is_mutual else ONE_WAY), []).append(second)
+    for (name, predicate, arrow), seconds in seconds_of.items():
         yield name, f"{predicate} {arrow} {', '.join(seconds)}"

@@ -1,1 +1,1 @@
-"""Pipelines: what one ability answers is what the next is told."""
+"""Pipelines: the answer of one ability is the input of the next."""

@@ -1,8 +1,8 @@
 """Pipelines against single abilities (paper, "Pipeline-based vs modularized"): where the loss comes from.
 
 Two runs are compared on the same tasks: modular, where questions state the goals of the task, and the
-pipeline, where they state those that a model interpreted itself. Tasks are told apart by how right these are;
-where they are right, nothing is lost to interpretation. What a perfect second stage would make of them is
+pipeline, where they state those that a model interpreted itself. Tasks are distinguished by how right these
+are; where they are right, nothing is lost to interpretation. What a perfect second stage would make of them is
 found by search.
 """
 
@@ -59,7 +59,7 @@ class _Believed(str, Enum):
 
     @classmethod
     def of(cls, stated: Stated | None) -> _Believed:
-        """What was stated: all that is stated besides the goals is one of the others, whatever it is."""
+        """The kind of the stated goals: all that is stated besides the task's is one of the others."""
         if stated is None:
             return cls.NONE
         _, others, missed = stated.goal_counts
@@ -179,7 +179,7 @@ class _Compared:
         )
 
     def _first_stage(self) -> Table:
-        """What stage 1 came to, and what became of the task in stage 2."""
+        """The outcomes of stage 1, and success of their tasks in stage 2."""
         records = self._shared(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
             "no answer": lambda record: record.stated is None,
@@ -355,7 +355,7 @@ def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -
 
 
 def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None]]:
-    """What the paper prints for the model, by metric."""
+    """The paper's figures for the model, by metric."""
     name = paper_models().get(key.model)
     paper = paper_table(f"pipeline_{key.ability.value}")
     columns = [column for column in paper.columns if column.domain == key.domain]
@@ -368,7 +368,7 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
 
 
 def _remarks(found: _Compared) -> list[str]:
-    """What a reader must know of the paper's figures."""
+    """Remarks for readers on the paper's figures."""
     record = found.modular[0]
     remarks: list[str] = []
     if found.paper:

@@ -42,7 +42,7 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class BelievedGoals:
-    """What a model's answers to goal interpretation state, by task id; tasks without an answer are left out.
+    """The goals that a model's answers state, by task id; tasks without an answer are left out.
 
     Attributes:
         model: who answered.
@@ -59,12 +59,12 @@ class BelievedGoals:
 
     @property
     def about(self) -> dict[str, dict[str, str]]:
-        """What the built-in models are to know of questions that state these goals, by task."""
+        """The metadata for built-in models of questions that state these goals, by task."""
         return {task_id: {STATED: belief.answer} for task_id, belief in self.beliefs.items()}
 
     @property
     def experiment(self) -> Experiment:
-        """What a run is an experiment of that states these goals."""
+        """The experiment of a run that states these goals."""
         return Experiment(goals_from=self.model)
 
     def marked(self, record: Record) -> Record:
@@ -75,7 +75,7 @@ class BelievedGoals:
 def read_believed(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
 ) -> BelievedGoals:
-    """What the answers in a file or folder state, for the second stage (`read_interpretations`).
+    """The goals that answers in a file or folder state, for the second stage (`read_interpretations`).
 
     Raises:
         InputError: the second stage is no ability whose questions state goals, or there are no such answers.
@@ -92,7 +92,7 @@ def refuse_no_stage_two(ability: Ability) -> None:
 
 
 def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> BelievedGoals:
-    """What answers state of the tasks of a benchmark, and how right that is under the default protocol."""
+    """The goals that answers state for the tasks of a benchmark, judged under the default protocol."""
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
     beliefs: dict[str, Belief] = {}

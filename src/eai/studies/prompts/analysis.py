@@ -28,7 +28,7 @@ from eai.results.table import Cell, Estimate, Table
 _ROUNDING = 1e-9
 
 PLAIN = "(no name)"
-"""What the prompts of a run without a name are called."""
+"""The name of the prompts of a run that gives them none."""
 
 TOP = 3
 
@@ -135,7 +135,7 @@ class _Matrix:
     records: Mapping[tuple[str, str], Sequence[Record]]
 
     def cases(self, prompt: str, model: str) -> Cases:
-        """What each task adds to a cell."""
+        """The cases that tasks add to a cell."""
         records = self.records[prompt, model]
         shares = contributions([record.verdict for record in records], records[0].ability)
         return [
@@ -144,7 +144,7 @@ class _Matrix:
         ]
 
     def format_errors(self, prompt: str, model: str) -> Cases:
-        """What each task adds to the rate of answers that cannot be read."""
+        """The cases that tasks add to the rate of answers that cannot be read."""
         return [
             Case(record.task_id, name_of(record), Share(int(outcome(record) is AnswerOutcome.PARSING), 1))
             for record in self.records[prompt, model]

@@ -74,7 +74,7 @@ def tried(
 def try_operators(
     scorer: TransitionModeling, record: Record, replaced: Replaced = Replaced.OPERATOR
 ) -> Iterator[_Trial]:
-    """What comes of each operator that a task asks for, as the record's answer has it.
+    """Try each operator that a task asks for, as the record's answer has it.
 
     Nothing comes of an answer that the rules leave out; one that is missing has no operator.
     """
@@ -94,7 +94,7 @@ def try_operators(
 
 
 def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
-    """What is wrong with what is tried of each operator."""
+    """The errors in the tried part of each operator."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
     sides = [side for side in ("precondition", "effect") if replaced.value in (side, Replaced.OPERATOR.value)]
@@ -118,7 +118,7 @@ def sensitivity_tables(trials: Sequence[_Trial]) -> list[Table]:
 
 
 def cells_of(trials: Iterable[_Trial]) -> dict[tuple[str, str], list[Case]]:
-    """What trials add to the success of each operator: by operator and category, `OVERALL` first."""
+    """The cases that trials add to success, by operator and category, `OVERALL` first."""
     cells: dict[tuple[str, str], list[Case]] = {}
     for trial in trials:
         case = case_of(trial, Share(int(trial.outcome == _SOLVED), 1))
