@@ -2,7 +2,8 @@
 
 Whoever is asked more often succeeds more often. So every arm, a way to ask again, is set beside its control:
 the same number of attempts in the same world, without feedback. Attempts at one task depend on each other,
-and so do those at near copies; the unit of every interval is the name of the task, whatever its seeds and attempts.
+and so do those at near copies; the unit of every interval is the name of the task, whatever its seeds and
+attempts.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Two runs are compared on the same tasks: modular, where questions state the goals of the task, and the
 pipeline, where they state those that a model interpreted itself. Tasks are distinguished by how right these
-are; where they are right, nothing is lost to interpretation. What a perfect second stage would make of them is
-found by search.
+are; where they are right, nothing is lost to interpretation. What a perfect second stage would make of them
+is found by search.
 """
 
 from __future__ import annotations
