@@ -19,9 +19,9 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.scoring.batch import Settings, score_run
+from eai.scoring.epochs import Believed
 from eai.scoring.records import write_records
 from eai.studies.pipeline.stage_one import (
-    BelievedGoals,
     believe,
     read_believed,
     read_interpretations,
@@ -39,7 +39,7 @@ def source(data_store: Store) -> Source:
     return Source(data_store)
 
 
-def believed(answer: str, source: Source) -> BelievedGoals:
+def believed(answer: str, source: Source) -> Believed:
     return believe(("m", {JARS: answer}), BEHAVIOR, source)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.responses import file_name
@@ -14,23 +13,15 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Endpoint
-from eai.scoring.epochs import SuiteResult
+from eai.scoring.epochs import Believed, SuiteResult
 from eai.studies.pipeline.stage_one import (
     STAGE_TWO,
-    BelievedGoals,
     Interpretations,
     believe,
     read_interpretations,
     refuse_no_stage_two,
 )
 from eai.studies.pipeline.study import OWN
-
-
-class _SecondStage(NamedTuple):
-    """What a model is asked with interpreted goals: the prompts of the tasks that have any."""
-
-    prompts: Mapping[str, Prompt]
-    believed: BelievedGoals
 
 
 @dataclass(frozen=True)
@@ -50,9 +41,11 @@ class FirstStage:
     ask: Callable[[Endpoint, Mapping[str, Prompt], Suite], SuiteResult]
     wanted: Mapping[str, Collection[str]]
     outcomes: list[SuiteResult] = field(default_factory=list)
-    _believed: dict[tuple[str, str], BelievedGoals] = field(default_factory=dict)
+    _believed: dict[tuple[str, str], Believed] = field(default_factory=dict)
 
-    def second(self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite) -> _SecondStage:
+    def second(
+        self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
+    ) -> tuple[Mapping[str, Prompt], Believed]:
         """What a model is asked in the second stage; tasks without an answer in the first are left out.
 
         Raises:
@@ -68,7 +61,7 @@ class FirstStage:
             raise InputError(f"goals {self.goals}: none of the tasks has an answer to goal interpretation")
         beliefs = {task_id: believed.beliefs[task_id] for task_id in asked}
         prompts = self.library.open(suite.benchmark, suite.ability, beliefs)
-        return _SecondStage({task_id: prompts[task_id] for task_id in asked}, believed)
+        return {task_id: prompts[task_id] for task_id in asked}, believed
 
     def _interpretations(self, endpoint: Endpoint, suite: Suite) -> Interpretations:
         if self.goals != OWN:

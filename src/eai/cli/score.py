@@ -59,8 +59,9 @@ from eai.results.summary import summarise
 from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
+from eai.scoring.epochs import Believed
 from eai.scoring.records import RECORDS, Shard, read_records, write_results, write_shard
-from eai.studies.pipeline.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
+from eai.studies.pipeline.stage_one import read_believed, refuse_no_stage_two
 from eai.tasks.source import ErrataChoice, Source
 
 Goals = Annotated[
@@ -264,7 +265,7 @@ def _records(
     return records
 
 
-def _believed(goals: Path, share: _Share) -> BelievedGoals:
+def _believed(goals: Path, share: _Share) -> Believed:
     """The goals that the questions stated whose answers these are."""
     suite = share.suite
     return read_believed(goals, suite.benchmark, suite.ability, suite.source, share.answers.model)

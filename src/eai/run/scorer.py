@@ -8,6 +8,7 @@ Its explanation is the record's in Markdown, which Inspect's viewer shows.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from itertools import groupby
 from math import nan
@@ -45,7 +46,7 @@ from eai.scoring.batch import Scoring, Settings, score_run
 from eai.scoring.epochs import majority
 from eai.scoring.trials import Place, record_of_trial, replay
 from eai.studies.perception.scene_graph import SCENE
-from eai.studies.perception.scenes import PerceivedScenes, listed_scenes
+from eai.studies.perception.scenes import listed_scenes
 from eai.studies.pipeline.stage_one import STATED, believe
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
@@ -170,7 +171,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     (record,) = Scoring().records(suite, model, answers, explanations=True)
     if experiment is not None and experiment.scene is not None:
         if SCENE not in state.metadata:
-            return PerceivedScenes(experiment.scene, {}).marked(record)
+            return replace(record, experiment=experiment)
         listed = {task_id: state.metadata[SCENE]}
         return listed_scenes(experiment.scene, suite, listed).marked(record)
     if experiment is None or experiment.goals_from is None:

@@ -11,16 +11,16 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol as Shape
 
 from eai.abilities.declaration import Sameness, declaration_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.record import Origin, Perceived, Record, Stated, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.abilities.verdict import Json
 from eai.benchmark.suite import Suite
-from eai.prompts.prompt import Prompt
+from eai.prompts.prompt import Belief, Prompt
 from eai.results.coverage import Coverage, coverage_of, errata_effect
 from eai.results.rate import Rate
 from eai.results.summary import summarise
@@ -78,12 +78,30 @@ def _spaced(text: str) -> str:
     return " ".join(text.split())
 
 
-class _Believed(Shape):
-    """The beliefs that questions stated in the place of the facts."""
+@dataclass(frozen=True, slots=True)
+class Believed:
+    """The beliefs that questions state in the place of the facts: goals in a pipeline, or perceived scenes.
+
+    Attributes:
+        beliefs: what each question states, by task.
+        experiment: the experiment of a run that asks so.
+        lacking: why a task without a belief is not asked.
+        about: the metadata of questions for built-in models, by task.
+        stated: the stated goals as records have them, by task.
+        perceived: how wrong the perceived scenes are, by task.
+    """
+
+    beliefs: Mapping[str, Belief]
+    experiment: Experiment
+    lacking: str
+    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    stated: Mapping[str, Stated] = field(default_factory=dict)
+    perceived: Mapping[str, Perceived] = field(default_factory=dict)
 
     def marked(self, record: Record) -> Record:
         """The record of an answer to such a question."""
-        ...
+        stated, perceived = self.stated.get(record.task_id), self.perceived.get(record.task_id)
+        return replace(record, experiment=self.experiment, stated=stated, perceived=perceived)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +131,7 @@ class Obtained:
     epochs: int
     trials: Trials | None = None
     tried: Mapping[Place, Tried] = field(default_factory=dict)
-    believed: _Believed | None = None
+    believed: Believed | None = None
     prompt_name: str | None = None
     log: Path = Path()
 

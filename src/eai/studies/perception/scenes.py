@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from typing import Any
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Perceived, Record
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
@@ -16,11 +15,12 @@ from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet
 from eai.prompts.template import Templates
+from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.pictures import Clutter, drawn_images, images_in
-from eai.studies.perception.scene_graph import SCENE, ReadGraph, SceneGraph, SceneWords, read_scene_graph
+from eai.studies.perception.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
 from eai.studies.perception.study import Perception, Scene
 
 SCENE_GRAPH = Ability("scene_graph")
@@ -30,43 +30,15 @@ ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability
 """The abilities whose questions tell of a scene."""
 
 
-@dataclass(frozen=True, slots=True)
-class PerceivedScenes:
-    """The scenes that questions tell of, by task.
-
-    Attributes:
-        label: how they do, as experiments have it.
-        beliefs: what each question is to tell.
-        graphs: the scene graphs that they tell of, where they do.
-        errors: how wrong these are.
-    """
-
-    label: str
-    beliefs: Mapping[str, Belief]
-    graphs: Mapping[str, SceneGraph] = field(default_factory=dict)
-    errors: Mapping[str, Perceived] = field(default_factory=dict)
-
+def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believed:
+    """Scenes as beliefs; ``label`` says how they are shown."""
     lacking = "there is no scene graph that would tell of the scene"
-    """Why a task without a first stage has no second one."""
-
-    @property
-    def about(self) -> dict[str, dict[str, str]]:
-        """The metadata of questions for built-in models, by task."""
-        return {task_id: {SCENE: graph.text} for task_id, graph in self.graphs.items()}
-
-    @property
-    def experiment(self) -> Experiment:
-        """The experiment of a run that shows these scenes."""
-        return Experiment(scene=self.label)
-
-    def marked(self, record: Record) -> Record:
-        """The record of an answer to a question that shows these scenes."""
-        return replace(record, experiment=self.experiment, perceived=self.errors.get(record.task_id))
+    return Believed(beliefs, Experiment(scene=label), lacking, **more)
 
 
 def perceived_scenes(
     label: str, tasks: Mapping[str, Task], words: SceneWords, read: Mapping[str, ReadGraph]
-) -> PerceivedScenes:
+) -> Believed:
     """The scenes of questions that tell of scene graphs, be they right or not.
 
     Args:
@@ -77,10 +49,11 @@ def perceived_scenes(
     """
     beliefs = {i: Belief(believed_task(tasks[i], words, each.graph)) for i, each in read.items()}
     errors = {i: perception_errors(tasks[i], words, each) for i, each in read.items()}
-    return PerceivedScenes(label, beliefs, {i: each.graph for i, each in read.items()}, errors)
+    about = {i: {SCENE: each.graph.text} for i, each in read.items()}
+    return _believed(label, beliefs, about=about, perceived=errors)
 
 
-def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> PerceivedScenes:
+def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> Believed:
     """The scenes of questions that tell of scene graphs as a model wrote them, by task."""
     words = scene_words(suite.benchmark)
     read = {task_id: read_scene_graph(text, words.arities) for task_id, text in texts.items()}
@@ -89,7 +62,7 @@ def listed_scenes(label: str, suite: Suite, texts: Mapping[str, str]) -> Perceiv
 
 def shown_scenes(
     choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
-) -> PerceivedScenes:
+) -> Believed:
     """The scenes of questions where no second model lists them for the one who is asked.
 
     Raises:
@@ -102,7 +75,7 @@ def shown_scenes(
         return perceived_scenes(choice.label, tasks, words, seen)
     initial = templates.text(f"scene_{choice.scene.value}.txt")
     images = _pictures(choice, benchmark, tasks)
-    return PerceivedScenes(
+    return _believed(
         choice.label, {i: Belief(tasks[i], initial=initial, images=shown) for i, shown in images.items()}
     )
 
@@ -134,7 +107,7 @@ def showing_prompts(
     library: Library,
     benchmark: Benchmark,
     ability: Ability,
-    shown: PerceivedScenes,
+    shown: Believed,
     task_ids: Collection[str],
 ) -> dict[str, Prompt]:
     """The prompts of tasks that show scenes, of those tasks whose scenes can be shown.

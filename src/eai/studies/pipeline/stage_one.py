@@ -8,7 +8,7 @@ Where there is none, nothing is asked, and the task counts as not answered. None
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -17,7 +17,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record, Stated
+from eai.abilities.record import Stated
 from eai.abilities.responses import file_name, read_responses
 from eai.abilities.verdict import ALL, Confusion
 from eai.benchmark.answer_files import files_of_suite
@@ -26,6 +26,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.prompt import Belief
+from eai.scoring.epochs import Believed
 from eai.scoring.records import RECORDS, read_records
 from eai.tasks.source import Source
 
@@ -40,41 +41,9 @@ Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
 """A model, and its answers to goal interpretation by task id."""
 
 
-@dataclass(frozen=True, slots=True)
-class BelievedGoals:
-    """The goals that a model's answers state, by task id; tasks without an answer are left out.
-
-    Attributes:
-        model: who answered.
-        beliefs: what a question is to state.
-        stated: the same, as records have it.
-    """
-
-    model: str
-    beliefs: Mapping[str, Belief]
-    stated: Mapping[str, Stated]
-
-    lacking = "there is no answer to goal interpretation that would state the goals"
-    """Why a task without a first stage has no second one."""
-
-    @property
-    def about(self) -> dict[str, dict[str, str]]:
-        """The metadata for built-in models of questions that state these goals, by task."""
-        return {task_id: {STATED: belief.answer} for task_id, belief in self.beliefs.items()}
-
-    @property
-    def experiment(self) -> Experiment:
-        """The experiment of a run that states these goals."""
-        return Experiment(goals_from=self.model)
-
-    def marked(self, record: Record) -> Record:
-        """The record of an answer to a question that stated these goals."""
-        return replace(record, experiment=self.experiment, stated=self.stated.get(record.task_id))
-
-
 def read_believed(
     path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
-) -> BelievedGoals:
+) -> Believed:
     """The goals that answers in a file or folder state, for the second stage (`read_interpretations`).
 
     Raises:
@@ -91,7 +60,7 @@ def refuse_no_stage_two(ability: Ability) -> None:
         raise InputError(f"goals: questions of {known} state goals, those of {ability.value} do not")
 
 
-def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> BelievedGoals:
+def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> Believed:
     """The goals that answers state for the tasks of a benchmark, judged under the default protocol."""
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
@@ -100,7 +69,13 @@ def believe(interpretations: Interpretations, benchmark: Benchmark, source: Sour
     for task_id in suite.task_ids:
         if task_id in answers:
             beliefs[task_id], stated[task_id] = _believed(answers[task_id], task_id, suite)
-    return BelievedGoals(model, beliefs, stated)
+    return Believed(
+        beliefs,
+        Experiment(goals_from=model),
+        "there is no answer to goal interpretation that would state the goals",
+        {task_id: {STATED: belief.answer} for task_id, belief in beliefs.items()},
+        stated,
+    )
 
 
 def _believed(answer: str, task_id: str, suite: Suite) -> tuple[Belief, Stated]:
