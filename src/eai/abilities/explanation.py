@@ -7,7 +7,7 @@ action or a step as a value beside its text.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, TypeAlias
 
@@ -243,13 +243,13 @@ class _Focus:
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
-    def visible_texts(self, facts: Sequence[Fact], action: Action) -> tuple[str, ...]:
+    def visible_texts(self, facts: Sequence[Fact], handled: Collection[int]) -> tuple[str, ...]:
         """Those of the facts that are worth telling of an action, as texts: about nothing but its objects.
 
-        What holds both ways between two things, and not the agent, has to be about objects of goals or of the
-        action: a thing that is taken away was next to many.
+        What holds both ways between two things, and not the agent, has to be about objects of goals or those
+        that the action handles: a thing that is taken away was next to many.
         """
-        meant = frozenset({*self.goals, *action.arguments})
+        meant = frozenset({*self.goals, *handled})
         together = frozenset(facts)
         texts = []
         for fact in facts:
@@ -265,7 +265,9 @@ class _Focus:
 def _executed(focus: _Focus, domain: Domain, action: Action, before: State, after: State) -> StepReport:
     difference = change(before, after)
     added, removed = focus.seen(difference.added), focus.seen(difference.removed)
-    added_texts, removed_texts = focus.visible_texts(added, action), focus.visible_texts(removed, action)
+    placed = [fact.arguments[0] for fact in removed if len(fact.arguments) == 1]
+    added_texts = focus.visible_texts(added, {*action.arguments, *placed})
+    removed_texts = focus.visible_texts(removed, action.arguments)
     return StepReport(
         action_text(action, focus.scene),
         EXECUTED,

@@ -130,7 +130,7 @@ def _print_explanation(
     for number, action in enumerate(rest, len(explanation.steps) + 1):
         _print_hanging(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
-        remark = ": none is met, as nothing was carried out" * _is_refused(record, explanation)
+        remark = ": none counts, as nothing was carried out" * _is_refused(record, explanation)
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
     near = near_misses(explanation)
     for goal in explanation.goals:

@@ -103,6 +103,13 @@ def test_explanations_tell_every_step_and_goal(scorer: ActionSequencing) -> None
     assert scorer.explain(answer("FLY fridge_1")).notes == ("hallucination: step 1: FLY is not an action",)
 
 
+def test_what_is_put_down_is_told_by_where_it_lies_though_no_goal_names_it() -> None:
+    scorer = behavior_scorer(make_task("(and (open fridge.n.01_1))"), Protocol.STRICT)
+    *_, last = scorer.explain(answer("RIGHT_GRASP detergent_1", "RIGHT_PLACE_NEXTTO sink_1")).steps
+    assert {"stands_by(detergent_1, sink_1)", "stands_by(sink_1, detergent_1)"} <= {*last.added}
+    assert last.hidden_changes == 0
+
+
 SCRAPS = st.sampled_from(
     [
         "[",

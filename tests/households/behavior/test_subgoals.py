@@ -175,10 +175,11 @@ def test_what_is_left_out_of_an_answer_is_told() -> None:
 
 def test_what_is_left_out_is_told_of_answers_that_are_refused_too() -> None:
     notes = STRICT.explain(answer("or", "open(yacht.1)")).notes
-    assert notes[:3] == (
+    assert notes[:4] == (
         "hallucination",
         "read with repair: no_formula",
         "left out, neither carried out nor tested: or",
+        "subgoals are numbered without what is left out",
     )
 
 

@@ -222,8 +222,11 @@ class SubgoalDecomposition(Scorer):
         self, verdict: SubgoalVerdict, rejected: Rejected, repairs: Sequence[str]
     ) -> Explanation:
         wrong = list(map(str, rejected.offences)) or [_describe(rejected.error)]
+        left_out = _left_out(rejected)
+        if left_out:
+            left_out.append("subgoals are numbered without what is left out")
         return Explanation(
-            (rejected.category.value, *repair_notes(repairs), *_left_out(rejected), *wrong),
+            (rejected.category.value, *repair_notes(repairs), *left_out, *wrong),
             goals=goal_reports(self.task.goals, verdict.goals_satisfied),
         )
 
