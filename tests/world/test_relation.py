@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.world.relation import Matrix, Relation, _Pair, bits
+from eai.world.relation import Matrix, Relation, bits
 
 SIZE = 7
 indices = st.integers(0, SIZE - 1)
@@ -43,7 +43,7 @@ def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tu
     relation, plain = Relation(Matrix.of_pairs(SIZE, start)), set(start)
     for change in script:
         relation = changed(relation, plain, change)
-    assert list(relation.pairs()) == sorted(_Pair(*p) for p in plain)
+    assert list(relation.pairs()) == sorted(plain)
     assert len(relation) == len(plain)
     for i in range(SIZE):
         assert set(bits(relation.row(i))) == {y for x, y in plain if x == i}

@@ -324,7 +324,7 @@ class Generator:
         held: set[int] = set()
         for name in self.prior.holding:
             if name in state.scene.vocabulary.binary_slots:
-                held.update(pair.target for pair in state.relation(name).pairs())
+                held.update(target for _, target in state.relation(name).pairs())
             else:
                 held.update(bits(state.those(name)))
         return held

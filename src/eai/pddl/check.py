@@ -14,6 +14,7 @@ from enum import Enum
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import ParseError
+from eai.logic.traversal import children
 
 
 class Offence(str, Enum):
@@ -191,14 +192,9 @@ class _Checker:
             case f.Equals(left, right):
                 for term in (left, right):
                     yield from self.term(term, scope)
-            case f.Not(operand):
-                yield from self.formula(operand, scope)
-            case f.And(operands) | f.Or(operands):
-                for operand in operands:
-                    yield from self.formula(operand, scope)
-            case f.Implies(premise, conclusion):
-                yield from self.formula(premise, scope)
-                yield from self.formula(conclusion, scope)
+            case f.Not() | f.And() | f.Or() | f.Implies():
+                for part in children(formula):
+                    yield from self.formula(part, scope)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
                 yield from self.below((variable,), body, scope)
             case f.ForPairs(first, second, body):

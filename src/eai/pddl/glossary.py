@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import eai.logic.formula as f
 from eai.errors import DomainError
-from eai.logic.traversal import walk
+from eai.logic.traversal import walk, with_parts
 from eai.world.derived import Defined, meaning
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -67,10 +67,8 @@ def substitute(formula: f.Formula, terms: Mapping[str, f.Term]) -> f.Formula:
             return conjunction([substitute(operand, terms) for operand in operands])
         case f.Or(operands):
             return disjunction([substitute(operand, terms) for operand in operands])
-        case f.Implies(premise, conclusion):
-            return f.Implies(substitute(premise, terms), substitute(conclusion, terms))
-        case f.ForAll(variable, body) | f.Exists(variable, body):
-            return type(formula)(variable, substitute(body, terms))
+        case f.Implies() | f.ForAll() | f.Exists():
+            return with_parts(formula, lambda part: substitute(part, terms))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 

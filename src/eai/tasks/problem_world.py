@@ -13,7 +13,8 @@ import eai.logic.formula as f
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.errors import DomainError, InputError
 from eai.logic.formula import Atom, Formula
-from eai.logic.traversal import walk
+from eai.logic.rewriting import with_terms
+from eai.logic.traversal import walk, with_parts
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
 from eai.pddl.files import DomainFile, ProblemFile, read_domain_file, read_problem_file
@@ -117,14 +118,13 @@ def header_of(
         requirements=(),
         types=tuple(map(TypedName, types)),
         constants=tuple([TypedName(*item) for item in constants.items()]),
-        predicates=tuple(
-            [
-                PddlPredicate(predicate, tuple([f.Variable(f"x{place}") for place in range(arity)]))
-                for predicate, arity in arities.items()
-            ]
-        ),
+        predicates=tuple([_declared(name, arity) for name, arity in arities.items()]),
         actions=(),
     )
+
+
+def _declared(name: str, arity: int) -> PddlPredicate:
+    return PddlPredicate(name, tuple([f.Variable(f"x{place}") for place in range(arity)]))
 
 
 @dataclass(frozen=True)
@@ -216,21 +216,15 @@ class DeclaredWorld:
                 return f.TRUE
             case f.Atom(name, arguments):
                 return f.Atom(self.predicates.get(name, name), tuple(map(meant, arguments)))
-            case f.Equals(left, right):
-                return f.Equals(meant(left), meant(right))
-            case f.Not(operand):
-                return f.Not(self._meaning(operand, names))
-            case f.And(parts) | f.Or(parts):
-                return type(formula)(tuple([self._meaning(part, names) for part in parts]))
-            case f.Implies(left_part, right_part):
-                return f.Implies(self._meaning(left_part, names), self._meaning(right_part, names))
+            case f.Equals():
+                return with_terms(formula, meant)
             case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
                 return replace(formula, variable=self._ranging(variable), body=self._meaning(body, names))
             case f.ForPairs(first, second, body):
                 first, second = self._ranging(first), self._ranging(second)
                 return replace(formula, first=first, second=second, body=self._meaning(body, names))
             case _:
-                return formula
+                return with_parts(formula, lambda part: self._meaning(part, names))
 
     def _ranging(self, variable: f.Variable) -> f.Variable:
         """A quantified variable, by its category; of the root of all types it has none."""

@@ -12,17 +12,9 @@ from collections.abc import Iterable, Iterator
 from functools import reduce
 from itertools import islice
 from operator import or_
-from typing import NamedTuple
 
 _PRIME = (1 << 60) - 93
 """A prime number modulo which few powers of 2 are the same."""
-
-
-class _Pair(NamedTuple):
-    """A member of a relation, by object index."""
-
-    source: int
-    target: int
 
 
 class Matrix:
@@ -47,7 +39,7 @@ class Matrix:
         self.targets = reduce(or_, self.rows, 0) if targets is None else targets
 
     @classmethod
-    def of_pairs(cls, size: int, pairs: Iterable[_Pair | tuple[int, int]]) -> Matrix:
+    def of_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:
         """The matrix over ``size`` objects that holds exactly these pairs."""
         rows, columns = [0] * size, [0] * size
         for source, target in pairs:
@@ -166,11 +158,11 @@ class Relation:
         else:
             self.set_row(source, self.row(source) & ~(1 << target))
 
-    def pairs(self) -> Iterator[_Pair]:
-        """All members, by source and then target."""
+    def pairs(self) -> Iterator[tuple[int, int]]:
+        """All members, as source and target, ascending."""
         for source in range(len(self._base.rows)):
             for target in bits(self.row(source)):
-                yield _Pair(source, target)
+                yield source, target
 
     def __len__(self) -> int:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))

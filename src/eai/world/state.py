@@ -130,7 +130,7 @@ class State:
                 yield Fact(name, (i,) if arity else ())
         for name, slot in vocabulary.binary_slots.items():
             for pair in self.binary[slot].pairs():
-                yield Fact(name, tuple(pair))
+                yield Fact(name, pair)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
