@@ -193,24 +193,16 @@ def _canonical(clause: Clause, names: Renaming, depth: int = 0) -> str:
             return f"({word} (?{bound} - {m.type_of(variable)}) {body})"
         case f.Implies(guard, part):
             return f"(when {_canonical(guard, names, depth)} {_canonical(part, names, depth)})"
-        case _:
-            predicate, terms = _predicate_and_terms(clause)
+        case f.Atom(predicate, terms):
             return f"({' '.join([predicate, *[_called(term, names) for term in terms]])})"
+        case f.Equals(left, right):
+            return f"(= {_called(left, names)} {_called(right, names)})"
+        case _:
+            raise ValueError(f"{type(clause).__name__} has no PDDL form")
 
 
 def _called(term: f.Term, names: Renaming) -> str:
     return f"?{names.get(term.name, f'?{term.name}')}" if isinstance(term, f.Variable) else term.name
-
-
-def _predicate_and_terms(leaf: Clause) -> tuple[str, tuple[f.Term, ...]]:
-    """The predicate of an atom or equation, and what it is about."""
-    match leaf:
-        case f.Atom(predicate, arguments):
-            return predicate, arguments
-        case f.Equals(left, right):
-            return "=", (left, right)
-        case _:
-            raise ValueError(f"{type(leaf).__name__} is no atom")
 
 
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
@@ -308,8 +300,10 @@ def _match_side_literals(side: _Side, renaming: Renaming) -> int:
 def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """How many literals find a partner when one tree is laid upon the other as well as possible."""
     match ours, theirs:
-        case ((f.Atom() | f.Equals()), (f.Atom() | f.Equals())):
-            return int(_same(ours, theirs, renaming))
+        case f.Atom(name, terms), f.Atom(gold_name, gold_terms):
+            return int(name == gold_name and _agree(terms, gold_terms, renaming))
+        case f.Equals(left, right), f.Equals(gold_left, gold_right):
+            return int(_agree((left, right), (gold_left, gold_right), renaming))
         case f.Not(a), f.Not(b) if _is_leaf(a) == _is_leaf(b):
             return _match_literals(a, b, renaming)
         case (f.ForAll(own, a), f.ForAll(other, b)) | (f.Exists(own, a), f.Exists(other, b)) if m.type_of(
@@ -346,16 +340,14 @@ def _size(clause: Clause) -> int:
     return sum(map(_is_leaf, walk(clause)))
 
 
-def _same(ours: Clause, theirs: Clause, renaming: Renaming) -> bool:
-    own, gold = _predicate_and_terms(ours), _predicate_and_terms(theirs)
-    return (
-        own[0] == gold[0]
-        and len(own[1]) == len(gold[1])
-        and all(_agree(a, b, renaming) for a, b in zip(own[1], gold[1], strict=True))
+def _agree(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
+    """Whether terms are the same, variables by their gold names."""
+    return len(ours) == len(theirs) and all(
+        _is_same(own, gold, renaming) for own, gold in zip(ours, theirs, strict=True)
     )
 
 
-def _agree(ours: f.Term, theirs: f.Term, renaming: Renaming) -> bool:
+def _is_same(ours: f.Term, theirs: f.Term, renaming: Renaming) -> bool:
     match ours, theirs:
         case f.Variable(a), f.Variable(b):
             return renaming.get(a) == b
