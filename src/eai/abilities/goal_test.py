@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Tally
-from eai.logic.formula import Atom, Formula, Occurs, Or, Variable
+from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
@@ -25,23 +25,27 @@ ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
 class StateTest:
     """A closed formula on one state, compiled for a scene, where objects go by their names.
 
+    Attributes:
+        truth: reads the formula in a state with a copy of `binding`, into which quantifiers write.
+        binding: of no action's objects.
+
     Raises:
         DomainError: the formula uses a predicate or an object that there is not, or is no state formula.
     """
 
-    __slots__ = ("_binding", "_truth")
+    __slots__ = ("binding", "truth")
 
     def __init__(self, formula: Formula, scene: Scene) -> None:
         frame = Frame(ACTION_ARGUMENTS)
-        self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
-        self._binding = tuple(frame.bind(scene, (UNBOUND, UNBOUND)))
+        self.truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
+        self.binding = frame.bind(scene, (UNBOUND, UNBOUND))
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
         """Whether it holds in the state; ``arguments`` are those of the action taken there."""
-        binding = [*self._binding]  # quantifiers write into it, in any number of threads
+        binding = self.binding.copy()  # quantifiers write into it, in any number of threads
         if arguments:
             binding[1 : 1 + len(arguments)] = arguments
-        return self._truth(state, binding)
+        return self.truth(state, binding)
 
 
 class GoalTest:
@@ -63,10 +67,7 @@ class GoalTest:
         self._over_time = {i: formula for i, formula in enumerate(asked) if not is_state_formula(formula)}
         passed_over = {*self._places, *self._over_time}
         self._tests = tuple(
-            [
-                _in_no_state if i in passed_over else StateTest(formula, task.scene)
-                for i, formula in enumerate(asked)
-            ]
+            [StateTest(FALSE if i in passed_over else formula, task.scene) for i, formula in enumerate(asked)]
         )
         self._lasting = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
         self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
@@ -85,7 +86,7 @@ class GoalTest:
             actions: the names of the actions that were carried out, in order.
             course: all that has happened; None where nothing has.
         """
-        reached = [test(final) for test in self._tests]
+        reached = [test.truth(final, test.binding.copy()) for test in self._tests]
         for number in self._met(self._actions, actions) if self._actions else ():
             reached[self._places[number]] = True
         if self._over_time:
@@ -109,7 +110,7 @@ class GoalTest:
 
     def all_lasting(self, final: State) -> bool:
         """Whether all goals about states hold in the final one."""
-        return all(test(final) for test in self._lasting)
+        return all(test.truth(final, test.binding.copy()) for test in self._lasting)
 
     def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
@@ -126,11 +127,6 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
     trajectory = execute(domain, task.initial, plan)
     operators = [action.operator for action in trajectory.executed]
     return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, operators, trajectory))
-
-
-def _in_no_state(state: State) -> bool:
-    """Whether an action was taken, as far as a state shows."""
-    return False
 
 
 def alternatives(goal: Goal) -> tuple[str, ...]:

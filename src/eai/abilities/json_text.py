@@ -17,6 +17,8 @@ _END_OF_THINKING = "</think>"
 # Each can match in one way only, so that looking takes time in proportion to the text.
 _OPENING = re.compile(r"[^{\[\\]*(?:\\.[^{\[\\]*)*[{\[]", re.DOTALL)
 _BRACKET = re.compile(r'[^{}\[\]"\\]*(?:(?:\\.|"[^"\\]*(?:\\.[^"\\]*)*")[^{}\[\]"\\]*)*[{}\[\]]', re.DOTALL)
+_ALIKE = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
+"""Text that means the same in Python and, with other quotes, in JSON, if it is JSON then."""
 
 MAX_LENGTH = 1_000_000
 """Longest answer, in characters, that is searched for JSON; no model writes as much."""
@@ -130,6 +132,10 @@ def _decoded_literal(text: str, repairs: tuple[str, ...]) -> _Found | None:
     if "'" not in text or not text.startswith(("{", "[")):
         return None
     repairs = (*repairs, "single_quotes")
+    if _ALIKE.fullmatch(text):
+        found = _decoded(text.replace("'", '"'), repairs)
+        if found is not None:
+            return found
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,7 +16,7 @@ from eai.abilities.verdict import Unreadable
 from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import Leaf, rewrite, with_terms
+from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
@@ -128,7 +128,7 @@ class SubgoalLexicon:
         def meant(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
                 return is_a(self._meant(leaf.arguments[0]), self.categories[leaf.predicate])
-            return _renamed(with_terms(leaf, self._meant), self.predicates, self.actions)
+            return _renamed(leaf, self.predicates, self.actions, self._meant)
 
         return rewrite(formula, meant)
 
@@ -140,7 +140,7 @@ class SubgoalLexicon:
         """
 
         def worded(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
-            return _renamed(with_terms(leaf, self._word), self._predicate_words, self._action_words)
+            return _renamed(leaf, self._predicate_words, self._action_words, self._word)
 
         return rewrite(formula, worded)
 
@@ -163,15 +163,20 @@ class SubgoalLexicon:
         return tuple([f.Constant(self.name(i)) for i in arguments])
 
 
-def _renamed(leaf: Leaf, predicates: Mapping[str, str], actions: Mapping[str, str]) -> Leaf:
-    """A leaf with another name of its predicate or action, where there is one."""
+def _renamed(
+    leaf: Leaf,
+    predicates: Mapping[str, str],
+    actions: Mapping[str, str],
+    change: Callable[[f.Term], f.Term],
+) -> Leaf:
+    """A leaf with another name of its predicate or action, where there is one, and with changed terms."""
     match leaf:
-        case f.Atom(name, arguments):
-            return f.Atom(predicates.get(name, name), arguments)
-        case f.Occurs(name, arguments):
-            return f.Occurs(actions.get(name, name), arguments)
-        case _:
-            return leaf
+        case f.Atom(name, terms):
+            return f.Atom(predicates.get(name, name), tuple([change(term) for term in terms]))
+        case f.Occurs(name, terms):
+            return f.Occurs(actions.get(name, name), tuple([change(term) for term in terms]))
+        case f.Equals(left, right):
+            return f.Equals(change(left), change(right))
 
 
 def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
