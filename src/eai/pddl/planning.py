@@ -10,13 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
-from eai.logic.formula import Atom
-from eai.pddl.check import PddlFinding
-from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.model import PddlDomain, PddlProblem
-from eai.planning.search import Effort
+if TYPE_CHECKING:
+    from eai.logic.formula import Atom
+    from eai.pddl.check import PddlFinding
+    from eai.pddl.execute import PlanStep
+    from eai.pddl.model import PddlDomain, PddlProblem
 
 _LOOKS = 300_000
 """How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
@@ -128,6 +128,9 @@ class TieredPlanner:
 
 def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
+    from eai.pddl.execute import Executor
+    from eai.planning.search import Effort
+
     looks = Effort(_LOOKS)
     flaw = Executor(task.domain, task.problem, looks).flaw(plan)
     if looks.is_exceeded:
