@@ -33,8 +33,8 @@ from eai.households.behavior.tasks import BehaviorTask, initial_relations, initi
 from eai.households.packs import fetch_published
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
-from eai.reference.behavior_goal_test import truncated_options
 from eai.reference.behavior_plans import BehaviorActionSequencing
+from eai.reference.behavior_quirks import truncated_options
 from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from eai.world.execution import Action
 from eai.world.state import Scene
@@ -120,14 +120,14 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
         states = {spelt(state): (state, thing.name) in true for state in thing.states} | dict.fromkeys(
             marks, True
         )
-        mine = [relation for relation in relations if relation.source == thing.name]
+        mine = [(predicate, target) for predicate, source, target in relations if source == thing.name]
         volume = evidence.volumes.of(record.scene, thing.name, thing.model)
         for name in (thing.name, *thing.parts):
             part = name != thing.name
             related = (
                 {}
                 if part
-                else {r.predicate: [s.target for s in mine if s.predicate == r.predicate] for r in mine}
+                else {each: [target for predicate, target in mine if predicate == each] for each, _ in mine}
             )
             size = volume * evidence.volumes.part if part else volume
             objects.append(

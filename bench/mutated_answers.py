@@ -10,9 +10,9 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior import tasks as behavior
-from eai.households.behavior.subgoal_notation import lexicon
+from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.virtualhome import tasks as virtualhome
-from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
+from eai.households.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.world.state import Scene
 from mutated_goals import behavior_goals, virtualhome_goals
 from mutated_operators import operators
@@ -65,7 +65,7 @@ def _in_scenes(ability: Ability, book: AnswerBook) -> Maker:
 
 
 def _words(scene: Scene) -> Words:
-    known = lexicon(scene)
+    known = BehaviorSubgoals().lexicon(scene)
     names = [name for name in known.objects if "." in name and "_part" not in name]
     return Words(known.signature, names, names)
 

@@ -6,9 +6,10 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from eai.households.behavior.goal_notation import RELATIONS, STATES
+from eai.households.behavior.notation import RELATIONS, STATES
 from eai.households.behavior.tasks import BehaviorTask
-from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask
+from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.households.virtualhome.tasks import VirtualHomeTask
 from mutations import Dice, rearranged, slightly_corrupted
 
 SECTIONS = ("node goals", "edge goals", "action goals")
@@ -72,7 +73,7 @@ ODD_ENTRIES: tuple[object, ...] = (
 def virtualhome_goals(dice: Dice, task: VirtualHomeTask, gold: Sequence[str]) -> str:
     """The three sections of VirtualHome; of ``gold`` each part is an object with its section as key."""
     names = sorted({task.scene.objects[i].category for i in task.relevant}) or ["character"]
-    actions = sorted({word for goal in task.record.action_goals for word in goal.alternatives}) or ["GRAB"]
+    actions = sorted({word for words in task.record.action_goals for word in words}) or ["GRAB"]
 
     if dice.chance(0.2):
         names = sorted({thing.category for thing in task.scene.objects})
@@ -132,7 +133,7 @@ def behavior_goals(dice: Dice, task: BehaviorTask) -> str:
     instances = [thing.instance for thing in task.record.objects]
     conditions = [
         _listed(condition)
-        for options in task.interpretation_goals
+        for options in task.record.goal_options
         for condition in dice.one(options if dice.chance(0.5) else options[:1])
     ]
 

@@ -51,8 +51,8 @@ def virtualhome_plan(dice: Dice, task: VirtualHomeTask) -> str:
     """A plan with ids, as release 1.0.5 expects it."""
     known = [_named(task, i) for i in task.relevant]
     script = [
-        (step.action, [part for thing in step.objects for part in (thing.class_name, str(thing.id))])
-        for step in task.record.script
+        (action, [part for name, number in objects for part in (name, str(number))])
+        for action, objects in task.record.script
     ]
     steps: list[Step] = [(action, list(words)) for action, words in script]
     if dice.chance(0.8):  # what the data set's own script names, the reference may not know

@@ -20,7 +20,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict, Unreadable
 from eai.benchmark.errata import errata_of
-from eai.households.published_files import task_id_of
+from eai.households.packs import task_id_of
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.operators import declared_operators
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
@@ -30,7 +30,7 @@ from eai.reference import virtualhome_quirks
 from eai.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
     VirtualHomeActionSequencing,
-    VirtualHomeGoalTest,
+    _GoalTest,
     written_with_ids,
 )
 from eai.reference.virtualhome_quirks import QUIRKS
@@ -88,7 +88,7 @@ def variants() -> dict[str, Rules]:
         "action_goals_in_text": replace(strict, actions=REFERENCE),
         "counts": replace(strict, counting=REFERENCE),
         "order_of_checks": replace(strict, simulator=in_reference_order),
-        **{quirk.name: replace(strict, simulator=quirk.apply(strict.simulator)) for quirk in QUIRKS},
+        **{quirk.__name__: replace(strict, simulator=quirk(strict.simulator)) for quirk in QUIRKS},
     }
 
 
@@ -109,7 +109,7 @@ class Judge:
     @cached_property
     def goals(self) -> Mapping[Protocol, GoalTest]:
         """What tests the goals, with action goals in data set order."""
-        return {STRICT: GoalTest(self.task), REFERENCE: VirtualHomeGoalTest(self.task, as_in_data_set=True)}
+        return {STRICT: GoalTest(self.task), REFERENCE: _GoalTest(self.task, as_in_data_set=True)}
 
     def score(self, text: str, rules: Rules) -> PlanVerdict:
         """The verdict on an answer."""

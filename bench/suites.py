@@ -25,8 +25,7 @@ from eai.abilities.task import Task
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.households.packs import fetch_published
 from eai.households.virtualhome.domain import as_meant
-from eai.households.virtualhome.goal_notation import VirtualHomeGoals
-from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
+from eai.households.virtualhome.notation import ACTIONS, VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses

@@ -11,10 +11,10 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.task import Task
 from eai.households.behavior import domain as behavior
-from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
+from eai.households.virtualhome.notation import VirtualHomeSubgoals
 from protocols import of_reference
 
 

@@ -7,7 +7,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTasks, open_tasks
 from eai.tasks.source import Source
 from subgoal_scorers import behavior_subgoals

@@ -6,7 +6,7 @@ from benchmark.plan_scorers import behavior_scorer
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
 from eai.households.behavior import domain as behavior
-from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eai.households.virtualhome.records import BaseScene, Edge, GraphDelta, ObjectRecord, TaskRecord
+from eai.households.virtualhome.records import Edge, GraphDelta, ObjectRecord, TaskRecord
 
 ORDERED = ("ON", "INSIDE")
 
@@ -34,9 +34,9 @@ def changed(graph: PlainGraph, delta: GraphDelta) -> PlainGraph:
     return PlainGraph(objects, [*kept, *delta.added_edges])
 
 
-def initial_graph(base: BaseScene, task: TaskRecord) -> PlainGraph:
-    return changed(PlainGraph({each.id: each for each in base.objects}, list(base.edges)), task.initial)
+def initial_graph(base: GraphDelta, task: TaskRecord) -> PlainGraph:
+    return changed(changed(PlainGraph({}, []), base), task.initial)
 
 
-def final_graph(base: BaseScene, task: TaskRecord) -> PlainGraph:
+def final_graph(base: GraphDelta, task: TaskRecord) -> PlainGraph:
     return changed(initial_graph(base, task), task.final)

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.data.source import Archive, Bundle
-from eai.households.published_files import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES, TEMPLATE_SOURCE
+from eai.households.packs import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES, TEMPLATE_SOURCE
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
 SCENE = "TrimmedTestScene1_graph/results_intentions_march-13-18/file"

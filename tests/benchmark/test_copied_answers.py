@@ -142,7 +142,11 @@ def without_answer(task: Task, ability: Ability) -> Task:
     asked = replace(task, script=(), annotated_final=None)
     if ability is Ability.GOAL_INTERPRETATION:
         asked = replace(asked, goals=())
-        asked = replace(asked, interpretation_goals=()) if isinstance(asked, BehaviorTask) else asked
+        asked = (
+            replace(asked, record=replace(asked.record, goal_options=()))
+            if isinstance(asked, BehaviorTask)
+            else asked
+        )
     return asked
 
 

@@ -60,7 +60,7 @@ def test_unbound_variables_are_an_error() -> None:
     with pytest.raises(InputError, match="variable x is not bound"):
         list(options(unbound, universe().objects))
     with pytest.raises(InputError, match="variable x is not bound"):
-        of_reference("behavior_goal_test").truncated_options(unbound, universe().objects)
+        of_reference("behavior_quirks").truncated_options(unbound, universe().objects)
 
 
 def test_the_tree_of_a_formula() -> None:

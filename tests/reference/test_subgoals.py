@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from random import Random
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
-from eai.reference.subgoals import SEED, Lots
 from eai.world.fault import FaultKind
 from households.behavior import kitchen
 from households.virtualhome import household
@@ -122,12 +118,6 @@ def test_a_full_seat_cannot_be_diagnosed_in_subgoals_and_is_a_missing_step_in_pl
 def test_negations_come_in_odd_numbers(subgoal: str, outcome: str, actions: list[str]) -> None:
     assert told(SCENES.score(answer(subgoal))) == outcome
     assert [step.action for step in SCENES.explain(answer(subgoal)).steps] == actions
-
-
-@given(st.lists(st.integers(1, 4).map(range), max_size=12))
-def test_lots_fall_as_if_each_draw_were_made_at_once(draws: list[range]) -> None:
-    lots, random = Lots(), Random(SEED)
-    assert [lots.choice(options) for options in draws] == [random.choice(options) for options in draws]
 
 
 def test_what_cannot_be_translated_ends_everything_when_it_is_reached() -> None:

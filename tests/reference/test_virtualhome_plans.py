@@ -11,7 +11,7 @@ from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.abilities.verdict import GoalTallies, Tally, Unreadable
-from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, VirtualHomeGoalTest, read_plan
+from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, _GoalTest, read_plan
 from households.virtualhome.household import make_task
 
 Steps = list[tuple[str, tuple[object, ...]]]
@@ -116,7 +116,7 @@ def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> No
 
 OPEN_FRIDGE = "state OPEN fridge.10"
 TWO_RELATIONS = ("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12")
-BOTH = pytest.mark.parametrize("kind", [GoalTest, VirtualHomeGoalTest], ids=["strict", "reference"])
+BOTH = pytest.mark.parametrize("kind", [GoalTest, _GoalTest], ids=["strict", "reference"])
 
 
 def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> GoalTallies:
@@ -147,7 +147,7 @@ def test_goals_are_counted_by_kind(
     assert counted == GoalTallies(*(Tally(*tally) for tally in expected))
 
 
-@pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (VirtualHomeGoalTest, 1)])
+@pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (_GoalTest, 1)])
 def test_quirk_the_first_relation_that_holds_ends_the_count(kind: type[GoalTest], counted: int) -> None:
     assert tallies(kind, make_task(goals=TWO_RELATIONS), []).relation == Tally(counted, 2)
 
@@ -190,7 +190,7 @@ def test_action_goals_count_in_order(
 )
 def test_quirks_of_action_goals(goals: list[str], actions: list[str], strict: int, reference: int) -> None:
     assert actions_met(GoalTest, goals, actions).satisfied == strict
-    assert actions_met(VirtualHomeGoalTest, goals, actions).satisfied == reference
+    assert actions_met(_GoalTest, goals, actions).satisfied == reference
 
 
 @pytest.mark.parametrize(
@@ -201,8 +201,8 @@ def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
     goals: tuple[str, ...], *, reorders: bool
 ) -> None:
     task = make_task(goals=goals)
-    assert VirtualHomeGoalTest(task).reorders is reorders
-    in_order = VirtualHomeGoalTest(task, as_in_data_set=True)
+    assert _GoalTest(task).reorders is reorders
+    in_order = _GoalTest(task, as_in_data_set=True)
     assert not in_order.reorders
     assert in_order.reached(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(goals)
 
@@ -231,4 +231,4 @@ def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTes
 )
 def test_the_gold_test_is_on_states_and_relations(goals: tuple[str, ...], *, passes: bool) -> None:
     task = make_task(goals=goals)
-    assert VirtualHomeGoalTest(task).passes_gold_test(task.initial) is passes
+    assert _GoalTest(task).passes_gold_test(task.initial) is passes

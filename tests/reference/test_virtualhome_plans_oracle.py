@@ -206,7 +206,7 @@ def test_the_documentation_shows_the_rates_of_both_protocols(
 
 def test_the_documentation_names_every_quirk_of_the_simulator() -> None:
     page = PAGE.read_text(encoding="utf-8")
-    assert [quirk.name for quirk in QUIRKS if f"`{quirk.name}`" not in page] == []
+    assert [quirk.__name__ for quirk in QUIRKS if f"`{quirk.__name__}`" not in page] == []
 
 
 def summary(verdicts: Sequence[Verdict], protocol: Protocol = REFERENCE) -> dict[str, Rate]:

@@ -81,7 +81,7 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
 
 
 def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
-    task_id = of_reference("published_runs").TASK
+    task_id = of_reference("protocol").TASK
     asked = record(task_id, SUCCEEDED, domain="behavior", protocol=Protocol("eai-1.0.5"))
     folder = str(write_runs(tmp_path, [[asked]]))
     alone, both = (RUNNER.invoke(app, ["leaderboard", folder, *more]).output for more in ([], ["--paper"]))

@@ -120,7 +120,7 @@ def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None
     ]
     reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
     plain = summarise([record.verdict for record in reached], SUITE.ability)
-    counted = map(of_reference("published_runs").counted_as_published, reached)
+    counted = map(of_reference("protocol").counted_as_published, reached)
     then = summarise([record.verdict for record in counted], SUITE.ability)
     assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
     assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]

@@ -12,15 +12,12 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import write_whole
 from eai.errors import EaiError, how_to_install
-from eai.households.packs import EAI_EVAL
-from eai.households.published_files import SCENE_PREFIX
+from eai.households.packs import EAI_EVAL, SCENE_PREFIX
 from eai.tasks.source import Source
 from eai.tasks.task_lines import goal_texts
-from eai.world.state import Fact
 
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
 """Of the data set, by its authors."""
@@ -101,14 +98,15 @@ def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     """The tasks of a benchmark, a row each."""
     for task in benchmark.tasks(source).values():
         names = [thing.name for thing in task.scene.objects]
+        facts = [fact for fact in task.initial.facts() if {*task.relevant}.issuperset(fact.arguments)]
         yield {
             "id": identifier(task.id),
             "title": task.title,
             "instruction": task.instruction,
             "goals": goal_texts([goal.formula for goal in task.goals], benchmark.domain, task.scene),
             "objects": [names[i] for i in task.relevant],
-            "initially": [_said(fact.predicate, fact.arguments, names) for fact in _facts(task)],
-            "plan": [_said(step.operator, step.arguments, names) for step in task.script],
+            "initially": [_applied(fact.predicate, fact.arguments, names) for fact in facts],
+            "plan": [_applied(step.operator, step.arguments, names) for step in task.script],
         }
 
 
@@ -125,16 +123,11 @@ def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 
 
 def identifier(task_id: str) -> str:
-    """What a row calls its task: ``27_2`` gets its scene, for readers take it for the number 272."""
+    """The id of a task in its row: ``27_2`` gets its scene, for readers take it for the number 272."""
     return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
 
 
-def _facts(task: Task) -> Iterator[Fact]:
-    about = set(task.relevant)
-    return (fact for fact in task.initial.facts() if about.issuperset(fact.arguments))
-
-
-def _said(word: str, arguments: Sequence[int], names: Sequence[str]) -> str:
+def _applied(word: str, arguments: Sequence[int], names: Sequence[str]) -> str:
     return f"{word}({', '.join(names[i] for i in arguments)})"
 
 

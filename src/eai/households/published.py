@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.declaration import Category
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
-from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, open_published
-from eai.households.published_files import PROBLEMS_MEMBER, task_id_of
+from eai.households.packs import (
+    BEHAVIOR_PDDL,
+    PROBLEMS_MEMBER,
+    PROMPTS,
+    RESOURCES,
+    open_published,
+    task_id_of,
+)
 from eai.pddl.model import OperatorText
 from eai.pddl.reader import read_domain
-from eai.prompts.prompt import Prompt, PromptFiles, prompt_file
+from eai.prompts.prompt import Prompt, PromptFiles, PublishedPrompts, prompt_file
 from eai.tasks.source import TaskSet
 
 Render = Callable[[Store | None, Report], Mapping[str, str]]
@@ -22,16 +30,9 @@ Render = Callable[[Store | None, Report], Mapping[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
-class OfficialPrompts:
-    """The official prompts of one benchmark.
-
-    Attributes:
-        name: the benchmark's folder in the pack of prompts.
-        rendered: the abilities whose prompts the data set ships as a template only, and how to render them.
-    """
-
+class _OfficialPrompts:
     name: str
-    rendered: Mapping[Ability, Render] = field(default_factory=dict)
+    rendered: Mapping[Ability, Render]
 
     def prompts(
         self, ability: Ability, store: Store | None = None, *, report: Report = silent
@@ -43,11 +44,10 @@ class OfficialPrompts:
         """
         if ability in self.rendered:
             return {i: Prompt(text) for i, text in self.rendered[ability](store, report).items()}
-        pack = open_published(PROMPTS, store, report=report)
-        setup = self._setup(ability)
-        settings = pack.read_json(setup) if setup in pack.manifest.members else {}
+        files = self.files(ability, store, report=report)
+        settings = {} if files.system is None else json.loads(files.system)
         system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
-        rows = pack.read_json(self._member(ability))
+        rows = json.loads(files.prompts)
         return {task_id_of(row["identifier"]): Prompt(row["llm_prompt"], system, stop) for row in rows}
 
     def files(self, ability: Ability, store: Store | None = None, *, report: Report = silent) -> PromptFiles:
@@ -59,63 +59,22 @@ class OfficialPrompts:
         if ability in self.rendered:
             return PromptFiles(prompt_file(self.prompts(ability, store, report=report)), None)
         pack = open_published(PROMPTS, store, report=report)
-        setup = self._setup(ability)
+        setup = f"{self.name}/{ability.value}_system.json"
         system = pack.read(setup) if setup in pack.manifest.members else None
-        return PromptFiles(pack.read(self._member(ability)), system)
-
-    def _member(self, ability: Ability) -> str:
-        return f"{self.name}/{ability.value}.json"
-
-    def _setup(self, ability: Ability) -> str:
-        return f"{self.name}/{ability.value}_system.json"
+        return PromptFiles(pack.read(f"{self.name}/{ability.value}.json"), system)
 
 
-class TransitionTasks(TaskSet[TransitionTask]):
-    """The tasks of a household.
+def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
+    """The official prompts of one benchmark.
 
     Args:
-        pack: the published files.
-        header_member: the one with the planning domain.
-
-    Attributes:
-        domain: what they share.
+        name: the benchmark's folder in the pack of prompts.
+        rendered: the abilities whose prompts the data set ships as a template only, and how to render them.
     """
-
-    def __init__(self, pack: PackFile, header_member: str) -> None:
-        self.domain = OperatorLibrary(
-            header=read_domain(pack.read(header_member).decode() + ")"),
-            operators={
-                name: OperatorText(
-                    name,
-                    values["action_parameters"],
-                    values["action_preconditions"],
-                    values["action_effects"],
-                )
-                for name, values in pack.read_json("gold_action.json").items()
-            },
-            categories={
-                name: category_of(label) for name, label in pack.read_json("predicates_category.json").items()
-            },
-        )
-        problems = pack.read_json(PROBLEMS_MEMBER)
-        operators = pack.read_json("id2action.json")
-        categories = pack.read_json("id2category_2.json")
-        tasks = {
-            task_id: TransitionTask(
-                task_id,
-                self.domain,
-                operators[task_id],
-                [category_of(label) for label in categories[task_id]],
-                problems[task_id],
-            )
-            for task_id in pack.read_json("success_task.json")
-        }
-        super().__init__(tasks, tasks.__getitem__, pack.manifest.sha256)
+    return _OfficialPrompts(name, rendered or {})
 
 
-def category_of(label: str) -> Category:
-    """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
-    return Category(label.replace("-", "_").replace(" ", "_"))
+TransitionTasks: TypeAlias = TaskSet[TransitionTask]
 
 
 def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
@@ -124,7 +83,7 @@ def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return TransitionTasks(open_published(RESOURCES, store, report=report), "virtualhome_pd.pddl")
+    return _transition_tasks(open_published(RESOURCES, store, report=report), "virtualhome_pd.pddl")
 
 
 def open_behavior(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
@@ -133,4 +92,36 @@ def open_behavior(store: Store | None = None, *, report: Report = silent) -> Tra
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return TransitionTasks(open_published(BEHAVIOR_PDDL, store, report=report), "behavior_pd.pddl")
+    return _transition_tasks(open_published(BEHAVIOR_PDDL, store, report=report), "behavior_pd.pddl")
+
+
+def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
+    """The tasks of the published files, given the member with the planning domain."""
+    library = OperatorLibrary(
+        header=read_domain(pack.read(header).decode() + ")"),
+        operators={
+            name: _operator(name, values) for name, values in pack.read_json("gold_action.json").items()
+        },
+        categories={
+            name: _category(label) for name, label in pack.read_json("predicates_category.json").items()
+        },
+    )
+    problems, operators = pack.read_json(PROBLEMS_MEMBER), pack.read_json("id2action.json")
+    categories = pack.read_json("id2category_2.json")
+
+    def build(task_id: str) -> TransitionTask:
+        kinds = [_category(label) for label in categories[task_id]]
+        return TransitionTask(task_id, library, operators[task_id], kinds, problems[task_id])
+
+    tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
+    return TaskSet(tasks, tasks.__getitem__, pack.manifest.sha256)
+
+
+def _operator(name: str, values: Mapping[str, str]) -> OperatorText:
+    parts = [values[key] for key in ("action_parameters", "action_preconditions", "action_effects")]
+    return OperatorText(name, *parts)
+
+
+def _category(label: str) -> Category:
+    """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
+    return Category(label.replace("-", "_").replace(" ", "_"))

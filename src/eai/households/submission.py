@@ -16,12 +16,12 @@ from eai.benchmark.registry import FIRST, find_benchmark
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.households.published_files import SCENE_PREFIX, task_id_of
+from eai.households.packs import SCENE_PREFIX, task_id_of
 from eai.prompts.prompt import read_prompt_file
 from eai.tasks.source import Finding
 
 _PROMPTS = "_prompts.json"
-"""How the names of a starter kit's prompt files end."""
+"""The ending of the names of a starter kit's prompt files."""
 
 _SUITES = [(domain, ability) for domain in FIRST for ability in FOUR]
 
@@ -122,28 +122,20 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
                 elif found[0].file_size > MAX_SIZE:
                     findings.append(Finding(file, f"holds more than {MAX_SIZE:,} bytes"))
                 else:
-                    problems = _problems_of_member(archive, found[0], identifiers)
-                    findings += [Finding(file, problem) for problem in problems]
+                    findings += [Finding(file, each) for each in _problems(archive, found[0], identifiers)]
     except UNREADABLE as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise InputError(f"{path}: expected a zip that can be read ({why})") from error
     return findings
 
 
-def _problems_of_member(
-    archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
-) -> Iterator[str]:
+def _problems(archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]) -> Iterator[str]:
     """Yield the findings in one file; no more of it is read than it says that it holds."""
     try:
         content = archive.read(member)
     except UNREADABLE as error:
         yield f"cannot be read ({error})"
         return
-    yield from _problems(content, identifiers)
-
-
-def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
-    """Yield the findings in one file."""
     try:
         rows = json.loads(content)
     except (ValueError, RecursionError) as error:

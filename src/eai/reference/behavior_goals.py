@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
@@ -15,12 +15,15 @@ from eai.abilities.goal_interpretation.scorer import wrong_goal_notes
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
-from eai.households.behavior.goal_notation import RELATIONS, STATES
+from eai.households.behavior.notation import RELATIONS, STATES
 from eai.households.behavior.tasks import BehaviorTask
-from eai.reference.quirk import Aborting
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
+
+_NO_LIST = Unreadable("a section is not a list")
+_NO_CONDITION = Unreadable("a condition is empty, or not a list")
+"""Answers at which the whole run of the reference ends."""
 
 Value: TypeAlias = object
 """An element of an answer's list: a JSON value, lists as tuples."""
@@ -51,7 +54,7 @@ class _Condition:
 
 
 def see(condition: Value) -> _Condition | None:
-    """What a condition says, or None if it is nothing of the kind; a string is a list of letters here."""
+    """The parts of a condition, or None if it is none; a string is a list of letters here."""
     parts = _parts(condition)
     if parts[:1] == ("not",):
         parts = _parts(parts[1]) if len(parts) > 1 else ()
@@ -75,24 +78,24 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     conditions: list[Value] = []
     for section in sections.values():
         if not isinstance(section, list | str):
-            return Aborting("a section is not a list")
+            return _NO_LIST
         conditions += map(_frozen, section)
     if any(see(condition) is None for condition in conditions):
-        return Aborting("a condition is empty, or not a list")
+        return _NO_CONDITION
     return tuple(conditions)
 
 
 class ByFirstOption(Scorer):
-    """How the reference compares conditions with those of a task.
+    """The scorer of goals as the reference compares conditions with those of a task.
 
     Its quirks: of several options that meet equally many conditions the first counts; a condition that stands
-    in two goals counts twice, and so does a wrong one that is said twice; ``nextto`` has a direction; a wrong
+    in two goals counts twice, and so does a wrong one stated twice; ``nextto`` has a direction; a wrong
     condition whose predicate does not exist is neither a state nor a relation; an answer that cannot be read
     predicts nothing.
     """
 
     def __init__(self, task: BehaviorTask) -> None:
-        self._goals = task.interpretation_goals
+        self._goals = task.record.goal_options
         self._objects = frozenset(thing.instance for thing in task.record.objects)
 
     def assess(self, text: str) -> Assessment:
@@ -102,7 +105,7 @@ class ByFirstOption(Scorer):
             verdict = replace(
                 self._judge(()),
                 error=ErrorReport(FaultKind.PARSING, None, conditions.reason),
-                aborts=isinstance(conditions, Aborting),
+                aborts=conditions in (_NO_LIST, _NO_CONDITION),
             )
             return Assessment(verdict, partial(self._explain, (f"parsing: {conditions.reason}",), ()))
         verdict = self._judge(conditions)
@@ -112,7 +115,7 @@ class ByFirstOption(Scorer):
         seen = [each for each in map(see, conditions) if each is not None]
         unknown = [[name for name in each.arguments if name not in self._objects] for each in seen]
         groups = self._groups(conditions)
-        kinds = [_kinds(group) for group in groups]
+        kinds = [[each.kind for each in map(see, group) if each is not None] for group in groups]
         matched, wrong, missing = [tuple(map(_text, group)) for group in groups]
         return GoalVerdict(
             counts={
@@ -130,37 +133,33 @@ class ByFirstOption(Scorer):
 
     def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
         """Return the conditions that are right, that are wrong and that are missed."""
-        said = frozenset(predicted)
-        wanted = [condition for option in self._chosen(said) for condition in option]
+        stated = frozenset(predicted)
+        wanted = [condition for option in self._chosen(stated) for condition in option]
         needed = frozenset[Value](wanted)
         return (
-            [condition for condition in wanted if condition in said],
+            [condition for condition in wanted if condition in stated],
             [condition for condition in predicted if condition not in needed],
-            [condition for condition in wanted if condition not in said],
+            [condition for condition in wanted if condition not in stated],
         )
 
-    def _chosen(self, said: frozenset[Value]) -> list[tuple[Value, ...]]:
+    def _chosen(self, stated: frozenset[Value]) -> list[tuple[Value, ...]]:
         """Of each goal the first of the options that meet most conditions."""
         return [
-            max(options, key=lambda option: sum([condition in said for condition in option]))
+            max(options, key=lambda option: sum([condition in stated for condition in option]))
             for options in self._goals
         ]
 
     def _explain(self, notes: tuple[str, ...], predicted: Sequence[Value]) -> Explanation:
-        said = frozenset(predicted)
+        stated = frozenset(predicted)
         return Explanation(
             notes=notes,
             goals=tuple(
-                GoalReport("condition", text, said.issuperset(option), predicates=names_in(text))
-                for option in self._chosen(said)
+                GoalReport("condition", text, stated.issuperset(option), predicates=names_in(text))
+                for option in self._chosen(stated)
                 for text in (" and ".join(map(_text, option)),)
             ),
             atoms={_text(each): _statement(each) for group in self._groups(predicted) for each in group},
         )
-
-
-def _kinds(conditions: Iterable[Value]) -> list[GoalKind | None]:
-    return [seen.kind for seen in map(see, conditions) if seen is not None]
 
 
 def _parts(value: Value) -> tuple[Value, ...]:
@@ -182,7 +181,7 @@ def _text(condition: Value) -> str:
 
 
 def _statement(condition: Value) -> Statement:
-    """What a condition says; one of another form is a name."""
+    """The statement of a condition; one of another form is a name."""
     match condition:
         case ("not", (predicate, *arguments)):
             return Statement(str(predicate), tuple(map(str, arguments)), positive=False)

@@ -1,4 +1,4 @@
-"""How eai-eval 1.0.5 judges a BEHAVIOR plan (``action_sequence_evaluator.py``).
+"""BEHAVIOR plans as eai-eval 1.0.5 judges them (``action_sequence_evaluator.py``).
 
 It evaluates what stands between the first ``[`` and the first ``]`` of the answer as a Python expression,
 keeps the dictionaries that have an action and an object, and drops everything else in silence. We evaluate
@@ -22,12 +22,13 @@ from eai.abilities.action_sequencing.notation import (
     named,
 )
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.tasks import BehaviorTask
 from eai.reference import behavior_quirks
-from eai.reference.behavior_goal_test import behavior_goal_test
-from eai.reference.plans import ReferencePlans
+from eai.reference.behavior_quirks import behavior_goal_test
+from eai.reference.plans import beside_strict
 from eai.world.fault import FaultKind
 
 _NO_ACTIONS = Unreadable("no actions were found")
@@ -43,7 +44,7 @@ class _Notation(JsonPlans):
         return read_plan(text)
 
 
-class BehaviorActionSequencing(ReferencePlans):
+class BehaviorActionSequencing(ActionSequencing):
     """The scorer of a task's plans.
 
     An answer that cannot be run leaves the world as it is, and reaches the goals that hold there. A plan that
@@ -54,12 +55,15 @@ class BehaviorActionSequencing(ReferencePlans):
         domain = behavior_quirks.as_in_reference()
         super().__init__(task, domain, _Notation(), behavior_goal_test(task))
 
-    def as_strict(self) -> ActionSequencing:
-        """The scorer of the same task under `strict`."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict, explained beside that of `strict`."""
+        return beside_strict(super().assess(text), text, self.notation, self._as_strict)
+
+    def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), JsonPlans())
 
     def _reached(self, course: Course) -> tuple[bool, ...]:
-        """What holds in the state in which a plan leaves the world, which an action may leave half done."""
+        """The goals that hold in the final state of a plan, which an action may leave half done."""
         trajectory = course.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:

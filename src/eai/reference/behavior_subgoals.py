@@ -1,8 +1,8 @@
-"""How eai-eval 1.0.5 reads and checks BEHAVIOR subgoals (``subgoal_plan.py``, ``checkers.py``).
+"""BEHAVIOR subgoals as eai-eval 1.0.5 reads and checks them (``subgoal_plan.py``, ``checkers.py``).
 
 Its quirks: every ``}}`` becomes one brace; an answer ends at the first closing brace; strings that contain
 the word agent or the name of a quantifier vanish; a string with `` or `` is cut there as plain text, whatever
-the brackets say, and one piece is taken by lot (see `Lots`); a t-shirt becomes a shirt, which no
+the brackets say, and one piece is taken by lot (see `subgoals`); a t-shirt becomes a shirt, which no
 scene has.
 
 What its robot does for a subgoal depends on what the hands hold (``state_action_translator.py``). Quirk: a
@@ -13,29 +13,19 @@ hand counts as holding an object whose name is part of the name of what it holds
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import replace
+from random import Random
+from typing import TypeAlias
 
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, WrittenSubgoals
-from eai.abilities.subgoal_decomposition.program import (
-    Compiled,
-    Do,
-    End,
-    Found,
-    Instruction,
-    Plan,
-    Plans,
-    Program,
-    Rejected,
-    unparseable,
-)
+from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon
+from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
-from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.abilities.verdict import ErrorReport
 from eai.households.behavior import predicates as p
-from eai.households.behavior.subgoal_notation import (
+from eai.households.behavior.notation import (
     ACTIONS,
-    STATES,
+    ARITIES,
     BehaviorSubgoals,
     category_predicates,
     meant,
@@ -47,8 +37,8 @@ from eai.logic.signature import Signature, takes
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
 from eai.reference import behavior_quirks
-from eai.reference.behavior_goal_test import behavior_goal_test
-from eai.reference.subgoals import Lots, ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.reference.behavior_quirks import behavior_goal_test
+from eai.reference.subgoals import ReferenceSubgoals
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.state import Scene, State
@@ -80,27 +70,14 @@ _SUPPORTING = ("ontop", "onfloor")
 _HOLDING: Mapping[str, str] = {p.in_right_hand.name: "RIGHT", p.in_left_hand.name: "LEFT"}
 
 
-@dataclass(frozen=True, slots=True)
-class _Hands:
-    """The objects in the hands, by index."""
-
-    left: int | None
-    right: int | None
-
-    def in_hand(self, hand: str) -> int | None:
-        """Return the object in a hand, ``LEFT`` or ``RIGHT``."""
-        return self.left if hand == "LEFT" else self.right
+_Hands: TypeAlias = Mapping[str, int | None]
+"""The object in each hand, ``LEFT`` and ``RIGHT``, by index."""
 
 
 def held(state: State) -> _Hands:
     """Return the objects in both hands in a state."""
-    left, right = state.those(p.in_left_hand.name), state.those(p.in_right_hand.name)
-    return _Hands(*(mask.bit_length() - 1 if mask else None for mask in (left, right)))
-
-
-def are_done_together(first: GroundAtom, second: GroundAtom) -> bool:
-    """Whether these put one object onto something and next to something."""
-    return _together(first, second) is not None
+    masks = {"LEFT": state.those(p.in_left_hand.name), "RIGHT": state.those(p.in_right_hand.name)}
+    return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
 def plans_for(literals: Sequence[GroundAtom]) -> Plans:
@@ -159,20 +136,17 @@ def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[Plan, str]:
     hand = _hand_with(thing, hands, scene)
     if hand is not None:
         return (), hand
-    if hands.right is None:
+    if hands["RIGHT"] is None:
         return (Action("RIGHT_GRASP", (thing,)),), "RIGHT"
-    if hands.left is None:
+    if hands["LEFT"] is None:
         return (Action("LEFT_GRASP", (thing,)),), "LEFT"
     return (*_emptied("RIGHT", hands), Action("RIGHT_GRASP", (thing,))), "RIGHT"
 
 
 def _hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
-    found = (hand for hand in ("LEFT", "RIGHT") if _holds(hands.in_hand(hand), thing, scene))
-    return next(found, None)
-
-
-def _holds(content: int | None, thing: int, scene: Scene) -> bool:
-    return content is not None and scene.objects[thing].name in scene.objects[content].name
+    name = scene.objects[thing].name
+    full = [(hand, content) for hand, content in hands.items() if content is not None]
+    return next((hand for hand, content in full if name in scene.objects[content].name), None)
 
 
 def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
@@ -189,13 +163,13 @@ def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, Ground
 
 
 def _emptied(hand: str, hands: _Hands) -> Plan:
-    content = hands.in_hand(hand)
+    content = hands[hand]
     return () if content is None else (Action(f"{hand}_RELEASE", (content,)),)
 
 
 def _one_free(hands: _Hands) -> Plan:
     """The actions after which at least one hand is free."""
-    return () if hands.left is None or hands.right is None else _emptied("RIGHT", hands)
+    return () if hands["LEFT"] is None or hands["RIGHT"] is None else _emptied("RIGHT", hands)
 
 
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
@@ -206,7 +180,7 @@ class _Notation(BehaviorSubgoals):
 
     def lexicon(self, scene: Scene) -> SubgoalLexicon:
         """The names of the data set, where parts of objects have none."""
-        predicates = dict.fromkeys((*category_predicates(scene), *STATES))
+        predicates = dict.fromkeys((*category_predicates(scene), *ARITIES))
         return meant(scene, Signature(predicates, dict.fromkeys(ACTIONS), None), published_names(scene))
 
 
@@ -224,67 +198,52 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         super().__init__(task, domain, _Notation(), goals=goals, limits=limits)
         self.excluded = None
 
-    def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
+    def compile(self, text: str) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
-        formula = parse_at_once(read_subgoals(text, lots), self.lexicon.signature)
-        if isinstance(formula, Rejected):
-            return formula
-        wrong = wrong_use(formula, self.lexicon.objects)
-        if wrong is not None:
-            kind, detail = wrong
-            parsing = kind is FaultKind.PARSING
-            category = SubgoalCategory.NOT_PARSEABLE if parsing else SubgoalCategory.HALLUCINATION
-            return Rejected(category, ErrorReport(kind, None, detail))
-        found = literals(formula, lots)
-        if found is None:
-            return unparseable("the reference cannot make a plan of this formula")
-        return Compiled(tuple(found), self._program(found))
+        return super().compile(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
 
-    def _program(self, found: Sequence[Formula]) -> Program:
-        """One literal, or two that are done together, after the other; nothing is tested."""
-        asked = [self.lexicon.literal(literal) for literal in found]
-        steps: list[tuple[int, tuple[GroundAtom, ...]]] = []
+    def _piece(self, subgoal: str, lots: Random) -> str | None:
+        if "agent" in subgoal or any(word in subgoal for word in _QUANTIFIERS):
+            return None
+        return lots.choice(subgoal.split(" or ")) or None
+
+    def _misuse(self, formula: Formula) -> Rejected | None:
+        wrong = wrong_use(formula, self.lexicon.objects)
+        if wrong is None:
+            return None
+        kind, detail = wrong
+        parsing = kind is FaultKind.PARSING
+        category = SubgoalCategory.NOT_PARSEABLE if parsing else SubgoalCategory.HALLUCINATION
+        return Rejected(category, ErrorReport(kind, None, detail))
+
+    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, Plans]]:
+        """One literal, or two that are done together, at a time."""
+        atoms = [self.lexicon.literal(literal) for literal in found]
+        steps: list[tuple[int, Plans]] = []
         number = 0
-        while number < len(asked):
-            pair = tuple([literal for literal in asked[number : number + 2] if literal is not None])
-            width = 2 if len(pair) == 2 and are_done_together(*pair) else 1
-            first = asked[number]
-            if first is not None:
-                steps.append((number, pair[:width]))
+        while number < len(atoms):
+            pair = tuple([atom for atom in atoms[number : number + 2] if atom is not None])
+            width = 2 if len(pair) == 2 and _together(*pair) is not None else 1
+            if atoms[number] is not None:
+                steps.append((number, plans_for(pair[:width])))
             number += width
-        program: list[Instruction] = [End()]
-        for number, together in reversed(steps):
-            program.append(Do(plans_for(together), number, len(program) - 1))
-        return program
+        return steps
 
     def _reached_without_running(self) -> tuple[bool, ...]:
         return self.goals.reached(self.task.initial, ())
 
 
-def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:
-    """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
-    output = read_output(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
-    if isinstance(output, Unreadable):
-        return output
-    pieces = [lots.choice(subgoal.split(" or ")) for subgoal in output if _is_kept(subgoal)]
-    return WrittenSubgoals(tuple([piece for piece in pieces if piece]))
-
-
-def _is_kept(subgoal: str) -> bool:
-    return "agent" not in subgoal and not any(word in subgoal for word in _QUANTIFIERS)
-
-
 def wrong_use(formula: Formula, objects: Collection[str]) -> tuple[FaultKind, str] | None:
-    """What the reference finds wrong with the primitives of a formula: its semantic check.
+    """The error that the reference finds in the primitives of a formula: its semantic check.
 
     Numbers of objects come before objects that there are not. An exception, which makes a parsing error,
     comes of a primitive without objects, and of one whose number of objects is in no table, unless a wrong
     number was found before it. States are looked at before actions.
     """
     parts = tuple(walk(formula))
-    primitives = [
-        *(_Primitive(p.predicate, STATES.get(p.predicate), p) for p in parts if isinstance(p, Atom)),
-        *(_Primitive(p.action, ACTIONS[p.action], p) for p in parts if isinstance(p, Occurs)),
+    primitives: list[tuple[str, int | None, Atom | Occurs]] = [
+        *((p.predicate, ARITIES.get(p.predicate), p) for p in parts if isinstance(p, Atom)),
+        *((p.action, ACTIONS[p.action], p) for p in parts if isinstance(p, Occurs)),
     ]
     for name, _, part in primitives:
         if not part.arguments:
@@ -300,11 +259,3 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> tuple[FaultKind, st
             if term.name not in objects:
                 return FaultKind.HALLUCINATION, f"{name}: there is no {term.name}"
     return None
-
-
-class _Primitive(NamedTuple):
-    """A state or action in a formula, and the number of objects that it takes, if that is known."""
-
-    name: str
-    arity: int | None
-    part: Atom | Occurs

@@ -30,6 +30,7 @@ from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.rewriting import negation_normal
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -45,11 +46,8 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """The operator with every variable bound, or the offence for which the reference's planner refused it.
 
     Refused is an unbound variable inside a ``forall`` of a condition (an ``exists`` under ``not`` is one).
-    An operator without unbound variables is returned as it is.
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
-    if not _has_loose(action.precondition, action.effect, parameters):
-        return action
     leak = _Leak(taken=set(parameters))
     precondition = leak.open(negation_normal(action.precondition))
     scope = parameters | {variable.name for variable in leak.found}
@@ -63,23 +61,6 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     if binder.refused:
         return PddlFinding(Offence.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
     return bound
-
-
-def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
-    """The formula with negation in front of atoms only and without implications."""
-    match formula:
-        case f.Not(operand):
-            return negation_normal(operand, negated=not negated)
-        case f.And(operands) | f.Or(operands):
-            connective = f.And if isinstance(formula, f.And) != negated else f.Or
-            return connective(tuple(negation_normal(operand, negated=negated) for operand in operands))
-        case f.Implies(premise, conclusion):
-            return negation_normal(f.Or((f.Not(premise), conclusion)), negated=negated)
-        case f.ForAll(variable, body) | f.Exists(variable, body):
-            quantifier = f.ForAll if isinstance(formula, f.ForAll) != negated else f.Exists
-            return quantifier(variable, negation_normal(body, negated=negated))
-        case _:
-            return f.Not(formula) if negated else formula
 
 
 @dataclass(slots=True)
@@ -167,51 +148,14 @@ def _loose_terms(arguments: tuple[f.Term, ...], scope: Names) -> Iterator[str]:
     return (term.name for term in arguments if isinstance(term, f.Variable) and term.name not in scope)
 
 
-def _has_loose(condition: f.Formula, effect: m.PddlEffect, scope: Names) -> bool:
-    return next(_loose(condition, scope), None) is not None or _has_loose_effect(effect, scope)
-
-
-def _has_loose_effect(effect: m.PddlEffect, scope: Names) -> bool:
-    match effect:
-        case m.Both(parts):
-            return any(_has_loose_effect(part, scope) for part in parts)
-        case m.Each(variable, part):
-            return _has_loose_effect(part, scope | {variable.name})
-        case m.WhenEffect(condition, part):
-            return _has_loose(condition, part, scope)
-        case _:
-            return any(not _is_bound(atom.arguments, scope) for atom in m.effect_atoms(effect))
-
-
-def _loose(formula: f.Formula, scope: Names) -> Iterator[str]:
-    match formula:
-        case f.Atom(_, arguments):
-            yield from _loose_terms(arguments, scope)
-        case f.Equals(left, right):
-            yield from _loose_terms((left, right), scope)
-        case f.Not(operand):
-            yield from _loose(operand, scope)
-        case f.And(operands) | f.Or(operands):
-            for operand in operands:
-                yield from _loose(operand, scope)
-        case f.Implies(premise, conclusion):
-            yield from _loose(f.And((premise, conclusion)), scope)
-        case f.ForAll(variable, body) | f.Exists(variable, body):
-            yield from _loose(body, scope | {variable.name})
-
-
 _REFUSED = frozenset({Offence.UNKNOWN_PREDICATE, Offence.WRONG_ARITY, Offence.UNSUPPORTED})
 
 
-@dataclass(frozen=True, slots=True)
-class Dropped:
-    """An operator that the planner leaves out without a word."""
-
-    reason: str
-
-
-def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | Dropped | PddlFinding:
+def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
     """An operator with all its variables bound, or the offence for which the planner refuses its domain.
+
+    None is one that the planner leaves out without a word: without an effect, or with a parameter of several
+    types.
 
     Depends on nothing but its arguments, so that results may be kept.
     """
@@ -237,7 +181,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     domain = replace(
         header,
         constants=objects,
-        predicates=(*header.predicates, m.PddlPredicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
+        predicates=(*header.predicates, m.PddlPredicate(UNBOUND_ADDED.predicate, ()), *names.made.values()),
         actions=renamed,
     )
     unbound_added = any(UNBOUND_ADDED in m.effect_atoms(action.effect) for action in renamed)
@@ -248,7 +192,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     )
 
 
-def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | Dropped | PddlFinding:
+def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | PddlFinding | None:
     place = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
@@ -258,17 +202,17 @@ def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | Dropped 
         return PddlFinding(Offence.UNBALANCED, "nothing behind a list", place)
     precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
     effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
-    effect = m.map_effect(effect, lambda condition: _without_types(condition, header), _same)
+    effect = m.map_effect(effect, lambda condition: _without_types(condition, header), lambda atom: atom)
     parameters = _parameters(texts[0], groups[0])
     action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
-    for finding in check_action(action, Declarations.of(header)):
+    findings = check_action(action, Declarations.of(header))
+    for finding in findings:
         if finding.offence in _REFUSED:
             return finding
-    if parameters is None:
-        return Dropped("a parameter of several types")
-    if next(m.effect_atoms(effect), None) is None:
-        return Dropped("no effect")
-    return bind_loose_variables(action)
+    if parameters is None or next(m.effect_atoms(effect), None) is None:
+        return None
+    is_loose = any(finding.offence is Offence.UNBOUND_VARIABLE for finding in findings)
+    return bind_loose_variables(action) if is_loose else action
 
 
 def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
@@ -315,10 +259,6 @@ def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     return m.map_literals(condition, change)
 
 
-def _same(atom: f.Atom) -> f.Atom:
-    return atom
-
-
 def _with_distinct_names(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
     """The operators, a name that was there before with a number behind it."""
     found: dict[str, m.PddlAction] = {}
@@ -338,14 +278,10 @@ class _UnknownNames:
     known: frozenset[str]
     made: dict[str, m.PddlPredicate] = field(default_factory=dict)
 
-    @property
-    def predicates(self) -> tuple[m.PddlPredicate, ...]:
-        """The predicates that were made on the way."""
-        return tuple(self.made.values())
-
     def action(self, action: m.PddlAction) -> m.PddlAction:
         precondition = m.map_literals(action.precondition, self.literal)
-        return replace(action, precondition=precondition, effect=self._effect(action.effect))
+        effect = m.map_effect(action.effect, lambda part: m.map_literals(part, self.literal), self.atom)
+        return replace(action, precondition=precondition, effect=effect)
 
     def literal(self, literal: f.Atom | f.Equals) -> f.Formula:
         if isinstance(literal, f.Atom):
@@ -361,9 +297,6 @@ class _UnknownNames:
         parameters = tuple(f.Variable(f"x{place}") for place in range(len(arguments)))
         self.made[name] = m.PddlPredicate(name, parameters)
         return f.Atom(name, arguments)
-
-    def _effect(self, effect: m.PddlEffect) -> m.PddlEffect:
-        return m.map_effect(effect, lambda condition: m.map_literals(condition, self.literal), self.atom)
 
     def _is_unknown(self, term: f.Term) -> bool:
         return isinstance(term, f.Constant) and term.name not in self.known

@@ -1,4 +1,4 @@
-"""How eai-eval 1.0.5 reads plans in every domain: it takes what looks like a step, the rest in silence.
+"""How eai-eval 1.0.5 reads plans in every domain: it takes all that looks like a step, ignoring the rest.
 
 So ``"STANDUP": []`` vanishes, and steps that a model only thought about count. Explanations tell where what
 is seen is not what stands there, beside the verdict of ``strict`` (`lossy_reading` in the documentation of
@@ -7,8 +7,7 @@ the protocols).
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 
@@ -21,28 +20,30 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Unreadable, Verdict
 
 MOST = 5
-"""How many steps are told one by one."""
+"""The number of steps that are named one by one."""
 
 
-class ReferencePlans(ActionSequencing):
-    """The scorer of a task's plans, whose explanations tell what the reading loses."""
+def beside_strict(
+    assessment: Assessment, text: str, notation: PlanNotation, as_strict: Callable[[], ActionSequencing]
+) -> Assessment:
+    """The assessment whose explanation tells what the reading loses, found on request.
 
-    @abstractmethod
-    def as_strict(self) -> ActionSequencing:
-        """The scorer of the same task under ``strict``."""
+    Args:
+        assessment: the reference's.
+        text: the answer.
+        notation: how the reference reads it.
+        as_strict: makes the scorer of the same task under ``strict``.
+    """
 
-    def assess(self, text: str) -> Assessment:
-        """The verdict; what is lost in reading is found when words are asked for."""
-        assessment = super().assess(text)
-        return Assessment(assessment.verdict, lambda: self._beside_strict(text, assessment.explain()))
-
-    def _beside_strict(self, text: str, explanation: Explanation) -> Explanation:
-        strict = self.as_strict()
-        differences = _differences(_steps(self.notation, text), _steps(strict.notation, text))
+    def explain() -> Explanation:
+        explanation, strict = assessment.explain(), as_strict()
+        differences = _differences(_steps(notation, text), _steps(strict.notation, text))
         notes = [f"lossy_reading: {difference}" for difference in differences]
         if notes:
             notes.append(f"{Protocol.STRICT}, which passes over nothing: {_outcome(strict.score(text))}")
         return replace(explanation, notes=(*explanation.notes, *notes))
+
+    return Assessment(assessment.verdict, explain)
 
 
 def _steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:

@@ -1,7 +1,7 @@
-"""How eai-eval 1.0.5 reads and counts subgoals in every domain (reference: ``subgoal_plan.py``).
+"""Subgoals as eai-eval 1.0.5 reads and counts them in every domain (reference: ``subgoal_plan.py``).
 
 Lots: between alternatives it calls Python's ``random.choice``, which its published runs left to chance: once
-for every subgoal that is kept, alternatives or not, then once for every ``or`` that is left. `Lots` are the
+for every subgoal that is kept, alternatives or not, then once for every ``or`` that is left. Ours are the
 draws that follow ``random.seed(0)`` before each answer.
 """
 
@@ -16,16 +16,18 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from random import Random
-from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     Compiled,
+    Do,
+    End,
     Found,
+    Instruction,
     Offence,
     Plans,
+    Program,
     Rejected,
     offending,
     unparseable,
@@ -43,34 +45,6 @@ from eai.world.state import State
 
 SEED = 0
 
-_T = TypeVar("_T")
-
-
-class Lots:
-    """The lots for one answer; a verdict must take them in the reference's order.
-
-    Draws among one are made up for when there is a choice, which most answers never leave.
-    """
-
-    __slots__ = ("_random", "_without_choice")
-
-    def __init__(self) -> None:
-        self._random: Random | None = None
-        self._without_choice = 0
-
-    def choice(self, options: Sequence[_T]) -> _T:
-        """The option that the lot falls on."""
-        if len(options) == 1:
-            self._without_choice += 1
-            return options[0]
-        if self._random is None:
-            self._random = Random(SEED)  # noqa: S311 - the same generator as the reference's
-        for _ in range(self._without_choice):
-            self._random.choice((None,))
-        self._without_choice = 0
-        return self._random.choice(options)
-
-
 _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "
 
@@ -87,12 +61,42 @@ class ReferenceSubgoals(SubgoalDecomposition):
     """
 
     def compile(self, text: str) -> Compiled | Rejected:
-        """The answer as a program for the search, or what is wrong with it; `Lots` are drawn anew."""
-        return self.compile_by_lot(text, Lots())
+        """The answer as a program for the search, or what is wrong with it; lots are drawn anew."""
+        lots = Random(SEED)  # noqa: S311 - the same generator as the reference's
+        written = read_output(text)
+        if isinstance(written, Unreadable):
+            return unparseable(written.reason)
+        pieces = [self._piece(subgoal, lots) for subgoal in written]
+        kept = [piece for piece in pieces if piece is not None]
+        formula = parse_at_once(kept, self.lexicon.signature)
+        if isinstance(formula, Rejected):
+            return formula
+        misuse = self._misuse(formula)
+        if misuse is not None:
+            return misuse
+        found = literals(formula, lots)
+        if found is None:
+            return unparseable("the reference cannot make a plan of this formula")
+        return Compiled(tuple(found), self._program(found))
 
     @abstractmethod
-    def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
-        """The same with these lots."""
+    def _piece(self, subgoal: str, lots: Random) -> str | None:
+        """The alternative that the lot falls on, as plain text; None for a string that vanishes."""
+
+    def _misuse(self, formula: f.Formula) -> Rejected | None:
+        """The use of a name for which the reference rejects an answer before it makes a plan."""
+        return None
+
+    @abstractmethod
+    def _plans(self, found: Sequence[f.Formula]) -> list[tuple[int, Plans]]:
+        """The plans for these literals, in order, each with the number of its first literal."""
+
+    def _program(self, found: Sequence[f.Formula]) -> Program:
+        """The program that carries out the plans one after the other; nothing is tested."""
+        program: list[Instruction] = [End()]
+        for number, plans in reversed(self._plans(found)):
+            program.append(Do(plans, number, len(program) - 1))
+        return program
 
     def halts(self, fault: Fault) -> bool:
         """Whether the reference raises an exception when it diagnoses a fault, which makes a parsing error.
@@ -102,7 +106,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
         return fault.kind is FaultKind.UNCATEGORISED
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
-        """What the search finds; one way that comes to what halts the reference is enough to reject all."""
+        """The outcome of the search; one branch that halts the reference is enough to reject all."""
         try:
             outcome = super()._carry_out(compiled)
         except _HaltError as halt:
@@ -150,16 +154,14 @@ def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]
     return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, errors))
 
 
-def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> f.Formula | Rejected:
+def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | Rejected:
     """The formula of an answer whose subgoals are one text.
 
     The reference gives up on an ``and`` of parts with ``then`` and parts without when it has read all of it,
     as it does on an unknown name: what ends first in the text decides. Numbers and names of objects are
     looked at later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
     """
-    if isinstance(written, Unreadable):
-        return unparseable(written.reason)
-    text = _THEN.join(written.subgoals)
+    text = _THEN.join(subgoals)
     try:
         reading = parse(text, signature, Dialect.RELEASE)
     except ParseError as error:
@@ -168,10 +170,10 @@ def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -
         return unparseable("an 'and' has parts with 'then' and parts without")
     if not reading.offences:
         return reading.formula
-    ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in written.subgoals])]
+    ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in subgoals])]
     lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
     numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in reading.offences]
-    return offending([*map(Offence, numbers, reading.offences)], written.repairs)
+    return offending([*map(Offence, numbers, reading.offences)], ())
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
@@ -210,7 +212,7 @@ def read_output(text: str) -> list[str] | Unreadable:
     return [subgoal.strip() for subgoal in output]
 
 
-def literals(formula: f.Formula, lots: Lots) -> list[f.Formula] | None:
+def literals(formula: f.Formula, lots: Random) -> list[f.Formula] | None:
     """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
 
     Of an ``or`` one operand is taken by lot.

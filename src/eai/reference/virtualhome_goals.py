@@ -9,32 +9,30 @@ from typing import Any
 
 from eai.abilities.explanation import GoalReport, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.notation import (
-    SECTIONS,
-    IllFormed,
-    WrittenGoal,
-    WrittenGoals,
-)
+from eai.abilities.goal_interpretation.notation import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, Unreadable
-from eai.households.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
-from eai.households.virtualhome.places import object_id
+from eai.households.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of
+from eai.households.virtualhome.predicates import object_id
 from eai.logic.choice import literals
-from eai.reference.quirk import Aborting
 from eai.world.domain import Domain
 
 _FENCE = "```json"
+_NO_OBJECT = Unreadable("the answer is not a JSON object")
+_OF_ANOTHER_TYPE = Unreadable("a section or an entry of it is not of the expected type")
+"""Answers at which the whole run of the reference ends."""
+
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
 class _Notation(VirtualHomeGoals):
-    """How the reference reads goals.
+    """The notation of goals as the reference reads it.
 
     Its quirks: JSON is not looked for in prose, and only a fence at the very start is removed; every
     apostrophe becomes a quotation mark; entries are duplicates only if all their fields agree, so that an
     action with two descriptions is predicted twice; much that is not of the expected type aborts the whole
-    run, which is told here as `Aborting`.
+    run, see `_NO_OBJECT`.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -47,11 +45,11 @@ class _Notation(VirtualHomeGoals):
         except (ValueError, RecursionError) as error:
             return Unreadable(f"the answer is not JSON: {error}")
         if not isinstance(value, dict):
-            return Aborting("the answer is not a JSON object")
+            return _NO_OBJECT
         try:
             read = [each for kind in GoalKind for each in _entries(kind, value.get(SECTIONS[kind], []))]
         except (TypeError, AttributeError, RecursionError):
-            return Aborting("a section or an entry of it is not of the expected type")
+            return _OF_ANOTHER_TYPE
         return WrittenGoals(
             tuple([each for each in read if isinstance(each, WrittenGoal)]),
             tuple([each for each in read if isinstance(each, IllFormed)]),
@@ -59,7 +57,7 @@ class _Notation(VirtualHomeGoals):
 
 
 class ByLargestId(GoalInterpretation):
-    """How the reference compares them with those of a task.
+    """The scorer of goals as the reference compares them with those of a task.
 
     Its quirks: a name means the relevant object of its class with the largest id (in the reference the last
     one of a set in hash order, which for all published counts is this one); predictions with an unknown name,
@@ -86,7 +84,7 @@ class ByLargestId(GoalInterpretation):
             verdict,
             counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)),
             missing=(),
-            aborts=isinstance(goals, Aborting),
+            aborts=goals in (_NO_OBJECT, _OF_ANOTHER_TYPE),
         )
 
     def unanswered(self) -> GoalVerdict:
@@ -142,7 +140,7 @@ class ByLargestId(GoalInterpretation):
         )
 
     def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
-        """The predictions, said of the objects that the names mean; or the first name that means none."""
+        """The predictions about the objects that the names mean; or the first name that means none."""
         objects = self._objects
         named: list[WrittenGoal | str] = []
         for predicate, names, positive, is_action in goals.goals:

@@ -1,4 +1,4 @@
-"""How eai-eval 1.0.5 judges a VirtualHome plan (``action_sequencing/scripts/``, ``eval_utils.py``).
+"""VirtualHome plans as eai-eval 1.0.5 judges them (``action_sequencing/scripts/``, ``eval_utils.py``).
 
 Which goals a plan reaches:
 
@@ -26,18 +26,24 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.households.virtualhome.domain import as_meant
-from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
+from eai.households.virtualhome.plan_notation import (
+    Identified,
+    VirtualHomePlans,
+    has_ids,
+    identified,
+    index_of,
+)
 from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.reference import virtualhome_quirks
-from eai.reference.plans import ReferencePlans
-from eai.reference.virtualhome_order import relevant_objects
+from eai.reference.plans import beside_strict
+from eai.reference.virtualhome_quirks import relevant_objects
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
 from eai.world.fault import FaultKind
 from eai.world.state import Scene, State
 
 
-class VirtualHomeGoalTest(GoalTest):
+class _GoalTest(GoalTest):
     """The reference's test of a task's goals.
 
     Args:
@@ -128,16 +134,10 @@ class _Notation(VirtualHomePlans):
         objects = task.scene.objects
         by_class = {objects[i].category: i for i in relevant}
         by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
-
-        def found(word: object) -> int | None:
-            if isinstance(word, Identified):
-                return by_name.get(f"{word.name}_{word.id}")
-            return by_class.get(word) if isinstance(word, str) else None
-
-        return found
+        return index_of(by_class, by_name, joint="_")
 
 
-class VirtualHomeActionSequencing(ReferencePlans):
+class VirtualHomeActionSequencing(ActionSequencing):
     """The scorer of a task's plans.
 
     Tasks whose own annotation fails the goal test are excluded. A plan that equals the data set's script is
@@ -145,14 +145,17 @@ class VirtualHomeActionSequencing(ReferencePlans):
     """
 
     def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
-        goals = VirtualHomeGoalTest(task)
+        goals = _GoalTest(task)
         super().__init__(task, _domain(), _Notation(with_ids=with_ids), goals)
         final = task.annotated_final
         self.excluded = None if final is not None and goals.passes_gold_test(final) else GOLD_TEST
-        self._summed = VirtualHomeGoalTest(task, as_in_data_set=True) if goals.reorders else goals
+        self._summed = _GoalTest(task, as_in_data_set=True) if goals.reorders else goals
 
-    def as_strict(self) -> ActionSequencing:
-        """The scorer of the same task under `strict`."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict, explained beside that of `strict`."""
+        return beside_strict(super().assess(text), text, self.notation, self._as_strict)
+
+    def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:

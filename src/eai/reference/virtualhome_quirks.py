@@ -1,33 +1,113 @@
 """The VirtualHome domain as eai-eval 1.0.5 has it: where its simulator deviates from what it is meant to do.
 
-Each quirk replaces checks or effects of the declaration; together they turn the domain of protocol `strict`
-into that of `eai-1.0.5`. The engine knows nothing of them.
+Each quirk is a function that replaces checks or effects of the declaration, and says where the reference has
+it; together they turn the domain of protocol `strict` into that of `eai-1.0.5`. The engine knows nothing of
+them. The first of several objects is that of a Python set of ids (`slot_order`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache, reduce
+from functools import cache, reduce, wraps
 
 from eai.households.virtualhome import operators as o
 from eai.households.virtualhome import predicates as p
 from eai.households.virtualhome.domain import as_declared
 from eai.households.virtualhome.predicates import R, X, Y
+from eai.households.virtualhome.slot_order import slot_order, union_order
+from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
-from eai.reference.quirk import Quirk
-from eai.reference.virtualhome_order import IN_SLOT_ORDER
+from eai.world.derived import Lookup
 from eai.world.domain import Domain
 from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, additional, affordance
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 @cache
 def as_in_reference() -> Domain:
     """The reference's order of checks and all of its quirks."""
-    return reduce(lambda domain, quirk: quirk.apply(domain), QUIRKS, as_declared())
+    return reduce(lambda domain, quirk: quirk(domain), QUIRKS, as_declared())
+
+
+def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
+    """The first target of a relation among those wanted (a mask), as a mask, empty if there is none."""
+    found = state.relation(predicate).row(source) & wanted
+    if found & (found - 1) == 0:
+        return found
+    return next(1 << y for y in _in_order(state, predicate, source) if found >> y & 1)
+
+
+def _in_order(state: State, predicate: str, source: int) -> list[int]:
+    """The targets of a relation, in the order of a set of ids.
+
+    Those of edges added by actions were put into it first, then those of the initial scene. The latter are
+    taken by ascending id, not in the order of the data set's file: the first target comes out the same for
+    every object that a task can be about.
+    """
+    relation = state.relation(predicate)
+    mask = relation.row(source)
+    at_start = relation.base_row(source)
+    by_id = {p.object_id(state, i): i for i in bits(mask | at_start)}
+    added = sorted(p.object_id(state, i) for i in bits(mask & ~at_start))
+    initial = sorted(p.object_id(state, i) for i in bits(at_start))
+    return [by_id[i] for i in slot_order((*added, *initial)) if mask >> by_id[i] & 1]
+
+
+def _room(state: State, arguments: tuple[int, ...]) -> int:
+    """The one room of an object, which may be in none (reference: ``_get_room_node``).
+
+    An object inside several things is in the first of them that is a room; otherwise the containers are
+    followed upwards, of several the first.
+    """
+    (x,) = arguments
+    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    if is_room >> x & 1:
+        return 1 << x
+    containers = inside.row(x)
+    if containers & (containers - 1):
+        return first_target(state, "INSIDE", x, is_room)
+    seen = 0
+    while containers and not containers & seen:
+        if containers & (containers - 1):
+            containers = first_target(state, "INSIDE", x, containers)
+        if containers & is_room:
+            return containers
+        seen |= containers
+        x = containers.bit_length() - 1
+        containers = inside.row(x)
+    return 0
+
+
+_LOOKUPS: Mapping[str, p.Values] = {
+    "room_of": _room,
+    "lies_on": p.origins(0, first_target),
+    "lies_in": p.origins(1, first_target),
+    "lies_next_to": p.origins(2, first_target),
+}
+
+
+def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
+    lookup = _LOOKUPS.get(derived.name)
+    if lookup is None or not isinstance(derived, Lookup):
+        return derived
+    return replace(derived, values=lookup, open_in_meaning="which of several objects is the first")
+
+
+IN_SLOT_ORDER = Vocabulary(p.VOCABULARY.predicates, tuple(map(_in_this_order, p.VOCABULARY.derived)))
+"""The vocabulary with these lookups: it stores the same, so that one state serves both."""
+
+
+def relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
+    """The objects that a task is about, by index, as the reference finds them (``get_symbolic_goal_nl``)."""
+    by_id = {p.object_id(task.initial, i): i for i in task.relevant}
+    record = task.record
+    return tuple([by_id[i] for i in union_order(record.relevant_from_nodes, record.relevant_from_edges)])
 
 
 SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
@@ -41,53 +121,38 @@ SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
     ~p.seat_full(X): (FALSE,),
     ~p.bed_full(X): (FALSE,),
 }
-"""What the reference looks for in the past when a condition fails, where it is not the condition."""
+"""Condition that fails -> the conditions that the reference looks for in the past, where they are others."""
 
 
-def _change_checks(change: Callable[[Operator, Check], Check]) -> Callable[[Domain], Domain]:
-    """A change of the domain that is a change of each single check."""
+def _of_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[Domain], Domain]:
+    """The change of a domain that changes each single check of an operator, or leaves it out (None)."""
 
+    @wraps(change)
     def apply(domain: Domain) -> Domain:
+        changed = [(each, [change(each, check) for check in each.checks]) for each in domain.operators]
         return domain.with_operators(
-            *(replace(op, checks=tuple(change(op, check) for check in op.checks)) for op in domain.operators)
+            *(
+                replace(operator, checks=tuple([check for check in checks if check is not None]))
+                for operator, checks in changed
+            )
         )
 
     return apply
 
 
-def _seek_what_the_reference_seeks(operator: Operator, check: Check) -> Check:
-    (wanted,) = (check.condition,) if check.sought is None else check.sought
-    sought = SOUGHT.get(wanted)
-    if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
-        sought = (FALSE,)  # the knife that is not in the hand
-    return check if sought is None else replace(check, sought=sought)
+def first_of_a_hash_table(domain: Domain) -> Domain:
+    """Of several things that an object is in, on or next to, the first is that of a Python set of ids.
+
+    See ``environment.py``, ``EnvironmentGraph``.
+    """
+    return replace(domain, vocabulary=IN_SLOT_ORDER)
 
 
-def _unplugged_is_additional(operator: Operator, check: Check) -> Check:
-    unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
-    return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
+def held_objects_stay_behind(domain: Domain) -> Domain:
+    """The room that the character comes from keeps what it holds, and nothing is in that any more.
 
-
-def _instead(checks: Mapping[Check, Check | None]) -> Callable[[Domain], Domain]:
-    """A change of the domain that puts other checks in the place of some, or none (None)."""
-
-    def changed(operator: Operator) -> Operator:
-        kept = (checks.get(check, check) for check in operator.checks)
-        return replace(operator, checks=tuple(check for check in kept if check is not None))
-
-    return lambda domain: domain.with_operators(*map(changed, domain.operators))
-
-
-def _closed_is_affordance(operator: Operator, check: Check) -> Check:
-    closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
-    return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
-
-
-def _no_room_is_undefined(operator: Operator, check: Check) -> Check:
-    return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
-
-
-def _held_objects_stay_behind(domain: Domain) -> Domain:
+    See ``execution.py``, ``WalkExecutor``.
+    """
     left_behind = (
         *o.cut_loose(o.H, p.inside, p.next_to, p.facing),
         *both_ways(Add, p.next_to(AGENT, o.H)),
@@ -96,7 +161,71 @@ def _held_objects_stay_behind(domain: Domain) -> Domain:
     return domain.with_operators(*o.moving((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
-def _put_back_does_nothing_instead_of_failing(domain: Domain) -> Domain:
+def grabbing_empties(domain: Domain) -> Domain:
+    """Things in or on an object are left behind when it is grabbed, and in nothing (``GrabExecutor``)."""
+    return domain.with_operators(o.grab(kept=()))
+
+
+@_of_checks
+def sought_is_not_the_condition(operator: Operator, check: Check) -> Check:
+    """The order test looks for direct edges, or OPEN of the object instead of its container, or nothing.
+
+    See ``execution.py``, ``update_missing_precond``.
+    """
+    (wanted,) = (check.condition,) if check.sought is None else check.sought
+    sought = SOUGHT.get(wanted)
+    if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
+        sought = (FALSE,)  # the knife that is not in the hand
+    return check if sought is None else replace(check, sought=sought)
+
+
+@_of_checks
+def unplugged_is_additional(operator: Operator, check: Check) -> Check:
+    """Switching on an unplugged device is an additional step, not a missing one (``SwitchExecutor``)."""
+    unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
+    return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
+
+
+@_of_checks
+def running_is_additional(operator: Operator, check: Check) -> Check:
+    """Opening a device that is switched on is an additional step, not a missing one (``OpenExecutor``)."""
+    return replace(check, fault=FaultKind.ADDITIONAL_STEP) if check == o.NOT_RUNNING else check
+
+
+@_of_checks
+def no_state_is_additional(operator: Operator, check: Check) -> Check | None:
+    """Changing a state that the object does not have is an additional step, not an affordance error.
+
+    See ``execution.py``, ``OpenExecutor``, ``SwitchExecutor``, ``PlugExecutor``.
+    """
+    return None if check in (o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT) else check
+
+
+@_of_checks
+def grabbed_once_is_additional(operator: Operator, check: Check) -> Check:
+    """Grabbing what has been grabbed and is in no hand any more is an additional step (``GrabExecutor``)."""
+    return additional(~p.taken(X), "{x} has been grabbed already") if check == o.NOT_HELD else check
+
+
+@_of_checks
+def seated_elsewhere_is_additional(operator: Operator, check: Check) -> Check | None:
+    """Sitting or lying down somewhere else is an additional step (``SitExecutor``, ``LieExecutor``)."""
+    if check in (o.NOT_SEATED_ELSEWHERE, o.NOT_IN_BED_ELSEWHERE):
+        return None
+    if check == o.NOT_SEATED:
+        return additional(~p.sitting(AGENT), "the character sits already")
+    return additional(~p.lying(AGENT), "the character lies already") if check == o.NOT_IN_BED else check
+
+
+@_of_checks
+def closed_container_is_affordance(operator: Operator, check: Check) -> Check:
+    """Putting something into a closed container is an affordance error (``execution.py _check_puttable``)."""
+    closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
+    return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
+
+
+def put_back_never_fails(domain: Domain) -> Domain:
+    """PUTOBJBACK succeeds without doing anything where it is not possible (``PutBackExecutor``)."""
     possible_at = {
         p.taken_from_inside: p.held(X) & p.near(Y) & (~p.can_open(Y) | p.open_(Y)),
         p.taken_from_top_of: p.held(X) & p.near(Y),
@@ -109,97 +238,33 @@ def _put_back_does_nothing_instead_of_failing(domain: Domain) -> Domain:
     return domain.with_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
 
 
-def _some_looks_are_not_implemented(domain: Domain) -> Domain:
+def looks_not_implemented(domain: Domain) -> Domain:
+    """LOOKAT_SHORT and LOOKAT_LONG abort the run (``execution.py``, ``UnknownExecutor``)."""
     undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
     return domain.with_operators(
         *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
     )
 
 
-QUIRKS: tuple[Quirk, ...] = (
-    Quirk(
-        "first_of_a_hash_table",
-        "environment.py EnvironmentGraph",
-        "of several things that an object is in, on or next to, the first is that of a Python set of ids",
-        lambda domain: replace(domain, vocabulary=IN_SLOT_ORDER),
-    ),
-    Quirk(
-        "held_objects_stay_behind",
-        "execution.py WalkExecutor",
-        "what the character holds is put into the room that it comes from, and nothing is in it any more",
-        _held_objects_stay_behind,
-    ),
-    Quirk(
-        "grabbing_empties",
-        "execution.py GrabExecutor",
-        "what is in an object, or on it, is left behind when it is grabbed, and in nothing",
-        lambda domain: domain.with_operators(o.grab(kept=())),
-    ),
-    Quirk(
-        "sought_is_not_the_condition",
-        "execution.py update_missing_precond",
-        "the order test looks for direct edges, or OPEN of the object instead of its container, or nothing",
-        _change_checks(_seek_what_the_reference_seeks),
-    ),
-    Quirk(
-        "unplugged_is_additional",
-        "execution.py SwitchExecutor",
-        "switching on an unplugged device is an additional step, not a missing one",
-        _change_checks(_unplugged_is_additional),
-    ),
-    Quirk(
-        "running_is_additional",
-        "execution.py OpenExecutor",
-        "opening a device that is switched on is an additional step, not a missing one",
-        _instead({o.NOT_RUNNING: replace(o.NOT_RUNNING, fault=FaultKind.ADDITIONAL_STEP)}),
-    ),
-    Quirk(
-        "no_state_is_additional",
-        "execution.py OpenExecutor, SwitchExecutor, PlugExecutor",
-        "changing a state that the object does not have is an additional step, not an affordance error",
-        _instead(dict.fromkeys((o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT))),
-    ),
-    Quirk(
-        "grabbed_once_is_additional",
-        "execution.py GrabExecutor",
-        "grabbing what has been grabbed and is in no hand any more is an additional step",
-        _instead({o.NOT_HELD: additional(~p.taken(X), "{x} has been grabbed already")}),
-    ),
-    Quirk(
-        "seated_elsewhere_is_additional",
-        "execution.py SitExecutor, LieExecutor",
-        "sitting or lying down somewhere else is an additional step",
-        _instead(
-            {
-                o.NOT_SEATED: additional(~p.sitting(AGENT), "the character sits already"),
-                o.NOT_SEATED_ELSEWHERE: None,
-                o.NOT_IN_BED: additional(~p.lying(AGENT), "the character lies already"),
-                o.NOT_IN_BED_ELSEWHERE: None,
-            }
-        ),
-    ),
-    Quirk(
-        "closed_container_is_affordance",
-        "execution.py _check_puttable",
-        "putting something into a closed container is an affordance error, not a missing step",
-        _change_checks(_closed_is_affordance),
-    ),
-    Quirk(
-        "put_back_never_fails",
-        "execution.py PutBackExecutor",
-        "PUTOBJBACK succeeds without doing anything where it is not possible",
-        _put_back_does_nothing_instead_of_failing,
-    ),
-    Quirk(
-        "looks_not_implemented",
-        "execution.py UnknownExecutor",
-        "LOOKAT_SHORT and LOOKAT_LONG abort the run",
-        _some_looks_are_not_implemented,
-    ),
-    Quirk(
-        "no_room_aborts",
-        "execution.py WalkExecutor",
-        "walking to an object that is in no room aborts the run",
-        _change_checks(_no_room_is_undefined),
-    ),
+@_of_checks
+def no_room_aborts(operator: Operator, check: Check) -> Check:
+    """Walking to an object that is in no room aborts the run (``execution.py``, ``WalkExecutor``)."""
+    return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
+
+
+QUIRKS: tuple[Callable[[Domain], Domain], ...] = (
+    first_of_a_hash_table,
+    held_objects_stay_behind,
+    grabbing_empties,
+    sought_is_not_the_condition,
+    unplugged_is_additional,
+    running_is_additional,
+    no_state_is_additional,
+    grabbed_once_is_additional,
+    seated_elsewhere_is_additional,
+    closed_container_is_affordance,
+    put_back_never_fails,
+    looks_not_implemented,
+    no_room_aborts,
 )
+"""The quirks in the order in which they act."""

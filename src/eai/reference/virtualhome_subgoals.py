@@ -1,9 +1,9 @@
-"""How eai-eval 1.0.5 reads VirtualHome subgoals, and what its character does for one.
+"""VirtualHome subgoals as eai-eval 1.0.5 reads them, and the actions of its character for one.
 
 Its quirks (``subgoal_plan.py``): an answer ends at the first closing brace; strings without anything like
 ``word(...)`` vanish; a string with `` or `` is cut there as plain text, whatever the brackets say, and one
-piece is taken by lot (see `Lots`); ids are numbers, so that ``soap.01002`` is ``soap.1002``; a quantifier is
-a parsing error, and so is a negation or an object without an id, but only when the search gets to it. The
+piece is taken by lot (see `subgoals`); ids are numbers, so that ``soap.01002`` is ``soap.1002``; a quantifier
+is a parsing error, and so is a negation or an object without an id, but only when the search gets to it. The
 actions for a subgoal are those of ``state_action_translator.py``.
 """
 
@@ -11,31 +11,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from random import Random
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
-from eai.abilities.subgoal_decomposition.program import (
-    Compiled,
-    Do,
-    End,
-    Found,
-    Instruction,
-    Plan,
-    Plans,
-    Program,
-    Rejected,
-    unparseable,
-)
+from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalProgress, Outcome
 from eai.abilities.task import Task
-from eai.abilities.verdict import Unreadable
-from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
+from eai.households.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
-from eai.planning.subgoal import GroundAtom
 from eai.reference import virtualhome_quirks
-from eai.reference.subgoals import Lots, ReferenceSubgoals, halting, literals, parse_at_once, read_output
+from eai.reference.subgoals import ReferenceSubgoals, halting
 from eai.world.execution import Action, Fault
 from eai.world.state import State
 
@@ -52,16 +39,6 @@ BROUGHT_ABOUT_BY = {
 
 NEED_THE_OBJECT_IN_HAND = frozenset({"DRINK", "EAT", "READ"})
 NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
-
-
-def plans_for(literal: GroundAtom) -> Plans:
-    """The plans that bring about a literal in a state."""
-    return lambda state: Found(plans_of_state(literal.predicate, literal.arguments, state))
-
-
-def plans_to_take(action: Action) -> Plans:
-    """The one plan that takes an action in a state."""
-    return lambda state: Found(plans_of_action(*action, state))
 
 
 def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
@@ -137,6 +114,13 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
         self.excluded = None
 
+    def _piece(self, subgoal: str, lots: Random) -> str | None:
+        if subgoal in _WITHOUT_ARGUMENTS:
+            return f"{subgoal}()"
+        if _PRIMITIVE.search(subgoal) is None:
+            return None
+        return _LEADING_ZEROS.sub(".", lots.choice(subgoal.split(" or ")))
+
     def halts(self, fault: Fault) -> bool:
         """Also a missing step of which it does not say what is missing, such as SIT where no seat is left.
 
@@ -145,16 +129,6 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         (``simulation/evolving_graph/checker.py``); in subgoals it has not changed.
         """
         return super().halts(fault) or fault.check.sought == (FALSE,)
-
-    def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
-        """The answer as a program for the search, or what is wrong with it."""
-        formula = parse_at_once(read_subgoals(text, lots), self.lexicon.signature)
-        if isinstance(formula, Rejected):
-            return formula
-        found = literals(formula, lots)
-        if found is None:
-            return unparseable("the reference cannot make a plan of this formula")
-        return Compiled(tuple(found), self._program(found))
 
     def _temporal_goal(self) -> Formula | None:
         text = self.task.temporal_goal
@@ -169,26 +143,22 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
             return unparseable("the reference cannot read the goal of this task")
         return super()._carry_out(compiled)
 
-    def _program(self, found: Sequence[Formula]) -> Program:
-        """One literal after the other, nothing tested; what cannot be translated ends the search."""
-        program: list[Instruction] = [End()]
-        for number in reversed(range(len(found))):
-            program.append(self._instruction(found[number], number, len(program) - 1))
-        return program
+    def _plans(self, found: Sequence[Formula]) -> list[tuple[int, Plans]]:
+        """One literal at a time; what cannot be translated ends the search."""
+        return [(number, self._plans_for(literal)) for number, literal in enumerate(found)]
 
-    def _instruction(self, literal: Formula, number: int, then: int) -> Instruction:
+    def _plans_for(self, literal: Formula) -> Plans:
         if not isinstance(literal, (Atom, Occurs)):
-            return Do(halting("a negation cannot be translated"), number, then)
+            return halting("a negation cannot be translated")
         if any(term.name not in self.lexicon.objects for term in literal.arguments):
-            reason = f"{print_ltl(literal)}: an object without an id cannot be translated"
-            return Do(halting(reason), number, then)
+            return halting(f"{print_ltl(literal)}: an object without an id cannot be translated")
         if isinstance(literal, Occurs):
             action = self.lexicon.action(literal)
-            return Do(plans_to_take(action), number, then)
-        asked = self.lexicon.literal(literal)
-        if asked is None:
+            return lambda state: Found(plans_of_action(*action, state))
+        atom = self.lexicon.literal(literal)
+        if atom is None:
             raise AssertionError(f"{print_ltl(literal)} is about no objects")
-        return Do(plans_for(asked), number, then)
+        return lambda state: Found(plans_of_state(atom.predicate, atom.arguments, state))
 
 
 class _ActionsSingly(GoalTest):
@@ -197,20 +167,3 @@ class _ActionsSingly(GoalTest):
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         met = [not set(wanted).isdisjoint(actions) for wanted in goals]
         return range((*met, False).index(False))
-
-
-def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:
-    """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
-    output = read_output(text)
-    if isinstance(output, Unreadable):
-        return output
-    pieces = [_piece(subgoal, lots) for subgoal in output]
-    return WrittenSubgoals(tuple([piece for piece in pieces if piece is not None]))
-
-
-def _piece(subgoal: str, lots: Lots) -> str | None:
-    if subgoal in _WITHOUT_ARGUMENTS:
-        return f"{subgoal}()"
-    if _PRIMITIVE.search(subgoal) is None:
-        return None
-    return _LEADING_ZEROS.sub(".", lots.choice(subgoal.split(" or ")))

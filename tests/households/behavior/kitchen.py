@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, _Volumes
-from eai.households.behavior.records import BehaviorObject, BehaviorRecord, _WrittenAction
+from eai.households.behavior.evidence import UnpublishedFacts, _Volumes
+from eai.households.behavior.records import BehaviorObject, BehaviorRecord, GroundOption
 from eai.households.behavior.tasks import BehaviorTask, build_task
 from eai.logic.bddl import parse_problem
 from eai.world.execution import Action
@@ -54,7 +54,7 @@ OBJECTS = {
 EVIDENCE = UnpublishedFacts(
     initially_open=frozenset({"carton"}),
     standing=frozenset({"fridge", "table", "sink", "dishwasher", "car"}),
-    added={TASK_ID: (GroundRelation("nextto", "rag_1", "rag_10"),)},
+    added={TASK_ID: (("nextto", "rag_1", "rag_10"),)},
     removed={TASK_ID: frozenset({("ontop", "pebble_1")})},
     listed_relations_only=frozenset(),
     volumes=_Volumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
@@ -93,14 +93,19 @@ GOAL = f"(and (inside peach.n.01_1 saucepan.n.01_1) {CLEAN})"
 
 
 def make_record(goal: str = GOAL) -> BehaviorRecord:
-    """The record of the task."""
+    """The record of the task; what goal interpretation asks for has two ways."""
+    options: tuple[tuple[GroundOption, ...], ...] = (
+        ((("inside", "peach.n.01_1", "saucepan.n.01_1"),), (("inside", "peach.n.01_1", "sink.n.01_1"),)),
+        ((("not", ("dusty", "plate.n.01_1")), ("not", ("dusty", "plate.n.01_2"))),),
+        ((("nextto", "rag.n.01_1", "rag.n.01_10"),),),
+    )
     objects = tuple(_object(name, kind) for name, kind in OBJECTS.items())
     declared = " ".join(f"{each.instance} - {each.category}" for each in objects)
     text = (
         f"(define (problem mess) (:domain igibson) (:objects {declared} agent.n.01_1 - agent.n.01)"
         f"(:init {INIT}) (:goal {goal}))"
     )
-    plan = (_WrittenAction("OPEN", ("fridge_1",)), _WrittenAction("RIGHT_GRASP", ("peach_1",)))
+    plan = (("OPEN", ("fridge_1",)), ("RIGHT_GRASP", ("peach_1",)))
     return BehaviorRecord(
         TASK_ID,
         "making_a_mess",
@@ -111,17 +116,13 @@ def make_record(goal: str = GOAL) -> BehaviorRecord:
         objects,
         parse_problem(text),
         plan,
+        options,
     )
 
 
 def make_task(goal: str = GOAL) -> BehaviorTask:
-    """The task; what goal interpretation asks for has two ways."""
-    options = (
-        ((("inside", "peach.n.01_1", "saucepan.n.01_1"),), (("inside", "peach.n.01_1", "sink.n.01_1"),)),
-        ((("not", ("dusty", "plate.n.01_1")), ("not", ("dusty", "plate.n.01_2"))),),
-        ((("nextto", "rag.n.01_1", "rag.n.01_10"),),),
-    )
-    return build_task(make_record(goal), options, EVIDENCE)
+    """The task of the record."""
+    return build_task(make_record(goal), EVIDENCE)
 
 
 def actions(state: State, *steps: str) -> list[Action]:

@@ -13,7 +13,7 @@ from eai.data.progress import Progress, silent
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.behavior.convert import convert_tasks
-from eai.households.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, Behavior, _WrittenAction
+from eai.households.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, read_records
 
 TASK = "dusting_0_Nowhere_0_int_0_2021-01-01_00-00-00"
 DATA = "behavior_eval/evaluation/goal_interpretation/resources/data/"
@@ -95,7 +95,7 @@ def test_a_task_is_put_together_from_both_archives(tmp_path: Any) -> None:
     members = convert_tasks(wheel(), bddl(), steps.append)
     assert members.keys() == {TASKS_MEMBER, OPTIONS_MEMBER}
     assert [(step.done, step.total) for step in steps] == [(0, 1), (1, 1)]
-    tasks = Behavior(Store(tmp_path).write("behavior", {}, members))
+    tasks = read_records(Store(tmp_path).write("behavior", {}, members))
     assert list(tasks) == [TASK]
     record = tasks[TASK]
     jar, floor = record.objects
@@ -108,9 +108,9 @@ def test_a_task_is_put_together_from_both_archives(tmp_path: Any) -> None:
     )
     assert (floor.name, floor.is_floor, floor.states) == ("room_floor_kitchen_0", True, ("stained",))
     assert (jar.states, jar.parts) == (("dusty", "open"), ())
-    assert record.plan == (_WrittenAction("CLEAN", ("jar_7",)), _WrittenAction("PUT", ("jar_7", "rag_0")))
+    assert record.plan == (("CLEAN", ("jar_7",)), ("PUT", ("jar_7", "rag_0")))
     assert len(record.problem.goals) == 1
-    assert tasks.goal_options(TASK) == (((("not", ("dusty", "jar.n.01_1")),),),)
+    assert record.goal_options == (((("not", ("dusty", "jar.n.01_1")),),),)
     assert tasks[TASK] is record
 
 

@@ -12,7 +12,7 @@ from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.verdict import Confusion, Verdict
 from eai.households.behavior import domain
-from eai.households.behavior.goal_notation import BehaviorGoals
+from eai.households.behavior.notation import BehaviorGoals
 from eai.households.behavior.tasks import BehaviorTasks
 from households.behavior.kitchen import make_task
 from protocols import of_reference
@@ -118,7 +118,7 @@ def test_explanations_tell_the_option_compared_with_and_what_is_wrong() -> None:
 def test_the_data_sets_own_goals_are_all_right(behavior_tasks: BehaviorTasks) -> None:
     for task in behavior_tasks.values():
         for option in (0, -1):
-            conditions = [condition for goal in task.interpretation_goals for condition in goal[option]]
+            conditions = [condition for goal in task.record.goal_options for condition in goal[option]]
             verdict = GoalInterpretation(task, DOMAIN, BehaviorGoals()).score(answer(*conditions))
             assert verdict.counts is not None
             everything = verdict.counts["all"]

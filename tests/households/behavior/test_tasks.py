@@ -8,11 +8,13 @@ from eai.abilities.task import GoalKind
 from eai.households.behavior.evidence import load_evidence
 from eai.households.behavior.tasks import (
     BehaviorTasks,
+    build_tasks,
     initial_relations,
     initial_states,
     listed_relations,
     standing_relations,
 )
+from eai.tasks.source import TaskSet
 from households.behavior.kitchen import EVIDENCE, GOAL, make_record, make_task
 from logic.bddl_text import print_condition
 from oracle import read_shared
@@ -121,10 +123,14 @@ def test_a_plan_keeps_a_misspelt_action(behavior_tasks: BehaviorTasks) -> None:
 
 def test_furniture_that_is_placed_nowhere_stands_on_the_floor_of_its_room() -> None:
     record = make_record()
-    placed = {relation.source for relation in standing_relations(record, EVIDENCE)}
+    placed = {source for _, source, _ in standing_relations(record, EVIDENCE)}
     assert placed == {"fridge_1", "table_1", "sink_1", "dishwasher_1", "car_1"}
 
 
-def test_digest_is_of_data_and_evidence(behavior_tasks: BehaviorTasks) -> None:
-    other = BehaviorTasks(behavior_tasks._records, EVIDENCE)
-    assert other.sha256 != behavior_tasks.sha256
+def test_digest_is_of_data_and_evidence() -> None:
+    records = TaskSet({}, {}.__getitem__, "0")
+    assert build_tasks(records, load_evidence()).sha256 != build_tasks(records, EVIDENCE).sha256
+    assert (
+        build_tasks(records, EVIDENCE).sha256
+        != build_tasks(TaskSet({}, {}.__getitem__, "1"), EVIDENCE).sha256
+    )

@@ -15,12 +15,8 @@ from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.virtualhome.convert import convert_tasks
 from eai.households.virtualhome.records import (
+    Edge,
     VirtualHome,
-    _ActionGoal,
-    _EdgeGoal,
-    _NodeGoal,
-    _ScriptObject,
-    _ScriptStep,
 )
 
 
@@ -64,14 +60,14 @@ def test_tasks_come_in_the_order_of_the_annotations(tasks: VirtualHome) -> None:
 
 
 def test_script_and_goals_are_kept_as_annotated(tasks: VirtualHome) -> None:
-    cup, sofa = _ScriptObject("cup", 1000), _ScriptObject("sofa", 90)
-    assert tasks["3_1"].script == (_ScriptStep("GRAB", (cup,)), _ScriptStep("PUTBACK", (cup, sofa)))
+    cup, sofa = ("cup", 1000), ("sofa", 90)
+    assert tasks["3_1"].script == (("GRAB", (cup,)), ("PUTBACK", (cup, sofa)))
     assert tasks["3_1"].description == "Put it on the sofa."
-    assert tasks["3_1"].edge_goals == (_EdgeGoal(1000, "ON", 90), _EdgeGoal(1000, "ON", 7))
-    assert tasks["1_1"].node_goals == (_NodeGoal(7, "lamp", "ON"),)
-    assert tasks["1_1"].action_goals == (_ActionGoal(("LOOKAT", "WATCH")),)
+    assert tasks["3_1"].edge_goals == (Edge(1000, "ON", 90), Edge(1000, "ON", 7))
+    assert tasks["1_1"].node_goals == ((7, "lamp", "ON"),)
+    assert tasks["1_1"].action_goals == (("LOOKAT", "WATCH"),)
     assert (tasks["1_1"].tl_goal, tasks["2_1"].tl_goal) == ("ON(lamp.7)", None)
-    assert tasks["2_1"].script == (_ScriptStep("STANDUP", ()),)
+    assert tasks["2_1"].script == (("STANDUP", ()),)
 
 
 @pytest.mark.parametrize("made", TASKS, ids=lambda made: made.id)

@@ -12,7 +12,7 @@ from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.verdict import Verdict
 from eai.households.virtualhome import domain
-from eai.households.virtualhome.goal_notation import VirtualHomeGoals
+from eai.households.virtualhome.notation import VirtualHomeGoals
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task

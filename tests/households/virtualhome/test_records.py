@@ -14,10 +14,6 @@ from eai.households.virtualhome.records import (
     CHARACTER_ID,
     Edge,
     VirtualHome,
-    _EdgeGoal,
-    _NodeGoal,
-    _ScriptObject,
-    _ScriptStep,
     open_virtualhome,
 )
 from oracle import Oracle
@@ -46,9 +42,9 @@ def tasks(data_store: Store) -> VirtualHome:
 def test_one_task_reads_as_the_data_set_has_it(tasks: VirtualHome) -> None:
     task = tasks["27_2"]
     assert (task.title, len(task.script)) == ("Wash clothes", 14)
-    assert task.script[-1] == _ScriptStep("SWITCHON", (_ScriptObject("washing_machine", 1001),))
-    assert task.node_goals[1] == _NodeGoal(1001, "washing_machine", "ON")
-    assert task.edge_goals == (_EdgeGoal(1003, "ON", 1001), _EdgeGoal(1002, "ON", 1001))
+    assert task.script[-1] == ("SWITCHON", (("washing_machine", 1001),))
+    assert task.node_goals[1] == (1001, "washing_machine", "ON")
+    assert task.edge_goals == (Edge(1003, "ON", 1001), Edge(1002, "ON", 1001))
     before, after = initial_graph(tasks.base, task), final_graph(tasks.base, task)
     assert Edge(1003, "ON", 1001) in set(after.edges) - set(before.edges)
     assert {"CLOSED", "ON"} <= set(after.objects[1001].states)
@@ -68,7 +64,7 @@ def test_every_graph_is_whole(tasks: VirtualHome) -> None:
 
 
 def test_the_scene_is_shared(tasks: VirtualHome) -> None:
-    assert (len(tasks.base.objects), len(tasks.base.edges)) == (275, 5635)
+    assert (len(tasks.base.added_objects), len(tasks.base.added_edges)) == (275, 5635)
     assert sum(len(task.initial.added_edges) for task in tasks.values()) < 70 * len(tasks)
 
 

@@ -16,7 +16,8 @@ from eai.households.behavior.activities import problem_of
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.benchmark import open_demonstrations
 from eai.households.virtualhome.domain import as_meant
-from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTasks
+from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
 from eai.studies.annotation.decisions import differences

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
@@ -28,14 +27,14 @@ from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import walk
 from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.writer import write_problem
-from eai.tasks.problem_world import Posed, header_of
+from eai.tasks.problem_world import Posed, ProblemWorld, header_of
 from eai.tasks.source import TaskSet
 
 _ROOM = "inroom"
 
 
-class Activities:
-    """How BDDL problems of activities are read.
+class _Activities:
+    """Reads BDDL problems of activities.
 
     Args:
         tasks: those of the data set.
@@ -52,7 +51,8 @@ class Activities:
             kinds.setdefault(thing.category, Counter())[thing.model, thing.synset, thing.abilities] += 1
         self._kinds = {category: count.most_common(1)[0][0] for category, count in kinds.items()}
         arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
-        rooms = {name: "room" for record in records for name in _rooms(record)}
+        facts = [atom for record in records for each in record.problem.init for atom in _atoms(each)]
+        rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
         self.header = header_of("behavior", (*self._kinds, AGENT_CATEGORY, "room"), rooms, arities)
 
     def pose(self, problem: PddlProblem) -> Posed:
@@ -75,9 +75,10 @@ class Activities:
                 problem.goal,
             ),
             plan=(),
+            goal_options=(),
         )
         names = {thing.instance: thing.name for thing in things}
-        initial = build_task(record, (), load_evidence()).initial
+        initial = build_task(record, load_evidence()).initial
         return Posed(initial, lambda formula: _meaning(formula, names))
 
     def _thing(self, item: TypedName, known: BehaviorRecord | None) -> BehaviorObject:
@@ -88,13 +89,8 @@ class Activities:
         return BehaviorObject(item.name, item.name, item.type, *self._kinds[item.type])
 
 
-def _rooms(record: BehaviorRecord) -> list[str]:
-    atoms = (each for each in record.problem.init if isinstance(each, f.Atom))
-    return [atom.arguments[1].name for atom in atoms if atom.predicate == _ROOM]
-
-
 def _meaning(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    """A condition about objects by name; of rooms no state tells anything."""
+    """The condition about objects by name; no state says anything of rooms."""
     match formula:
         case f.Atom(name) if name == _ROOM:
             return f.TRUE
@@ -106,7 +102,6 @@ def _meaning(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
             return rename_objects(formula, names)
 
 
-AGENT = "agent.n.01"
 _CLEANERS = (
     "vacuum.n.04",
     "scrub_brush.n.01",
@@ -117,28 +112,22 @@ _CLEANERS = (
     "dishtowel.n.01",
     "hand_towel.n.01",
 )
-HELPERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "dusty": _CLEANERS,
-        "stained": (*_CLEANERS, "sink.n.01"),
-        "soaked": ("teapot.n.01", "sink.n.01"),
-        "sliced": ("carving_knife.n.01", "countertop.n.01", "knife.n.01"),
-        "frozen": ("electric_refrigerator.n.01",),
-        "cooked": ("pan.n.01",),
-    }
-)
+_HELPERS: Mapping[str, tuple[str, ...]] = {
+    "dusty": _CLEANERS,
+    "stained": (*_CLEANERS, "sink.n.01"),
+    "soaked": ("teapot.n.01", "sink.n.01"),
+    "sliced": ("carving_knife.n.01", "countertop.n.01", "knife.n.01"),
+    "frozen": ("electric_refrigerator.n.01",),
+    "cooked": ("pan.n.01",),
+}
 """Predicate of a goal -> the categories of what may bring it about (``pddl_generator.py``)."""
 
 
-_DOMAIN = "igibson"
-
 _AGENT = "agent"
-
-_DEFINITION = "_0"
-"""Which definition of an activity such a problem is a part of, as the names of definitions end."""
+"""The category of the robot in planning problems."""
 
 _SAME = "same_obj"
-"""What holds of every object and itself; no state tells it."""
+"""The predicate that holds of every object and itself; no state has it."""
 
 
 def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
@@ -155,37 +144,33 @@ def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProble
     categories = {each.name: each.category for each in problem.objects}
     named = {name for goal in goals for name in _named(goal)}
     predicates = {atom.predicate for goal in goals for atom in _atoms(goal)}
-    helping = {category for name in predicates for category in HELPERS.get(name, ())}
+    helping = {category for name in predicates for category in _HELPERS.get(name, ())}
     named |= {name for name, category in categories.items() if category in helping}
     about_objects = [each for each in problem.init if categories.keys() >= set(_named(each))]  # not rooms
     kept = [each for each in about_objects if named.intersection(_named(each))]
     named |= {name for each in kept for name in _named(each)}
     things = sorted(named)
     facts = [each for each in kept if isinstance(each, f.Atom)]
-    facts += [f.Atom("same_obj", (f.Constant(name), f.Constant(name))) for name in things]
+    facts += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in things]
     pddl = {name: name.replace(".", "_") for name in categories}
+    named |= {name for name in categories if name.startswith(AGENT_CATEGORY)}
+    types = {AGENT_CATEGORY: _AGENT}
     declared = [
-        TypedName(pddl[name], _type_of(categories[name])) for name in categories if _is_there(name, named)
+        TypedName(pddl[name], types.get(category, category.replace(".", "_")))
+        for name, category in categories.items()
+        if name in named
     ]
     return PddlProblem(
         name=record.activity,
         domain=problem.domain,
         objects=tuple(declared),
-        initial=tuple(_in_pddl(fact, pddl) for fact in facts),
-        denied=tuple(_in_pddl(each.operand, pddl) for each in kept if isinstance(each, f.Not)),
+        initial=tuple(_renamed(fact, pddl) for fact in facts),
+        denied=tuple(_renamed(each.operand, pddl) for each in kept if isinstance(each, f.Not)),
         goal=f.And(tuple(rename_objects(goal, pddl) for goal in goals)),
     )
 
 
-def _is_there(name: str, named: set[str]) -> bool:
-    return name in named or name.startswith(AGENT)
-
-
-def _type_of(category: str) -> str:
-    return "agent" if category == AGENT else category.replace(".", "_")
-
-
-def _in_pddl(fact: f.Formula, names: Mapping[str, str]) -> f.Atom:
+def _renamed(fact: f.Formula, names: Mapping[str, str]) -> f.Atom:
     found = rename_objects(fact, names)
     if not isinstance(found, f.Atom):
         raise TypeError(f"{fact} is no atom")
@@ -201,20 +186,20 @@ def _named(formula: f.Formula) -> Iterator[str]:
 
 
 @dataclass(frozen=True)
-class PlanningProblems:
-    """How planning problems of the data set are read, whose names have underscores instead of dots.
+class _PlanningProblems:
+    """Reads planning problems of the data set, whose names have underscores instead of dots.
 
     Attributes:
         activities: how they are read with the names of activities.
     """
 
-    activities: Activities
+    activities: _Activities
 
     @property
     def header(self) -> PddlDomain:
         """The types and predicates that problems may name."""
         arities = {each.name: len(each.parameters) for each in self.activities.header.predicates}
-        return header_of(_DOMAIN, (*self._categories, _AGENT), {}, {**arities, _SAME: 2})
+        return header_of("igibson", (*self._categories, _AGENT), {}, {**arities, _SAME: 2})
 
     @property
     def _categories(self) -> Mapping[str, str]:
@@ -226,13 +211,12 @@ class PlanningProblems:
         categories = {**self._categories, _AGENT: AGENT_CATEGORY}
         things = [_spelt_out(each, categories[each.type]) for each in problem.objects]
         names = {each.name: thing.name for each, thing in zip(problem.objects, things, strict=True)}
-        told = [rename_objects(each, names) for each in problem.initial if each.predicate != _SAME]
-        initial = tuple([each for each in told if isinstance(each, f.Atom)])
+        initial = tuple([_renamed(fact, names) for fact in problem.initial if fact.predicate != _SAME])
         goal = rename_objects(problem.goal, names)
         posed = self.activities.pose(
             replace(
                 problem,
-                name=f"{problem.name}{_DEFINITION}",
+                name=f"{problem.name}_0",  # the first of the definitions of an activity
                 objects=tuple(things),
                 initial=initial,
                 goal=goal,
@@ -254,3 +238,13 @@ def _as_activities_say(formula: f.Formula, names: Mapping[str, str]) -> f.Formul
             return f.TRUE if one == other else rename_objects(f.Equals(one, other), names)
         case _:
             return rename_objects(formula, names)
+
+
+def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
+    """The names that BDDL problems of activities may use, given the tasks of the data set."""
+    return _Activities(tasks)
+
+
+def open_planning_problems(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
+    """The names that planning problems may use, given the tasks of the data set."""
+    return _PlanningProblems(_Activities(tasks))

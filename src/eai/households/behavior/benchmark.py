@@ -2,9 +2,9 @@
 
 The published pipeline passes on what an answer says, not what it means, one entry a line
 (``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). Three of its ways show
-only in answers that are not as asked: names that are no object's are spelt by a rule made for names of
+only in answers of another form: names that are no object's are spelt by a rule made for names of
 objects, so that ``next_to`` is ``next.to``; a bare word in the place of a condition is taken apart into
-letters, so that ``["not", "dusty", "bed.n.01_1"]`` is ``not d(u, s, t, y)``; and a condition said twice
+letters, so that ``["not", "dusty", "bed.n.01_1"]`` is ``not d(u, s, t, y)``; and a condition stated twice
 stands there twice. Entries of which it makes nothing, where it stops, are left out here.
 """
 
@@ -20,15 +20,14 @@ from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.english.english import english_of
-from eai.households.behavior.activities import Activities, PlanningProblems, problem_text
+from eai.households.behavior.activities import open_activities, open_planning_problems, problem_text
 from eai.households.behavior.domain import as_meant
-from eai.households.behavior.goal_notation import BehaviorGoals
+from eai.households.behavior.notation import BehaviorGoals, BehaviorSubgoals
 from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
-from eai.households.behavior.subgoal_notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.households.published import OfficialPrompts, open_behavior
-from eai.households.published_files import published_task
+from eai.households.packs import published_task
+from eai.households.published import official_prompts, open_behavior
 from eai.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Source, TaskSet, once_per_store
 
@@ -64,7 +63,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 
 def _entries(belief: Belief) -> Iterator[object]:
-    """What an answer says, states first; an answer that cannot be read says nothing."""
+    """The entries of an answer, states first; none of an answer that cannot be read."""
     return (_unwrapped(entry.value) for entry in _NOTATION.entries(belief.answer) or ())
 
 
@@ -186,11 +185,11 @@ def behavior() -> Benchmark:
         wordings=wording,
         also_observed=("in_left_hand", "in_right_hand", "robot_on"),
         formats=formats_of("eai.households.behavior"),
-        published_prompts=OfficialPrompts(NAME),
+        published_prompts=official_prompts(NAME),
         errata=errata_of(NAME),
         problem_of=problem_text,
-        open_bddl=lambda source: Activities(open_tasks(source)),
-        open_pddl=lambda source: PlanningProblems(Activities(open_tasks(source))),
+        open_bddl=lambda source: open_activities(open_tasks(source)),
+        open_pddl=lambda source: open_planning_problems(open_tasks(source)),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         english=english_of("eai.households.behavior"),

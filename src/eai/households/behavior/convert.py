@@ -122,7 +122,7 @@ def _kinds(node: Mapping[str, Any]) -> Iterator[tuple[str, _Kind]]:
 
 
 def _objects_of_prompt(prompt: str) -> list[dict[str, str]]:
-    """What a prompt lists as interactable objects, each a name and a category."""
+    """The interactable objects that a prompt lists, each a name and a category."""
     task = prompt.rpartition("Your task:")[2].partition("interactable objects:")[2]
     return [ast.literal_eval(line) for line in task.splitlines() if line.startswith("{")]
 

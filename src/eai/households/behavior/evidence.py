@@ -1,25 +1,21 @@
-"""What no published file says about BEHAVIOR's scenes: read from a table of this package, with reasons."""
+"""Facts about BEHAVIOR's scenes that no published file has: a table of this package, with reasons."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import Any, TypeAlias
 
 from eai.data.files import parse_toml
 
 _FILE = "evidence.toml"
 
 
-class GroundRelation(NamedTuple):
-    """A relation of two objects, by name."""
-
-    predicate: str
-    source: str
-    target: str
+GroundRelation: TypeAlias = tuple[str, str, str]
+"""A relation of two objects: the predicate and their names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,51 +80,36 @@ def load_evidence() -> UnpublishedFacts:
     table = parse_toml(content.decode())
     added: dict[str, tuple[GroundRelation, ...]] = {}
     for entry in table["added_relations"]:
-        added[entry["task"]] = (*added.get(entry["task"], ()), GroundRelation(*entry["fact"]))
+        added[entry["task"]] = (*added.get(entry["task"], ()), tuple(entry["fact"]))
     removed: dict[str, frozenset[tuple[str, str]]] = {}
     for entry in table["removed_relations"]:
         gone = (entry["predicate"], entry["object"])
         removed[entry["task"]] = removed.get(entry["task"], frozenset()) | {gone}
+    volume = table["volume"]
+    of_object = {(entry["scene"], entry["object"]): entry["volume"] for entry in volume["of_object"]}
+    claims = [_Claim(subject, " ".join(entry["reason"].split())) for subject, entry in _claims(table)]
     return UnpublishedFacts(
         initially_open=frozenset(table["initially_open"]["categories"]),
         standing=frozenset(table["stands_on_floor"]["categories"]),
         added=added,
         removed=removed,
         listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
-        volumes=_volumes(table["volume"]),
-        claims=_claims(table),
+        volumes=_Volumes(volume["default"], volume["part"], volume["of_category"], of_object),
+        claims=tuple(claims),
         sha256=hashlib.sha256(content).hexdigest(),
     )
 
 
-def _volumes(table: Mapping[str, Any]) -> _Volumes:
-    return _Volumes(
-        default=table["default"],
-        part=table["part"],
-        of_model=table["of_category"],
-        of_object={(entry["scene"], entry["object"]): entry["volume"] for entry in table["of_object"]},
-    )
-
-
-def _claims(table: Mapping[str, Any]) -> tuple[_Claim, ...]:
-    published = table["listed_relations_only"]
-    relations = (
-        *((f"{each['task']}: {' '.join(each['fact'])}", each) for each in table["added_relations"]),
-        *(
-            (f"{each['task']}: not {each['predicate']} {each['object']}", each)
-            for each in table["removed_relations"]
-        ),
-    )
-    sizes = ((f"{each['scene']}: volume of {each['object']}", each) for each in table["volume"]["of_object"])
-    subjects = (
-        (f"open at the start: {', '.join(table['initially_open']['categories'])}", table["initially_open"]),
-        *relations,
-        ("furniture stands on the floor of its room", table["stands_on_floor"]),
-        (
-            f"published subgoals without added facts: {', '.join(published['tasks'])}",
-            published,
-        ),
-        ("volumes of objects", table["volume"]),
-        *sizes,
-    )
-    return tuple(_Claim(subject, " ".join(entry["reason"].split())) for subject, entry in subjects)
+def _claims(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Each entry of the table with its subject."""
+    opened, published = table["initially_open"], table["listed_relations_only"]
+    yield f"open at the start: {', '.join(opened['categories'])}", opened
+    for each in table["added_relations"]:
+        yield f"{each['task']}: {' '.join(each['fact'])}", each
+    for each in table["removed_relations"]:
+        yield f"{each['task']}: not {each['predicate']} {each['object']}", each
+    yield "furniture stands on the floor of its room", table["stands_on_floor"]
+    yield f"published subgoals without added facts: {', '.join(published['tasks'])}", published
+    yield "volumes of objects", table["volume"]
+    for each in table["volume"]["of_object"]:
+        yield f"{each['scene']}: volume of {each['object']}", each

@@ -21,7 +21,7 @@ C = Variable("c")
 F = Variable("f")
 
 
-class Hand(NamedTuple):
+class _Hand(NamedTuple):
     """A hand: the prefix of its actions, what it holds, and what the other one holds."""
 
     name: str
@@ -35,15 +35,15 @@ class Hand(NamedTuple):
 
 
 HANDS = (
-    Hand("LEFT", p.in_left_hand, p.in_right_hand),
-    Hand("RIGHT", p.in_right_hand, p.in_left_hand),
+    _Hand("LEFT", p.in_left_hand, p.in_right_hand),
+    _Hand("RIGHT", p.in_right_hand, p.in_left_hand),
 )
 
 # Checks that several actions share.
 A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
-def in_one_hand(hand: Hand) -> Check:
+def in_one_hand(hand: _Hand) -> Check:
     """The object is not in the other hand, which would have to let it go first."""
     return missing(~hand.other(X), "{x} is in the other hand already")
 
@@ -100,7 +100,7 @@ def cut_loose(thing: Variable) -> tuple[Effect, ...]:
     return Delete(p.lies_in(thing, ANYTHING)), Delete(p.lies_on(thing, ANYTHING))
 
 
-def grasp(hand: Hand) -> Operator:
+def grasp(hand: _Hand) -> Operator:
     """The object leaves its place for the hand, with all that it carries but what is much larger."""
     checks = (
         affordance(~p.floor(X), "{x} is a floor"),
@@ -122,7 +122,7 @@ def grasp(hand: Hand) -> Operator:
     return Operator(f"{hand.name}_GRASP", (X,), checks, effects, text, role=Role.TAKES)
 
 
-def release(hand: Hand) -> Operator:
+def release(hand: _Hand) -> Operator:
     """The object leaves the hand and stands on the floor where the robot is."""
     checks = (
         missing(~(hand.empty & p.labelled(X)), "that hand holds nothing"),
@@ -135,8 +135,8 @@ def release(hand: Hand) -> Operator:
     return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
 
 
-def can_place(hand: Hand, place: Variable) -> tuple[Check, ...]:
-    """What all placing needs: a held object, and a place that is not part of what the hand holds."""
+def can_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
+    """The checks of all placing: an object is held, and the place is not part of it."""
     return (
         missing(~hand.empty, "that hand holds nothing"),
         missing(~hand.holds(place), f"{{{place.name}}} is the object in that hand"),
@@ -151,46 +151,46 @@ def can_place(hand: Hand, place: Variable) -> tuple[Check, ...]:
 NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
-def _opened(hand: Hand) -> Check:
+def _opened(hand: _Hand) -> Check:
     return missing(hand.empty | ~p.closed(X), "{x} is closed")
 
 
-def place_inside(hand: Hand) -> Operator:
-    """What the hand holds comes to lie in the object."""
+def place_inside(hand: _Hand) -> Operator:
+    """The object in the hand comes to lie in the object."""
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     checks = (NO_INSIDE, fits, _opened(hand), *can_place(hand, X))
     return _place(hand, "PLACE_INSIDE", checks, put_in(H, X), "put what that hand holds into the object")
 
 
-def place_ontop(hand: Hand) -> Operator:
-    """What the hand holds comes to lie on the object or floor."""
+def place_ontop(hand: _Hand) -> Operator:
+    """The object in the hand comes to lie on the object or floor."""
     text = "put what that hand holds onto the object"
     return _place(hand, "PLACE_ONTOP", can_place(hand, X), put_on(H, X), text)
 
 
-def place_nextto(hand: Hand) -> Operator:
-    """What the hand holds comes to rest where the object does, and next to it."""
+def place_nextto(hand: _Hand) -> Operator:
+    """The object in the hand comes to rest where the object does, and next to it."""
     effects = (*both_ways(Add, p.stands_by(H, X)), *put_with(H, X))
     text = "put what that hand holds next to the object"
     return _place(hand, "PLACE_NEXTTO", can_place(hand, X), effects, text)
 
 
-def place_under(hand: Hand) -> Operator:
-    """What the hand holds comes to rest where the object does, and under it."""
+def place_under(hand: _Hand) -> Operator:
+    """The object in the hand comes to rest where the object does, and under it."""
     effects = (Add(p.stands_under(H, X)), *put_with(H, X))
     text = "put what that hand holds under the object"
     return _place(hand, "PLACE_UNDER", can_place(hand, X), effects, text)
 
 
-def place_nextto_ontop(hand: Hand) -> Operator:
-    """What the hand holds comes to lie on the second object, next to the first."""
+def place_nextto_ontop(hand: _Hand) -> Operator:
+    """The object in the hand comes to lie on the second object, next to the first."""
     checks = (*can_place(hand, X), *can_place(hand, Y))
     effects = (*both_ways(Add, p.stands_by(H, X)), *put_on(H, Y))
     text = "put what that hand holds next to the first object and onto the second"
     return _place(hand, "PLACE_NEXTTO_ONTOP", checks, effects, text, X, Y)
 
 
-def transfer_inside(hand: Hand) -> Operator:
+def transfer_inside(hand: _Hand) -> Operator:
     """The contents of what the hand holds come to lie in the object."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
@@ -199,7 +199,7 @@ def transfer_inside(hand: Hand) -> Operator:
     return _transfer(hand, "TRANSFER_CONTENTS_INSIDE", checks, put_in(C, X), text)
 
 
-def transfer_ontop(hand: Hand) -> Operator:
+def transfer_ontop(hand: _Hand) -> Operator:
     """The contents of what the hand holds come to lie on the object or floor."""
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
     checks = (affordance(~empty, "what the hand holds is empty"), *can_place(hand, X))
@@ -372,7 +372,7 @@ def declared_operators() -> tuple[Operator, ...]:
 
 
 def _place(
-    hand: Hand,
+    hand: _Hand,
     name: str,
     checks: tuple[Check, ...],
     effects: tuple[Effect, ...],
@@ -385,7 +385,7 @@ def _place(
 
 
 def _transfer(
-    hand: Hand, name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...], description: str
+    hand: _Hand, name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...], description: str
 ) -> Operator:
     """An action after which each thing directly in or on what the hand holds, ``c``, is elsewhere."""
     poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*cut_loose(C), *effects))

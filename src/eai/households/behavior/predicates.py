@@ -3,21 +3,95 @@
 Two layers. The stored predicates say what is so of each object by itself: ``is_open``, ``lies_in``. The
 derived ones with BDDL's names (``open``, ``inside``) are what goals ask for: an object that has been sliced
 is what both of its halves are, and a thing in a bowl in a fridge is inside the fridge too.
+
+An object rests in or on at most one other, that one on the next, up to a root that rests on nothing. Where a
+state that no action leads to has a circle of supports, it is walked once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 import eai.logic.formula as f
-from eai.households.behavior.support import (
-    Values,
-    as_its_parts,
-    carriers,
-    containers,
-    standing_floor,
-    targets,
-)
 from eai.world.derived import Defined, Lookup
+from eai.world.relation import Relation, bits
+from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
+
+Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
+"""From an object to the mask of all that it stands in a relation to."""
+
+
+def carriers(state: State, arguments: tuple[int, ...]) -> int:
+    """Everything that an object rests in or on, directly or not, as a mask."""
+    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
+    carriers = 0
+    support = _support(inside, ontop, arguments[0])
+    while support & ~carriers:
+        carriers |= support
+        support = _support(inside, ontop, support.bit_length() - 1)
+    return carriers
+
+
+def containers(state: State, arguments: tuple[int, ...]) -> int:
+    """Everything that an object is in, or that something which carries it is in, as a mask."""
+    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
+    (x,) = arguments
+    containers = seen = 0
+    while not seen >> x & 1:
+        seen |= 1 << x
+        container = inside.row(x)
+        containers |= container
+        support = container or ontop.row(x)
+        if not support:
+            break
+        x = support.bit_length() - 1
+    return containers
+
+
+def targets(relation: str) -> Values:
+    """All that an object stands in a stored relation to."""
+
+    def values(state: State, arguments: tuple[int, ...]) -> int:
+        return state.relation(relation).row(arguments[0])
+
+    return values
+
+
+def as_its_parts(values: Values) -> Values:
+    """The relation as goals see it: an object that has been sliced is where both its parts are."""
+
+    def seen(state: State, arguments: tuple[int, ...]) -> int:
+        (x,) = arguments
+        parts = state.relation("part_of").column(x) if state.those("is_sliced") >> x & 1 else 0
+        if not parts:
+            return values(state, arguments)
+        common = state.scene.everything
+        for part in bits(parts):
+            common &= values(state, (part,))
+        return common
+
+    return seen
+
+
+def standing_floor(state: State, arguments: tuple[int, ...]) -> int:
+    """The floor that an object stands on, directly or with what carries it; a floor itself; or none."""
+    (x,) = arguments
+    floors, inside, ontop = state.those("floor"), state.relation("lies_in"), state.relation("lies_on")
+    seen = 1 << x
+    support = _support(inside, ontop, x)
+    while support & ~seen and not floors >> x & 1:
+        seen |= support
+        x = support.bit_length() - 1
+        support = _support(inside, ontop, x)
+    return 1 << x if floors >> x & 1 else state.relation("stands_on").row(x)
+
+
+def _support(inside: Relation, ontop: Relation, x: int) -> int:
+    """The support that an object rests in or on, as a mask of at most one bit."""
+    return inside.row(x) or ontop.row(x)
+
 
 X = f.Variable("x")
 Y = f.Variable("y")
@@ -43,12 +117,7 @@ dishwasher = Predicate("dishwasher", 1, static=True)
 teapot = Predicate("teapot", 1, static=True)
 saucepan = Predicate("saucepan", 1, static=True)
 detergent = Predicate("detergent", 1, static=True)
-part_of = Predicate("part_of", 2, static=True)
-
-# Comparisons of volumes, made when a scene is loaded.
-ungraspable = Predicate("ungraspable", 1, static=True, visible=False)
-larger = Predicate("larger", 2, static=True, visible=False)
-much_larger = Predicate("much_larger", 2, static=True, visible=False)
+ungraspable = Predicate("ungraspable", 1, static=True, visible=False)  # by its volume
 
 # States of one object.
 is_cooked = Predicate("is_cooked", 1)
@@ -61,15 +130,22 @@ is_soaked = Predicate("is_soaked", 1)
 is_stained = Predicate("is_stained", 1)
 is_toggled_on = Predicate("is_toggled_on", 1)
 
+# Where the robot is, and what it holds.
+in_left_hand = Predicate("in_left_hand", 1, single=True)
+in_right_hand = Predicate("in_right_hand", 1, single=True)
+robot_on = Predicate("robot_on", 1)
+
+# Pairs that never change; volumes are compared when a scene is loaded.
+part_of = Predicate("part_of", 2, static=True)
+larger = Predicate("larger", 2, static=True, visible=False)
+much_larger = Predicate("much_larger", 2, static=True, visible=False)
+
 # Where objects are. An object has at most one support: it lies in one, on one, or is free.
 lies_in = Predicate("lies_in", 2, single=True)
 lies_on = Predicate("lies_on", 2, single=True)
 stands_on = Predicate("stands_on", 2)
 stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
-in_left_hand = Predicate("in_left_hand", 1, single=True)
-in_right_hand = Predicate("in_right_hand", 1, single=True)
-robot_on = Predicate("robot_on", 1)
 
 LABELS = (stands_on, stands_under, stands_by)
 """The relations besides support, in the order in which initial facts of them are entered."""
@@ -96,7 +172,6 @@ hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
 labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
 carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
-_SUPPORT = ("lies_in", "lies_on")
 carried_by = Defined(
     "carried_by", (X, Y), carries(Y, X) | f.Exists(Z, carries(Z, X) & f.Atom("carried_by", (Z, Y))), carriers
 )
@@ -108,7 +183,7 @@ floor_below = Lookup(
     "floor_below",
     2,
     standing_floor,
-    (*_SUPPORT, "floor", "stands_on"),
+    ("lies_in", "lies_on", "floor", "stands_on"),
     Defined(
         "floor_below",
         (X, Y),
@@ -117,6 +192,8 @@ floor_below = Lookup(
         | (~floor(X) & f.Exists(Z, carries(Z, X) & f.Atom("floor_below", (Z, Y)))),
     ),
 )
+
+_OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
 
 # Derived: what goals ask for.
 
@@ -145,44 +222,7 @@ GOAL_RELATIONS = (
 directly_inside = _relation_seen("directly_inside", lies_in, targets(lies_in.name))
 
 VOCABULARY = Vocabulary(
-    predicates=(
-        *(ability for ability, _ in STATES),
-        slicer,
-        cleaning_tool,
-        cold_source,
-        floor,
-        sink,
-        dishwasher,
-        teapot,
-        saucepan,
-        detergent,
-        ungraspable,
-        *(state for _, state in STATES),
-        in_left_hand,
-        in_right_hand,
-        robot_on,
-        part_of,
-        larger,
-        much_larger,
-        lies_in,
-        lies_on,
-        *LABELS,
-    ),
-    derived=(
-        part,
-        cut_up,
-        halved,
-        held,
-        hands_full,
-        closed,
-        labelled,
-        carries,
-        carried_by,
-        within,
-        shut_in,
-        floor_below,
-        *GOAL_STATES,
-        *GOAL_RELATIONS,
-        directly_inside,
-    ),
+    predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
+    derived=(*_OWN, *GOAL_STATES, *GOAL_RELATIONS, directly_inside),
 )
+"""The predicates of this module in the order in which they are declared."""

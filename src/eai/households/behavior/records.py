@@ -1,19 +1,20 @@
-"""The BEHAVIOR tasks as plain records, read from the store: one text line a task, decoded when asked for.
+"""The BEHAVIOR tasks as plain records, read from the store: one text line a task, decoded on first use.
 
 Records hold what published files say and nothing else. What no file says is in `evidence`; scenes
-and goals are made from both in `behavior_tasks`.
+and goals are made from both in `tasks`.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import starmap
 from typing import Any, TypeAlias
 
 from eai.data.store import PackFile
+from eai.households.behavior.predicates import STATES
 from eai.logic.bddl import Problem, parse_problem
+from eai.tasks.source import TaskSet
 
 TASKS_MEMBER = "tasks.jsonl"
 """One line a task, in data set order."""
@@ -25,15 +26,7 @@ FLOOR = "room_floor"
 """The model category of the floor of a room."""
 
 STATE_OF_ABILITY: Mapping[str, str] = {
-    "cookable": "cooked",
-    "burnable": "burnt",
-    "dustyable": "dusty",
-    "freezable": "frozen",
-    "openable": "open",
-    "sliceable": "sliced",
-    "soakable": "soaked",
-    "stainable": "stained",
-    "toggleable": "toggled_on",
+    ability.name: state.name.removeprefix("is_") for ability, state in STATES
 }
 """Which ability of the taxonomy lets an object be in which state."""
 
@@ -81,14 +74,6 @@ class BehaviorObject:
 
 
 @dataclass(frozen=True, slots=True)
-class _WrittenAction:
-    """A step of a human plan, as the data set has it (one is misspelt)."""
-
-    action: str
-    objects: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class BehaviorRecord:
     """One task as the published files have it.
 
@@ -101,7 +86,9 @@ class BehaviorRecord:
         goal_sentences: its goals in English.
         objects: in the order of the problem file, without the agent.
         problem: the problem file; it names objects by instance.
-        plan: a human's plan.
+        plan: a human's plan as the data set has it (one action is misspelt): actions with their objects.
+        goal_options: goal interpretation's goals, each as all its ground options in the published order. They
+            are those of an earlier wording of three problems than `problem` (spec: (a)).
     """
 
     id: str
@@ -112,45 +99,18 @@ class BehaviorRecord:
     goal_sentences: tuple[str, ...]
     objects: tuple[BehaviorObject, ...]
     problem: Problem
-    plan: tuple[_WrittenAction, ...]
+    plan: tuple[tuple[str, tuple[str, ...]], ...]
+    goal_options: tuple[tuple[GroundOption, ...], ...]
 
 
-class Behavior(Mapping[str, BehaviorRecord]):
-    """Task id -> record, in data set order; a record is decoded once, on first use.
+def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
+    """The records of a pack, in data set order; a record is decoded once, on first use."""
+    lines, options = _by_id(pack.read(TASKS_MEMBER)), _by_id(pack.read(OPTIONS_MEMBER))
 
-    Attributes:
-        sha256: digest of the data, to be recorded with every result made from it.
-    """
+    def read(task_id: str) -> BehaviorRecord:
+        return _record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))
 
-    def __init__(self, pack: PackFile) -> None:
-        self.sha256 = pack.manifest.sha256
-        self._pack = pack
-        self._lines = _by_id(pack.read(TASKS_MEMBER))
-        self._decoded: dict[str, BehaviorRecord] = {}
-        self._options: dict[str, bytes] = {}
-
-    def __getitem__(self, task_id: str) -> BehaviorRecord:
-        record = self._decoded.get(task_id)
-        if record is None:
-            record = _record(task_id, json.loads(self._lines[task_id]))
-            self._decoded[task_id] = record
-        return record
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._lines)
-
-    def __len__(self) -> int:
-        return len(self._lines)
-
-    def goal_options(self, task_id: str) -> tuple[tuple[GroundOption, ...], ...]:
-        """Goal interpretation's goals, each as all its ground options in the published order.
-
-        They are those of an earlier wording of three problems than `BehaviorRecord.problem` (spec: (a)).
-        """
-        if not self._options:
-            self._options = _by_id(self._pack.read(OPTIONS_MEMBER))
-        goals = json.loads(self._options[task_id])
-        return tuple(tuple(tuple(map(_condition, option)) for option in options) for options in goals)
+    return TaskSet(lines, read, pack.manifest.sha256)
 
 
 def _by_id(content: bytes) -> dict[str, bytes]:
@@ -159,7 +119,7 @@ def _by_id(content: bytes) -> dict[str, bytes]:
     return {task_id.decode(): text for task_id, text in pairs}
 
 
-def _record(task_id: str, values: Mapping[str, Any]) -> BehaviorRecord:
+def _record(task_id: str, values: Mapping[str, Any], goals: Sequence[Sequence[Any]]) -> BehaviorRecord:
     return BehaviorRecord(
         id=task_id,
         activity=values["activity"],
@@ -167,9 +127,12 @@ def _record(task_id: str, values: Mapping[str, Any]) -> BehaviorRecord:
         scene=values["scene"],
         instruction=values["instruction"],
         goal_sentences=tuple(values["goal_sentences"]),
-        objects=tuple(starmap(_object, values["objects"])),
+        objects=tuple([_object(*each) for each in values["objects"]]),
         problem=parse_problem(values["problem"]),
-        plan=tuple(_WrittenAction(action, tuple(objects)) for action, objects in values["plan"]),
+        plan=tuple([(action, tuple(objects)) for action, objects in values["plan"]]),
+        goal_options=tuple(
+            [tuple([tuple(map(_condition, option)) for option in options]) for options in goals]
+        ),
     )
 
 

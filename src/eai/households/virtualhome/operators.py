@@ -62,9 +62,9 @@ AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
 """Worn, part of the body, or near: FIND does not walk to such an object."""
 
 
-def set_state(operator: str, check: Check, old: Predicate, new: Predicate, *checks: Check) -> Operator:
+def set_state(name: str, old: Predicate, new: Predicate, *checks: Check) -> Operator:
     """An action that turns one state of an object into another."""
-    return _unary(operator, (*checks, check), (Delete(old(X)), Add(new(X))))
+    return _unary(name, *checks, effects=(Delete(old(X)), Add(new(X))))
 
 
 def cut_loose(thing: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
@@ -87,7 +87,7 @@ def forget_origin(thing: f.Variable) -> tuple[Effect, ...]:
 
 
 def brought_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
-    """What is held comes along with what is in it or on it, and is in the room ``r`` of ``room_of_held``."""
+    """Held objects come along with all in them or on them, and are in the room ``r`` of ``room_of_held``."""
 
     def moved(thing: f.Variable) -> tuple[Effect, ...]:
         return (
@@ -122,11 +122,6 @@ def go_to(target: f.Variable, brought: tuple[Effect, ...]) -> tuple[Effect, ...]
     )
 
 
-def walk(name: str, brought: tuple[Effect, ...]) -> Operator:
-    """An action that goes to an object, whatever lies in between."""
-    return _unary(name, (UPRIGHT, SOMEWHERE), go_to(X, brought), Role.MOVEMENT)
-
-
 def find(brought: tuple[Effect, ...]) -> Operator:
     """FIND: turn away from everything and step up to an object at hand; walk to any other."""
     checks = (
@@ -135,7 +130,7 @@ def find(brought: tuple[Effect, ...]) -> Operator:
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, brought)),), Role.MOVEMENT)
+    return _unary("FIND", *checks, effects=(When(p.near(X), step_up, go_to(X, brought)),), role=Role.MOVEMENT)
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
@@ -161,7 +156,7 @@ KEPT = (
     ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
     ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
 )
-"""What is in an object stays in it when it is taken. What lies on it does if it can be grabbed: no bed."""
+"""Things in an object stay in it when it is taken. Things on it do if they can be grabbed: no bed."""
 
 
 def grab(kept: tuple[Effect, ...] = KEPT) -> Operator:
@@ -189,7 +184,7 @@ def grab(kept: tuple[Effect, ...] = KEPT) -> Operator:
         *forget_origin(X),
         *remember,
     )
-    return _unary("GRAB", checks, effects, Role.TAKES)
+    return _unary("GRAB", *checks, effects=effects, role=Role.TAKES)
 
 
 def switch_hands() -> Operator:
@@ -198,7 +193,7 @@ def switch_hands() -> Operator:
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
     switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
-    return _unary("SWITCH_HANDS", (HELD, one_free), switched, Role.RELEASES)
+    return _unary("SWITCH_HANDS", HELD, one_free, effects=switched, role=Role.RELEASES)
 
 
 def put_back_where_it_was() -> Operator:
@@ -214,44 +209,28 @@ def put_back_where_it_was() -> Operator:
         missing(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
     effects = tuple(Let(Y, memory(X, Y), put(relation)) for memory, _, relation in ORIGINS)
-    return _unary("PUTOBJBACK", checks, effects)
-
-
-def switch_on() -> Operator:
-    """SWITCHON: a device that is off and has power is turned on."""
-    return set_state(
-        "SWITCHON",
-        missing(~p.plugged_out(X), "{x} is not plugged in"),
-        p.off,
-        p.on,
-        affordance(p.has_switch(X), "{x} has no switch"),
-        ON_OR_OFF,
-        NEAR,
-        additional(p.off(X), "{x} is not off"),
-    )
+    return _unary("PUTOBJBACK", *checks, effects=effects)
 
 
 def watch() -> Operator:
     """WATCH: look for a while at something in the same room."""
     return _unary(
         "WATCH",
-        (
-            affordance(p.lookable(X), "{x} cannot be watched"),
-            affordance(p.in_same_room(X), "{x} is not in the character's room"),
-            FACED,
-            missing(
-                p.upright() | is_a(X, "computer") | p.facing(AGENT, X),
-                "the character sits or lies and does not face {x}",
-                sought=(p.facing(AGENT, X),),
-            ),
-            REACHABLE,
+        affordance(p.lookable(X), "{x} cannot be watched"),
+        affordance(p.in_same_room(X), "{x} is not in the character's room"),
+        FACED,
+        missing(
+            p.upright() | is_a(X, "computer") | p.facing(AGENT, X),
+            "the character sits or lies and does not face {x}",
+            sought=(p.facing(AGENT, X),),
         ),
+        REACHABLE,
     )
 
 
 def shove(name: str, *checks: Check) -> Operator:
     """An action that moves something by hand without lifting it."""
-    return _unary(name, (*checks, NEAR, REACHABLE, HAND_FREE))
+    return _unary(name, *checks, NEAR, REACHABLE, HAND_FREE)
 
 
 def declared_operators() -> tuple[Operator, ...]:
@@ -270,7 +249,9 @@ def declared_operators() -> tuple[Operator, ...]:
 
 def moving(brought: tuple[Effect, ...]) -> tuple[Operator, ...]:
     """The actions that go somewhere; ``brought`` says what becomes of what is held."""
-    return walk("WALK", brought), walk("RUN", brought), find(brought)
+    way = go_to(X, brought)
+    walks = [_unary(name, UPRIGHT, SOMEWHERE, effects=way, role=Role.MOVEMENT) for name in ("WALK", "RUN")]
+    return *walks, find(brought)
 
 
 def _posture() -> tuple[Operator, ...]:
@@ -278,32 +259,28 @@ def _posture() -> tuple[Operator, ...]:
     return (
         _unary(
             "SIT",
-            (
-                NEAR,
-                NOT_SEATED,
-                NOT_SEATED_ELSEWHERE,
-                affordance(p.sittable(X), "{x} is nothing to sit on"),
-                missing(~p.seat_full(X), "there is no room left on {x}"),
-            ),
-            (
+            NEAR,
+            NOT_SEATED,
+            NOT_SEATED_ELSEWHERE,
+            affordance(p.sittable(X), "{x} is nothing to sit on"),
+            missing(~p.seat_full(X), "there is no room left on {x}"),
+            effects=(
                 Add(p.ontop(AGENT, X)),
                 ForEach(Y, p.facing(X, Y), (Add(p.facing(AGENT, Y)),)),
                 Delete(p.lying(AGENT)),
                 Add(p.sitting(AGENT)),
             ),
-            Role.MOVEMENT,
+            role=Role.MOVEMENT,
         ),
         _unary(
             "LIE",
-            (
-                NEAR,
-                NOT_IN_BED,
-                NOT_IN_BED_ELSEWHERE,
-                affordance(p.lieable(X), "{x} is nothing to lie on"),
-                missing(~p.bed_full(X), "there is no room left on {x}"),
-            ),
-            (Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
-            Role.MOVEMENT,
+            NEAR,
+            NOT_IN_BED,
+            NOT_IN_BED_ELSEWHERE,
+            affordance(p.lieable(X), "{x} is nothing to lie on"),
+            missing(~p.bed_full(X), "there is no room left on {x}"),
+            effects=(Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
+            role=Role.MOVEMENT,
         ),
         _nullary(
             "STANDUP",
@@ -324,77 +301,43 @@ def _handling() -> tuple[Operator, ...]:
     )
     return (
         grab(),
-        _binary("PUTBACK", (HELD, NEAR_TARGET), put(p.ontop)),
+        _binary("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),
         _binary(
             "PUTIN",
-            (HELD, NEAR_TARGET, missing(~p.can_open(Y) | p.open_(Y), "{y} is closed")),
-            put(p.inside),
+            HELD,
+            NEAR_TARGET,
+            missing(~p.can_open(Y) | p.open_(Y), "{y} is closed"),
+            effects=put(p.inside),
         ),
         put_back_where_it_was(),
-        _unary("DROP", (HELD,), drop, Role.RELEASES),
-        _unary("RELEASE", (HELD,), drop, Role.RELEASES),
+        _unary("DROP", HELD, effects=drop, role=Role.RELEASES),
+        _unary("RELEASE", HELD, effects=drop, role=Role.RELEASES),
         _binary(
             "POUR",
-            (
-                affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
-                affordance(p.recipient(Y) | is_a(Y, "hands_both", "sponge", "face"), "{y} holds no liquid"),
-                HELD,
-                NEAR_TARGET,
-            ),
-            (Add(p.inside(X, Y)), When(is_a(X, "water"), take_out_of_hand(X))),
+            affordance(p.pourable(X) | p.drinkable(X), "{x} cannot be poured"),
+            affordance(p.recipient(Y) | is_a(Y, "hands_both", "sponge", "face"), "{y} holds no liquid"),
+            HELD,
+            NEAR_TARGET,
+            effects=(Add(p.inside(X, Y)), When(is_a(X, "water"), take_out_of_hand(X))),
         ),
     )
 
 
 def _devices() -> tuple[Operator, ...]:
-    has_switch = affordance(p.has_switch(X), "{x} has no switch")
-    has_plug = affordance(p.has_plug(X), "{x} has no plug")
+    opens = (OPENABLE, OPEN_OR_CLOSED, NEAR)
+    switches = (affordance(p.has_switch(X), "{x} has no switch"), ON_OR_OFF, NEAR)
+    plugs = (affordance(p.has_plug(X), "{x} has no plug"), PLUGGED_IN_OR_OUT, NEAR, HAND_FREE)
+    has_power = missing(~p.plugged_out(X), "{x} is not plugged in")
+    is_closed = additional(p.closed(X), "{x} is not closed")
+    is_unplugged = additional(p.plugged_out(X), "{x} is not unplugged")
+    is_plugged_in = additional(p.plugged_in(X), "{x} is not plugged in")
     return (
-        _unary(
-            "OPEN",
-            (
-                OPENABLE,
-                OPEN_OR_CLOSED,
-                NEAR,
-                HAND_FREE,
-                additional(p.closed(X), "{x} is not closed"),
-                NOT_RUNNING,
-            ),
-            (Delete(p.closed(X)), Add(p.open_(X))),
-        ),
-        set_state(
-            "CLOSE",
-            additional(p.open_(X), "{x} is not open"),
-            p.open_,
-            p.closed,
-            OPENABLE,
-            OPEN_OR_CLOSED,
-            NEAR,
-        ),
-        switch_on(),
-        set_state(
-            "SWITCHOFF", additional(p.on(X), "{x} is not on"), p.on, p.off, has_switch, ON_OR_OFF, NEAR
-        ),
-        set_state(
-            "PLUGIN",
-            additional(p.plugged_out(X), "{x} is not unplugged"),
-            p.plugged_out,
-            p.plugged_in,
-            has_plug,
-            PLUGGED_IN_OR_OUT,
-            NEAR,
-            HAND_FREE,
-        ),
-        set_state(
-            "PLUGOUT",
-            additional(p.plugged_in(X), "{x} is not plugged in"),
-            p.plugged_in,
-            p.plugged_out,
-            has_plug,
-            PLUGGED_IN_OR_OUT,
-            NEAR,
-            HAND_FREE,
-        ),
+        set_state("OPEN", p.closed, p.open_, *opens, HAND_FREE, is_closed, NOT_RUNNING),
+        set_state("CLOSE", p.open_, p.closed, *opens, additional(p.open_(X), "{x} is not open")),
+        set_state("SWITCHON", p.off, p.on, *switches, additional(p.off(X), "{x} is not off"), has_power),
+        set_state("SWITCHOFF", p.on, p.off, *switches, additional(p.on(X), "{x} is not on")),
+        set_state("PLUGIN", p.plugged_out, p.plugged_in, *plugs, is_unplugged),
+        set_state("PLUGOUT", p.plugged_in, p.plugged_out, *plugs, is_plugged_in),
     )
 
 
@@ -402,11 +345,11 @@ def _looking() -> tuple[Operator, ...]:
     turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
     looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
     return (
-        _unary("TURNTO", (), turn, Role.MOVEMENT),
-        *(_unary(name, (FACED,)) for name in looks),
+        _unary("TURNTO", effects=turn, role=Role.MOVEMENT),
+        *(_unary(name, FACED) for name in looks),
         watch(),
-        _unary("READ", (affordance(p.readable(X), "{x} cannot be read"), HELD)),
-        _unary("GREET", (affordance(p.person(X), "{x} is not a person"),)),
+        _unary("READ", affordance(p.readable(X), "{x} cannot be read"), HELD),
+        _unary("GREET", affordance(p.person(X), "{x} is not a person")),
     )
 
 
@@ -414,41 +357,33 @@ def _using() -> tuple[Operator, ...]:
     knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (
-        _unary("DRINK", (affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD)),
+        _unary("DRINK", affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD),
         _unary(
             "EAT",
-            (
-                NEAR,
-                affordance(
-                    p.eatable(X) | f.Exists(Y, p.ontop(Y, X) & p.eatable(Y)),
-                    "{x} cannot be eaten, nor is there anything eatable on it",
-                ),
+            NEAR,
+            affordance(
+                p.eatable(X) | f.Exists(Y, p.ontop(Y, X) & p.eatable(Y)),
+                "{x} cannot be eaten, nor is there anything eatable on it",
             ),
         ),
         _unary(
             "CUT",
-            (
-                HAND_FREE,
-                NEAR,
-                affordance(p.eatable(X), "{x} cannot be eaten"),
-                affordance(p.cuttable(X), "{x} cannot be cut"),
-                missing(knife_in_hand, "the character holds no knife"),
-            ),
+            HAND_FREE,
+            NEAR,
+            affordance(p.eatable(X), "{x} cannot be eaten"),
+            affordance(p.cuttable(X), "{x} cannot be cut"),
+            missing(knife_in_hand, "the character holds no knife"),
         ),
-        _unary("TOUCH", (NEAR, REACHABLE)),
-        _unary(
-            "TYPE", (NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on"))
-        ),
+        _unary("TOUCH", NEAR, REACHABLE),
+        _unary("TYPE", NEAR, affordance(is_a(X, "keyboard") | p.has_switch(X), "{x} is nothing to type on")),
         shove("PUSH"),
         shove("PULL", can_be_moved),
         shove("MOVE", can_be_moved),
         _unary(
             "SQUEEZE",
-            (
-                HAND_FREE,
-                NEAR,
-                affordance(p.clothes(X) | is_a(X, *SQUEEZABLE), "{x} cannot be squeezed"),
-            ),
+            HAND_FREE,
+            NEAR,
+            affordance(p.clothes(X) | is_a(X, *SQUEEZABLE), "{x} cannot be squeezed"),
         ),
     )
 
@@ -457,18 +392,19 @@ def _cleaning() -> tuple[Operator, ...]:
     cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
     something_in_hand = missing(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
     return (
-        *(_unary(name, (NEAR,), cleaned) for name in ("WASH", "RINSE", "SCRUB")),
-        _unary("WIPE", (NEAR, something_in_hand), cleaned),
+        *(_unary(name, NEAR, effects=cleaned) for name in ("WASH", "RINSE", "SCRUB")),
+        _unary("WIPE", NEAR, something_in_hand, effects=cleaned),
     )
 
 
 def _clothing() -> tuple[Operator, ...]:
     return (
-        _unary("PUTON", (HELD, IS_CLOTHES), (Add(p.ontop(X, AGENT)), *take_out_of_hand(X))),
+        _unary("PUTON", HELD, IS_CLOTHES, effects=(Add(p.ontop(X, AGENT)), *take_out_of_hand(X))),
         _unary(
             "PUTOFF",
-            (missing(p.ontop(X, AGENT), "the character does not wear {x}"), IS_CLOTHES),
-            (Delete(p.ontop(X, AGENT)),),
+            missing(p.ontop(X, AGENT), "the character does not wear {x}"),
+            IS_CLOTHES,
+            effects=(Delete(p.ontop(X, AGENT)),),
         ),
     )
 
@@ -477,11 +413,9 @@ def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = (), role: Ro
     return Operator(name, (), (check,), effects, role=role)
 
 
-def _unary(
-    name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
-) -> Operator:
+def _unary(name: str, *checks: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE) -> Operator:
     return Operator(name, (X,), checks, effects, role=role)
 
 
-def _binary(name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...]) -> Operator:
+def _binary(name: str, *checks: Check, effects: tuple[Effect, ...]) -> Operator:
     return Operator(name, (X, Y), checks, effects, role=Role.CHANGE)

@@ -1,4 +1,4 @@
-"""Plans as VirtualHome's prompts ask for them: actions with lists of objects, by class or by class and id.
+"""Plans as VirtualHome's prompts require them: actions with lists of objects, by class or by class and id.
 
 ``{"WALK": ["sofa"], "SIT": ["sofa"]}`` or ``{"WALK": ["sofa", "352"], "SIT": ["sofa", "352"]}``, in order and
 with repeated keys.
@@ -79,13 +79,15 @@ class VirtualHomePlans(PlanNotation):
         return closed({_STEPS: listed(either(steps))})
 
 
-def index_of(by_class: Mapping[str, int], by_name: Mapping[str, int]) -> Callable[[object], int | None]:
-    """The index of what is written as a class, or as a class and an id."""
+def index_of(
+    by_class: Mapping[str, int], by_name: Mapping[str, int], joint: str = "."
+) -> Callable[[object], int | None]:
+    """Return the lookup of what is written as a class, or as a class and an id, joined in names."""
 
     def found(word: object) -> int | None:
         if isinstance(word, str):
             return by_class.get(word)
-        return by_name.get(f"{word.name}.{word.id}") if isinstance(word, Identified) else None
+        return by_name.get(f"{word.name}{joint}{word.id}") if isinstance(word, Identified) else None
 
     return found
 

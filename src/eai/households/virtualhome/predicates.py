@@ -2,18 +2,107 @@
 
 Names are those of the data set's temporal formulas: ``ON`` is the state of a device, ``ONTOP`` the relation
 that scene graphs call ON, ``NEXT_TO`` the one that they call CLOSE.
+
+Of several objects a lookup finds all; an effect takes the first of them, that of the lowest index, that is,
+in the order of the data set.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.households.virtualhome.places import BEDS, SEATS, cargo, full_bed, full_seat, origins, rooms
 from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.frame import AGENT
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
+
+Among: TypeAlias = Callable[[State, str, int, int], int]
+"""Gives targets of a relation, given a state, the relation, the source and the targets wanted."""
+
+Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
+"""Looks up the objects that make a predicate true as its last argument, as a mask."""
+
+SEATS = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
+"""The number of things that fit on a seat, by class; 1 on any other (reference: ``SitExecutor``)."""
+
+BEDS = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
+"""The number of things that fit where one lies, by class; 1 on any other (reference: ``LieExecutor``)."""
+
+PLACES = ("ONTOP", "INSIDE", "NEXT_TO")
+"""The relations that say where an object was taken from, in the order in which they decide."""
+
+
+def object_id(state: State, index: int) -> int:
+    """The id of an object in the data set: what follows the last dot of its name."""
+    return int(state.scene.objects[index].name.rpartition(".")[2])
+
+
+def rooms(state: State, arguments: tuple[int, ...]) -> int:
+    """The rooms of an object, which may be in none: those that it is in, or those of its only container."""
+    (x,) = arguments
+    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    seen = 0
+    while not (is_room | seen) >> x & 1:
+        seen |= 1 << x
+        containers = inside.row(x)
+        if containers & is_room or containers & (containers - 1) or not containers:
+            return containers & is_room
+        x = containers.bit_length() - 1
+    return 1 << x & is_room
+
+
+def targets(state: State, predicate: str, source: int, wanted: int) -> int:
+    """The targets of a relation among those wanted (a mask), as a mask."""
+    return state.relation(predicate).row(source) & wanted
+
+
+def origins(place: int, among: Among = targets) -> Values:
+    """A lookup of what something lies on, in or next to, if ``PLACES[place]`` decides.
+
+    Of several things those count that ``among`` gives. Rooms do not count. Only the first relation that holds
+    at all decides, so at most one of the three lookups finds something (reference:
+    ``_find_first_node_from``).
+    """
+
+    def lookup(state: State, arguments: tuple[int, ...]) -> int:
+        (x,) = arguments
+        no_room = ~state.those("ROOM")
+        for earlier in PLACES[:place]:
+            if state.relation(earlier).row(x) & no_room:
+                return 0
+        return among(state, PLACES[place], x, no_room)
+
+    return lookup
+
+
+def cargo(state: State, arguments: tuple[int, ...]) -> int:
+    """All that goes where an object goes: what is in it, what can be grabbed and lies on it, and so on."""
+    inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.those("GRABBABLE")
+    found, pending = 0, 1 << arguments[0]
+    while pending:
+        carrier = pending & -pending
+        x = carrier.bit_length() - 1
+        new = (inside.column(x) | ontop.column(x) & loose) & ~found
+        found |= new
+        pending = pending & ~carrier | new
+    return found
+
+
+def full_seat(state: State, arguments: tuple[int, ...]) -> bool:
+    """Whether as many things as fit are on a seat."""
+    return _count_on(state, arguments[0]) >= SEATS.get(state.scene.objects[arguments[0]].category, 1)
+
+
+def full_bed(state: State, arguments: tuple[int, ...]) -> bool:
+    """Whether as many things as fit are where one would lie."""
+    return _count_on(state, arguments[0]) >= BEDS.get(state.scene.objects[arguments[0]].category, 1)
+
+
+def _count_on(state: State, place: int) -> int:
+    return state.relation("ONTOP").column(place).bit_count()
+
 
 X = f.Variable("x")
 Y = f.Variable("y")
@@ -21,50 +110,29 @@ Z = f.Variable("z")
 R = f.Variable("r")
 
 # Properties: what an object is good for. They never change.
-PROPERTIES = (
-    "BODY_PART",
-    "CAN_OPEN",
-    "CLOTHES",
-    "CONTAINERS",
-    "COVER_OBJECT",
-    "CREAM",
-    "CUTTABLE",
-    "DRINKABLE",
-    "EATABLE",
-    "GRABBABLE",
-    "HANGABLE",
-    "HAS_PAPER",
-    "HAS_PLUG",
-    "HAS_SWITCH",
-    "LIEABLE",
-    "LOOKABLE",
-    "MOVABLE",
-    "PERSON",
-    "POURABLE",
-    "READABLE",
-    "RECIPIENT",
-    "SITTABLE",
-    "SURFACES",
-)
-_properties = tuple(Predicate(name, 1, static=True) for name in PROPERTIES)
-_property = {predicate.name: predicate for predicate in _properties}
-body_part = _property["BODY_PART"]
-can_open = _property["CAN_OPEN"]
-clothes = _property["CLOTHES"]
-cuttable = _property["CUTTABLE"]
-drinkable = _property["DRINKABLE"]
-eatable = _property["EATABLE"]
-grabbable = _property["GRABBABLE"]
-has_plug = _property["HAS_PLUG"]
-has_switch = _property["HAS_SWITCH"]
-lieable = _property["LIEABLE"]
-lookable = _property["LOOKABLE"]
-movable = _property["MOVABLE"]
-person = _property["PERSON"]
-pourable = _property["POURABLE"]
-readable = _property["READABLE"]
-recipient = _property["RECIPIENT"]
-sittable = _property["SITTABLE"]
+body_part = Predicate("BODY_PART", 1, static=True)
+can_open = Predicate("CAN_OPEN", 1, static=True)
+clothes = Predicate("CLOTHES", 1, static=True)
+containers = Predicate("CONTAINERS", 1, static=True)
+cover_object = Predicate("COVER_OBJECT", 1, static=True)
+cream = Predicate("CREAM", 1, static=True)
+cuttable = Predicate("CUTTABLE", 1, static=True)
+drinkable = Predicate("DRINKABLE", 1, static=True)
+eatable = Predicate("EATABLE", 1, static=True)
+grabbable = Predicate("GRABBABLE", 1, static=True)
+hangable = Predicate("HANGABLE", 1, static=True)
+has_paper = Predicate("HAS_PAPER", 1, static=True)
+has_plug = Predicate("HAS_PLUG", 1, static=True)
+has_switch = Predicate("HAS_SWITCH", 1, static=True)
+lieable = Predicate("LIEABLE", 1, static=True)
+lookable = Predicate("LOOKABLE", 1, static=True)
+movable = Predicate("MOVABLE", 1, static=True)
+person = Predicate("PERSON", 1, static=True)
+pourable = Predicate("POURABLE", 1, static=True)
+readable = Predicate("READABLE", 1, static=True)
+recipient = Predicate("RECIPIENT", 1, static=True)
+sittable = Predicate("SITTABLE", 1, static=True)
+surfaces = Predicate("SURFACES", 1, static=True)
 
 room = Predicate("ROOM", 1, static=True, visible=False)
 
@@ -139,7 +207,7 @@ somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _lies(place: int, name: str) -> Lookup:
-    """What something lies on, in or next to, by one relation if none before it holds."""
+    """The lookup of what something lies on, in or next to, by one relation if none before it holds."""
     *earlier, relation = (ontop, inside, next_to)[: place + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
@@ -159,7 +227,7 @@ def _so_many_on(place: f.Variable, count: int) -> f.Formula:
 def _full(
     name: str, capacities: Mapping[str, int], test: Callable[[State, tuple[int, ...]], bool]
 ) -> Computed:
-    """As many things are on a place as fit there, by its category; 1 where nothing is said."""
+    """As many things are on a place as fit there, by its category; 1 for any other."""
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
     sized = tuple(is_a(X, *categories) & _so_many_on(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
@@ -172,50 +240,21 @@ lies_on, lies_in, lies_next_to = (
 seat_full = _full("seat_full", SEATS, full_seat)
 bed_full = _full("bed_full", BEDS, full_bed)
 
+_DECLARED = tuple(globals().values())
+
 VOCABULARY = Vocabulary(
-    predicates=(
-        *_properties,
-        room,
-        clean,
-        dirty,
-        closed,
-        open_,
-        on,
-        off,
-        plugged_in,
-        plugged_out,
-        sitting,
-        lying,
-        ontop,
-        inside,
-        next_to,
-        facing,
-        holds_rh,
-        holds_lh,
-        between,
-        taken_from_top_of,
-        taken_from_inside,
-        taken_from_next_to,
-    ),
-    derived=(
-        near,
-        faced,
-        shut_in,
-        held,
-        right_hand_free,
-        left_hand_free,
-        hand_free,
-        upright,
-        taken,
-        rests_in,
-        carries,
-        room_of,
-        in_same_room,
-        somewhere,
-        lies_on,
-        lies_in,
-        lies_next_to,
-        seat_full,
-        bed_full,
-    ),
+    predicates=tuple([each for each in _DECLARED if isinstance(each, Predicate)]),
+    derived=tuple([each for each in _DECLARED if isinstance(each, Defined | Lookup | Computed)]),
 )
+"""The predicates of this module in the order in which they are declared."""
+
+PREDICATE_OF_RELATION = {
+    "ON": "ONTOP",
+    "INSIDE": "INSIDE",
+    "CLOSE": "NEXT_TO",
+    "FACING": "FACING",
+    "BETWEEN": "BETWEEN",
+    "HOLDS_RH": "HOLDS_RH",
+    "HOLDS_LH": "HOLDS_LH",
+}
+"""Relation of scene graphs -> its predicate in the vocabulary."""

@@ -1,6 +1,6 @@
 """The VirtualHome data set as plain records: no world state, no check, no interpretation.
 
-They are read from the store, where a task is one text line that is decoded when it is asked for. A scene is
+They are read from the store, where a task is one text line that is decoded on first use. A scene is
 stored once; a task says how its own initial graph differs from it, and how its final graph differs from the
 initial one.
 
@@ -12,7 +12,7 @@ first of them; edges of other relations come by ascending ids.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import starmap
 from typing import Any, NamedTuple
@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.households.packs import VIRTUALHOME, open_published
+from eai.tasks.source import TaskSet
 
 TASKS_MEMBER = "tasks.jsonl"
 """Line 1: the tables and the base scene; then one line a task, in data set order."""
@@ -45,19 +46,8 @@ class ObjectRecord:
 
 
 @dataclass(frozen=True, slots=True)
-class BaseScene:
-    """What all initial graphs share: every id that occurs in all of them, every edge that does.
-
-    An object's record is its most frequent one; a task whose object differs lists it as changed.
-    """
-
-    objects: tuple[ObjectRecord, ...]
-    edges: tuple[Edge, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class GraphDelta:
-    """How one graph comes from another: take away, then replace, then append, each in order.
+    """The difference of two graphs: take away, then replace, then append, each in order.
 
     An edge may be in both `removed_edges` and `added_edges`: it then moves to the end of its source's
     `ON` or `INSIDE` targets.
@@ -71,47 +61,6 @@ class GraphDelta:
 
 
 @dataclass(frozen=True, slots=True)
-class _ScriptObject:
-    """An object that a script names: the class name as written, and the graph's id."""
-
-    class_name: str
-    id: int
-
-
-@dataclass(frozen=True, slots=True)
-class _ScriptStep:
-    """One step of the annotated (gold) script, such as `GRAB` with one object."""
-
-    action: str
-    objects: tuple[_ScriptObject, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _NodeGoal:
-    """An object shall be in a state."""
-
-    id: int
-    class_name: str
-    state: str
-
-
-@dataclass(frozen=True, slots=True)
-class _EdgeGoal:
-    """Two objects shall stand in a relation."""
-
-    from_id: int
-    relation: str
-    to_id: int
-
-
-@dataclass(frozen=True, slots=True)
-class _ActionGoal:
-    """One of the alternatives shall have been done, such as `LOOKAT` or `WATCH`."""
-
-    alternatives: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
 class TaskRecord:
     """One task as the data set annotates it. Goals keep its order and its duplicates.
 
@@ -119,7 +68,10 @@ class TaskRecord:
         id: the data set's id, such as `27_2`, without the subgoal files' `scene_1_` prefix.
         title: the name that tasks of a kind share, such as `Wash clothes`.
         description: the natural-language instruction.
-        script: the annotated steps.
+        script: the annotated (gold) steps: each an action, and the objects by class name, as written, and id.
+        node_goals: the objects, by id and class name, that shall be in a state.
+        edge_goals: the relations in which two objects shall stand.
+        action_goals: the alternatives one of which shall be done, such as `LOOKAT` or `WATCH`.
         tl_goal: the goal as a temporal-logic text; None for the four tasks without goals.
         initial: how the initial graph differs from the base scene.
         final: how the final graph differs from the initial one.
@@ -132,10 +84,10 @@ class TaskRecord:
     id: str
     title: str
     description: str
-    script: tuple[_ScriptStep, ...]
-    node_goals: tuple[_NodeGoal, ...]
-    edge_goals: tuple[_EdgeGoal, ...]
-    action_goals: tuple[_ActionGoal, ...]
+    script: tuple[tuple[str, tuple[tuple[str, int], ...]], ...]
+    node_goals: tuple[tuple[int, str, str], ...]
+    edge_goals: tuple[Edge, ...]
+    action_goals: tuple[tuple[str, ...], ...]
     tl_goal: str | None
     initial: GraphDelta
     final: GraphDelta
@@ -176,14 +128,15 @@ class _Tables:
         )
 
     def task(self, values: Mapping[str, Any]) -> TaskRecord:
+        script = [(action, tuple(map(tuple, objects))) for action, objects in values["script"]]
         return TaskRecord(
             id=values["id"],
             title=values["title"],
             description=values["description"],
-            script=tuple(starmap(_step, values["script"])),
-            node_goals=tuple(starmap(_NodeGoal, values["node_goals"])),
-            edge_goals=tuple(starmap(_EdgeGoal, values["edge_goals"])),
-            action_goals=tuple(_ActionGoal(tuple(words)) for words in values["action_goals"]),
+            script=tuple(script),
+            node_goals=tuple(map(tuple, values["node_goals"])),
+            edge_goals=tuple(starmap(Edge, values["edge_goals"])),
+            action_goals=tuple(map(tuple, values["action_goals"])),
             tl_goal=values["tl_goal"],
             initial=self.delta(values["initial"]),
             final=self.delta(values["final"]),
@@ -192,46 +145,28 @@ class _Tables:
         )
 
 
-def _step(action: str, objects: Sequence[tuple[str, int]]) -> _ScriptStep:
-    return _ScriptStep(action, tuple(starmap(_ScriptObject, objects)))
-
-
-class VirtualHome(Mapping[str, TaskRecord]):
+class VirtualHome(TaskSet[TaskRecord]):
     """Task id -> record, in data set order; a record is decoded once, on first use.
 
     Attributes:
-        base: what all initial graphs share.
-        sha256: digest of the data, to be recorded with every result made from it.
+        base: what all initial graphs share, as the difference from no graph: every id that occurs in all of
+            them, with its most frequent record, and every edge that does. A task whose object differs lists
+            it as changed.
     """
 
     def __init__(self, content: bytes, sha256: str) -> None:
         header, *lines = content.splitlines()
         values = json.loads(header)
-        self.sha256 = sha256
-        self._tables = _Tables(values["relations"], tuple(map(tuple, values["labels"])), values["objects"])
-        self.base = BaseScene(
-            self._tables.objects(values["base_objects"]), self._tables.edges(values["base_edges"])
-        )
-        self._lines = dict(zip(values["tasks"], lines, strict=True))
-        self._decoded: dict[str, TaskRecord] = {}
+        tables = _Tables(values["relations"], tuple(map(tuple, values["labels"])), values["objects"])
+        objects, edges = tables.objects(values["base_objects"]), tables.edges(values["base_edges"])
+        self.base = GraphDelta((), (), objects, (), edges)
+        texts = dict(zip(values["tasks"], lines, strict=True))
+        super().__init__(texts, lambda task_id: tables.task(json.loads(texts[task_id])), sha256)
 
     @classmethod
     def of(cls, pack: PackFile) -> VirtualHome:
         """The tasks of a pack."""
         return cls(pack.read(TASKS_MEMBER), pack.manifest.sha256)
-
-    def __getitem__(self, task_id: str) -> TaskRecord:
-        record = self._decoded.get(task_id)
-        if record is None:
-            record = self._tables.task(json.loads(self._lines[task_id]))
-            self._decoded[task_id] = record
-        return record
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._lines)
-
-    def __len__(self) -> int:
-        return len(self._lines)
 
 
 CHARACTER_ID = 65

@@ -1,19 +1,19 @@
-"""VirtualHome tasks as states and goals, built from the records of the store when they are asked for."""
+"""VirtualHome tasks as states and goals, built from the records of the store on first use."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.virtualhome.predicates import VOCABULARY
+from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABULARY
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
-    BaseScene,
     Edge,
     GraphDelta,
     ObjectRecord,
@@ -26,17 +26,6 @@ from eai.tasks.source import TaskSet
 from eai.world.execution import Action
 from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject
-
-PREDICATE_OF_RELATION = {
-    "ON": "ONTOP",
-    "INSIDE": "INSIDE",
-    "CLOSE": "NEXT_TO",
-    "FACING": "FACING",
-    "BETWEEN": "BETWEEN",
-    "HOLDS_RH": "HOLDS_RH",
-    "HOLDS_LH": "HOLDS_LH",
-}
-"""How the vocabulary names the relations of scene graphs."""
 
 _SLOTS = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
 
@@ -51,19 +40,7 @@ class _Lines:
     are those that were made of all this and have not changed since: states share them.
     """
 
-    __slots__ = (
-        "columns",
-        "described",
-        "index",
-        "objects",
-        "relations",
-        "rows",
-        "sources",
-        "targets",
-        "unary",
-    )
-
-    def __init__(self, scene: BaseScene) -> None:
+    def __init__(self, base: GraphDelta) -> None:
         self.objects: list[WorldObject] = []
         self.index: dict[int, int] = {}
         self.unary = [0] * len(VOCABULARY.unary_slots)
@@ -73,8 +50,7 @@ class _Lines:
         self.sources = [0] * len(VOCABULARY.binary_slots)
         self.targets = [0] * len(VOCABULARY.binary_slots)
         self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
-        self.append(scene.objects)
-        self.link(scene.edges, present=True)
+        self.apply(base)
 
     def copy(self) -> _Lines:
         """An independent copy."""
@@ -152,7 +128,7 @@ class _Lines:
         return State(scene, tuple(self.unary), tuple(map(self._relation, range(len(self.relations)))))
 
     def after(self, state: State, delta: GraphDelta) -> State:
-        """What a small difference makes of the state of these lines, which stay as they are.
+        """The state of these lines after a small difference; the lines stay as they are.
 
         Raises:
             DataError: the delta adds or removes objects, which no final graph of the data set does.
@@ -187,33 +163,37 @@ class VirtualHomeTask(Task):
     record: TaskRecord
 
 
-class VirtualHomeTasks(TaskSet[VirtualHomeTask]):
+VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
+
+
+def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
     """The tasks of the records."""
+    base = _Lines(records.base)
+    return TaskSet(records, lambda task_id: _task(records[task_id], base), records.sha256)
 
-    def __init__(self, records: VirtualHome) -> None:
-        super().__init__(records, lambda task_id: self._task(records[task_id]), records.sha256)
-        self._base = _Lines(records.base)
 
-    def _task(self, record: TaskRecord) -> VirtualHomeTask:
-        lines = self._base.copy()
-        lines.apply(record.initial)
-        scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
-        initial = lines.state(scene)
-        index = lines.index
-        return VirtualHomeTask(
-            id=record.id,
-            title=record.title,
-            instruction=record.description,
-            initial=initial,
-            annotated_final=lines.after(initial, record.final),
-            script=tuple(Action(s.action, tuple(index[o.id] for o in s.objects)) for s in record.script),
-            goals=tuple(dict.fromkeys(_goals(record, scene, index))),
-            temporal_goal=record.tl_goal,
-            relevant=tuple(
-                sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
-            ),
-            record=record,
-        )
+def _task(record: TaskRecord, base: _Lines) -> VirtualHomeTask:
+    lines = base.copy()
+    lines.apply(record.initial)
+    scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
+    initial = lines.state(scene)
+    index = lines.index
+    return VirtualHomeTask(
+        id=record.id,
+        title=record.title,
+        instruction=record.description,
+        initial=initial,
+        annotated_final=lines.after(initial, record.final),
+        script=tuple(
+            [Action(word, tuple([index[i] for _, i in objects])) for word, objects in record.script]
+        ),
+        goals=tuple(dict.fromkeys(_goals(record, scene, index))),
+        temporal_goal=record.tl_goal,
+        relevant=tuple(
+            sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
+        ),
+        record=record,
+    )
 
 
 def open_tasks(store: Store | None = None, *, report: Report = silent) -> VirtualHomeTasks:
@@ -222,7 +202,7 @@ def open_tasks(store: Store | None = None, *, report: Report = silent) -> Virtua
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return VirtualHomeTasks(open_virtualhome(store, report=report))
+    return build_tasks(open_virtualhome(store, report=report))
 
 
 @cache
@@ -252,10 +232,10 @@ def _goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterab
     def constant(object_id: int) -> Constant:
         return Constant(scene.objects[index[object_id]].name)
 
-    for node in record.node_goals:
-        yield Goal(GoalKind.STATE, Atom(node.state, (constant(node.id),)))
-    for edge in record.edge_goals:
-        predicate = PREDICATE_OF_RELATION[edge.relation]
-        yield Goal(GoalKind.RELATION, Atom(predicate, (constant(edge.from_id), constant(edge.to_id))))
-    for action in record.action_goals:
-        yield Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in action.alternatives)))
+    for number, _, state in record.node_goals:
+        yield Goal(GoalKind.STATE, Atom(state, (constant(number),)))
+    for source, relation, target in record.edge_goals:
+        predicate = PREDICATE_OF_RELATION[relation]
+        yield Goal(GoalKind.RELATION, Atom(predicate, (constant(source), constant(target))))
+    for alternatives in record.action_goals:
+        yield Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in alternatives)))

@@ -15,7 +15,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Tally
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
-from eai.reference.published_runs import TASK, ScriptedTrial, as_the_paper_asked
+from eai.reference.protocol import EAI_1_0_5, TASK, count_as_the_paper_did
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.summary import summarise
 from eai.world.episode import Until
@@ -30,7 +30,7 @@ def scripted(slip: float = 0.0) -> Experiment:
 
 def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
     """The attempts, and whether the trial is over after them."""
-    trial = (Trial if experiment.preset is None else ScriptedTrial)(scorer(), experiment)
+    trial = (Trial if experiment.preset is None else EAI_1_0_5.trial)(scorer(), experiment)
     for text in answers:
         trial.take(text)
     return trial.attempts, trial.over
@@ -84,7 +84,7 @@ OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}
 
 
 def test_one_relation_more_is_missed() -> None:
-    asked = as_the_paper_asked(PLAN).verdict
+    asked = count_as_the_paper_did(PLAN).verdict
     assert isinstance(asked, PlanVerdict)
     assert (asked.success, asked.goals) == (False, ALL_THREE._replace(relation=Tally(3, 4)))
     assert (asked.executable, asked.goals_satisfied) == (True, REACHED.goals_satisfied)
@@ -92,7 +92,7 @@ def test_one_relation_more_is_missed() -> None:
 
 def test_what_counts_in_summaries_misses_it_too() -> None:
     counting = replace(REACHED, counted=Counted(True, ALL_THREE, ()))
-    asked = as_the_paper_asked(replace(PLAN, verdict=counting)).verdict
+    asked = count_as_the_paper_did(replace(PLAN, verdict=counting)).verdict
     assert isinstance(asked, PlanVerdict)
     assert asked.counted == Counted(False, ALL_THREE._replace(relation=Tally(3, 4)), ())
 
@@ -108,7 +108,7 @@ def test_what_counts_in_summaries_misses_it_too() -> None:
     ],
 )
 def test_all_other_records_stay_as_they_are(record: Record) -> None:
-    assert as_the_paper_asked(record) is record
+    assert count_as_the_paper_did(record) is record
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -120,7 +120,7 @@ def test_with_it_task_success_is_the_paper_s(model: str, oracle: Oracle) -> None
         )
         for row in rows
     ]
-    verdicts = [as_the_paper_asked(record).verdict for record in records]
+    verdicts = [count_as_the_paper_did(record).verdict for record in records]
     ours = summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"].percent
     printed = paper_table("action_sequencing_trajectory").figure(paper_models()[model], TASK_SUCCESS)
     assert ours is not None

@@ -1,4 +1,7 @@
-"""How answers to VirtualHome's goal interpretation state goals: objects by class, as prompts show no ids."""
+"""The notations of goals and subgoals in answers to VirtualHome's prompts.
+
+Goals name objects by class, as their prompts show no ids; subgoals name them with their ids.
+"""
 
 from __future__ import annotations
 
@@ -15,17 +18,27 @@ from eai.abilities.goal_interpretation.notation import (
     WrittenGoals,
 )
 from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.subgoal_decomposition.notation import (
+    SubgoalLexicon,
+    SubgoalNotation,
+    WrittenSubgoals,
+    objects_and_classes,
+    read_output,
+)
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
-from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION
+from eai.households.virtualhome import domain as virtualhome
+from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.logic.signature import Signature
 from eai.world.domain import Domain
+from eai.world.state import Scene
 
 FIELDS = {
     GoalKind.STATE: ("name", "state"),
     GoalKind.RELATION: ("from_name", "relation", "to_name"),
     GoalKind.ACTION: ("action",),
 }
-"""What an entry of each section must have; the description of an action says nothing that is scored."""
+"""The fields that an entry of each section must have; the description of an action is not scored."""
 
 _NOTHING = Pairs(())
 
@@ -34,7 +47,7 @@ class VirtualHomeGoals(GoalNotation):
     """An object with at least one of the three sections, anywhere in the text.
 
     A section that is missing or null is empty, and an empty object in one says nothing. The data set's own
-    goals score in full: what a name that several objects share is said of cannot be told apart.
+    goals score in full: objects that share a name cannot be distinguished.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -73,8 +86,10 @@ class VirtualHomeGoals(GoalNotation):
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """The three sections; an entry has its fields, and an action a description."""
-        said = self.words(domain)
-        states, relations = [[word.spelling for word in said if word.arity == number] for number in (1, 2)]
+        words_known = self.words(domain)
+        states, relations = [
+            [word.spelling for word in words_known if word.arity == number] for number in (1, 2)
+        ]
         name = text(words)
         entries = {
             GoalKind.STATE: {"name": name, "state": text(states)},
@@ -131,3 +146,73 @@ def _entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
         return GoalKind.STATE, {"name": goal.names[0], "state": goal.predicate}
     name, other = goal.names
     return GoalKind.RELATION, {"from_name": name, "relation": goal.predicate, "to_name": other}
+
+
+ACTIONS = (
+    "DRINK",
+    "EAT",
+    "CUT",
+    "TOUCH",
+    "LOOKAT",
+    "WATCH",
+    "READ",
+    "TYPE",
+    "PUSH",
+    "PULL",
+    "MOVE",
+    "SQUEEZE",
+    "SLEEP",
+    "WAKEUP",
+    "RINSE",
+    "SCRUB",
+    "WASH",
+    "WIPE",
+    "GRAB",
+    "SWITCHOFF",
+)
+"""The actions that the reference lets subgoals name (``resources/vocabulary.json``, ``subgoal_actions``)."""
+
+FORGOTTEN = "POUR"
+"""The action that the goals of five tasks ask for although the reference's vocabulary lacks it."""
+
+
+class VirtualHomeSubgoals(SubgoalNotation):
+    """The words of VirtualHome's prompts; objects with their id (``soap.1002``) or by class.
+
+    Args:
+        actions: the actions that subgoals may name.
+    """
+
+    def __init__(self, actions: Sequence[str] = (*ACTIONS, FORGOTTEN)) -> None:
+        super().__init__(virtualhome.as_meant())
+        self._actions: dict[str, int | None] = {
+            operator.name: operator.arity for operator in self.domain.operators if operator.name in actions
+        }
+        self._predicates: dict[str, int | None] = {
+            p.name: p.arity for p in self.domain.vocabulary.predicates if p.visible
+        }
+        self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
+
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+        """The names of the data set, which are those of the scene."""
+        names = objects_and_classes(scene.index, scene)
+        return SubgoalLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
+
+    def read(self, text: str) -> WrittenSubgoals | Unreadable:
+        """The subgoals in an answer; actions without objects need no brackets."""
+        return read_output(text, self._alone)
+
+    def join(self, parts: Iterable[str]) -> str:
+        """The subgoals as one answer."""
+        answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
+        return json.dumps(answer, indent=1)
+
+    def schema(self) -> Schema:
+        """The members that the published prompts ask for."""
+        return closed(
+            {
+                "necessity_to_use_action": text(("yes", "no")),
+                "actions_to_include": listed(text(self._actions)),
+                "output": listed(text()),
+            }
+        )

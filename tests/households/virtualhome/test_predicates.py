@@ -15,7 +15,6 @@ from eai.world.state import Scene, State, WorldObject
 from households.virtualhome import flat
 from protocols import of_reference
 
-virtualhome_order = of_reference("virtualhome_order")
 virtualhome_quirks = of_reference("virtualhome_quirks")
 
 STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_quirks.as_in_reference()
@@ -82,17 +81,17 @@ def test_only_the_first_relation_that_holds_decides_where_something_is_taken_fro
 
 
 def test_both_vocabularies_store_the_same() -> None:
-    assert virtualhome_order.IN_SLOT_ORDER.predicates == VOCABULARY.predicates
-    assert virtualhome_order.IN_SLOT_ORDER.unary_slots == VOCABULARY.unary_slots
-    assert virtualhome_order.IN_SLOT_ORDER.binary_slots == VOCABULARY.binary_slots
-    assert REFERENCE.vocabulary is virtualhome_order.IN_SLOT_ORDER
+    assert virtualhome_quirks.IN_SLOT_ORDER.predicates == VOCABULARY.predicates
+    assert virtualhome_quirks.IN_SLOT_ORDER.unary_slots == VOCABULARY.unary_slots
+    assert virtualhome_quirks.IN_SLOT_ORDER.binary_slots == VOCABULARY.binary_slots
+    assert REFERENCE.vocabulary is virtualhome_quirks.IN_SLOT_ORDER
 
 
 def test_relevant_objects_are_in_the_order_of_the_data_set(virtualhome_tasks: VirtualHomeTasks) -> None:
     reordered = 0
     for task in virtualhome_tasks.values():
         assert list(task.relevant) == sorted(set(task.relevant))
-        in_reference = virtualhome_order.relevant_objects(task)
+        in_reference = virtualhome_quirks.relevant_objects(task)
         assert sorted(in_reference) == list(task.relevant)
         reordered += in_reference != task.relevant
     assert reordered > 100
