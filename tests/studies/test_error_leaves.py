@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -10,6 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.results.table import Table
 from eai.results.tidy import TableMaker
+from eai.scoring.records import write_records
 from eai.studies.errors.analysis import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
 from oracle import MODELS
@@ -67,3 +71,24 @@ def test_what_is_closed_is_overlooked_most() -> None:
     first = ["is_closed", "is_inside_something_that_is_closed"]
     assert list(together)[:2] == first
     assert (sum(together[check] for check in first), sum(together.values())) == (219, 410)
+
+
+COUNTED = """
+import sys
+
+from eai.__main__ import main
+
+try:
+    main()
+finally:
+    print(len([name for name in sys.modules if name.partition(".")[0] == "eai"]))
+"""
+
+
+def test_an_analysis_of_records_loads_no_engine_of_benchmarks(tmp_path: Path) -> None:
+    """It entered 211 modules once; the values of records and their engine stand in 96."""
+    write_records(tmp_path / "records.jsonl", action_run())
+    arguments = ["analyze", "errors", str(tmp_path), "--no-plots", "--out", str(tmp_path / "out")]
+    command = [sys.executable, "-c", COUNTED, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert int(done.stdout.splitlines()[-1]) <= 100
