@@ -210,6 +210,12 @@ def test_symmetric_relations_hold_both_ways() -> None:
         assert counts(answer([["together", *pair]]), scorer)[1] == (1, 0, 0)
 
 
+def test_of_a_task_without_goals_it_is_said_that_it_has_none() -> None:
+    scorer = GoalInterpretation(replace(make_task(), goals=()), DOMAIN, JsonGoals())
+    assert "the task has no goals, so nothing that is stated is right" in scorer.explain(answer(LAMPS)).notes
+    assert not any("no goals" in note for note in SCORER.explain(answer(LAMPS)).notes)
+
+
 def test_what_two_goals_ask_for_is_asked_once() -> None:
     lamp = atom("lit", "lamp_0")
     scorer = GoalInterpretation(make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoals())

@@ -229,6 +229,11 @@ class GoalInterpretation(Scorer):
                     for kind, count in (verdict.counts or {}).items()
                     if isinstance(count, Confusion) and kind != ALL
                 ),
+                *(
+                    ()
+                    if self.gold.mask_of
+                    else ("the task has no goals, so nothing that is stated is right",)
+                ),
                 *wrong_goal_notes(verdict, {str(goal) for goal in self.gold.mask_of}),
                 *self._lacking(goals),
             ),
