@@ -230,7 +230,7 @@ class SubgoalNotation:
     """Reads subgoals from answers and writes them, and knows what is called what in them.
 
     This is the default, for any declared domain: an object with the key ``output``, a list of formulas, with
-    the names that the domain declares (`lexicon.spelt`) and those of the scene's objects or of their classes.
+    the names that the domain declares (`spelt`) and those of the scene's objects or of their classes.
 
     Args:
         domain: the domain.
