@@ -11,7 +11,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli import adaptive
+from eai.cli import order
 from eai.cli.order import Order
 from eai.data.store import Store
 from eai.run.job import Endpoint
@@ -43,17 +43,17 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
     odd = min(known := item_difficulties(*SUITE), key=lambda task: (abs(known[task]), task))
     rounds: list[list[str]] = []
 
-    def obtained(order: Order, endpoint: Endpoint, prompts: Mapping[str, Any], of: Suite) -> Result:
+    def obtained(_: Order, endpoint: Endpoint, prompts: Mapping[str, Any], of: Suite) -> Result:
         rounds.append(list(prompts))
         records = [record(task, SUCCEEDED, domain=of.domain) for task in prompts]
         changes = {"verdict": PlanVerdict(excluded="no solution")} if excluded else {"unanswered": "timeout"}
         records = [replace(each, **changes) if each.task_id == odd else each for each in records]
         return Result(tmp_path, of, records, {} if excluded else {"timeout": [odd]})
 
-    monkeypatch.setattr(adaptive, "obtain_and_score", obtained)
+    monkeypatch.setattr(order, "obtain_and_score", obtained)
     prompts = dict.fromkeys(suite.task_ids)
-    order = Order(RunSpec(), tmp_path, quiet=True)
-    adaptive.obtain_adaptively(order, cast(Any, None), cast(Any, prompts), suite, 0.6)
+    run = Order(RunSpec(), tmp_path, quiet=True)
+    order.obtain_adaptively(run, cast(Any, None), cast(Any, prompts), suite, 0.6)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]
     assert sizes == [5 * number for number in range(1, len(rounds) + 1)]

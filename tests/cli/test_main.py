@@ -149,7 +149,9 @@ def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> 
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     loaded = done.stdout.splitlines()[-1].split()
-    assert not {f"eai.cli.{place.module}" for place in cli._Commands.places.values()}.intersection(loaded)
+    assert not {
+        f"eai.cli.{(place.target or name).partition(':')[0]}" for name, place in cli._Commands.places.items()
+    }.intersection(loaded)
 
 
 def test_there_are_few_commands() -> None:

@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import Verdict
-from eai.report.document import Agreement, agreements
+from eai.report.document import _Agreement, agreements
 from eai.report.run_summary import summary_of
 from eai.scoring.runs import Run, RunKey
 from oracle import Oracle
@@ -22,7 +22,7 @@ def run_of(verdicts: list[Verdict], model: str, protocol: Protocol) -> Run:
     return Run(RunKey(protocol, "behavior", ability, model), whole(records))
 
 
-def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[Agreement]:
+def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[_Agreement]:
     return agreements([summary_of(run_of(verdicts, model, protocol))])
 
 

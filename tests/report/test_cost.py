@@ -1,4 +1,4 @@
-"""What answers cost, in a report."""
+"""The cost of answers, in a report."""
 
 from __future__ import annotations
 

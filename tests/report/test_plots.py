@@ -1,4 +1,4 @@
-"""What is drawn and what is left out; figures are looked at, not rendered."""
+"""Which plots are drawn and which are left out; figures are inspected, not rendered."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report import plot_difficulty
 from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
-from eai.report.plots import draw_plots
+from eai.report.plots import draw_difficulty, draw_plots
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
 from eai.scoring.runs import Run, RunKey
@@ -88,7 +87,7 @@ def test_lengths_are_the_annotated_ones_and_bins_without_tasks_are_gaps() -> Non
         *of_length(60, [True], goals=12),
         *of_length(None, [True], goals=15),
     ]
-    figure = plot_difficulty.draw([summary(run)])
+    figure = draw_difficulty([summary(run)])
     assert figure is not None
     goals, lengths = figure.axes
     assert [text.get_text() for text in lengths.get_xticklabels()] == ["0–9\n8", "10–19\n6", "60–69\n1"]
@@ -106,7 +105,7 @@ def test_many_models_have_lines_that_differ_without_colour_and_no_intervals() ->
     runs = [
         summary(renamed([*of_length(2, [True] * 6), *of_length(12, [False] * 6)], f"m{i}")) for i in range(9)
     ]
-    figure = plot_difficulty.draw(runs)
+    figure = draw_difficulty(runs)
     assert figure is not None
     (panel,) = figure.axes
     assert len({line.get_marker() for line in panel.lines}) == 9
@@ -115,7 +114,7 @@ def test_many_models_have_lines_that_differ_without_colour_and_no_intervals() ->
 
 def test_old_records_have_no_difficulty() -> None:
     old = [replace(each, task=None) for each in of_length(2, [True] * 9)]
-    assert plot_difficulty.draw([summary(old)]) is None
+    assert draw_difficulty([summary(old)]) is None
     assert summary(old).unnamed == 9
 
 

@@ -12,15 +12,14 @@ from typing import Annotated, Any, ClassVar
 import typer
 
 from eai import __version__
-from eai.cli.helped import HELP_OPTIONS
-from eai.cli.lazily import LazyGroup, Place
+from eai.cli.lazily import HELP_OPTIONS, LazyGroup, Place
 from eai.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
-"""What a device says that takes no more."""
+"""The errors of a device that takes no more."""
 
 
 _RENAMED = {
@@ -41,7 +40,7 @@ _RENAMED = {
     "annotate concrete": "annotate goals",
     "annotate check": "annotate goals --check",
 }
-"""What commands are called now that README and documentation once showed, by their former names."""
+"""The present names of commands that README and documentation once showed, by their former names."""
 
 
 class _Commands(LazyGroup):
@@ -49,85 +48,61 @@ class _Commands(LazyGroup):
 
     places: ClassVar = {
         "run": Place(
-            "run",
-            "run",
             MEASURE,
+            "Obtain answers through Inspect and score them. "
+            "The same command resumes where it was interrupted.",
             kind="RunCommand",
-            summary="Obtain answers through Inspect and score them. The same command "
-            "resumes where it was interrupted.",
         ),
         "score": Place(
-            "score",
-            "score",
             MEASURE,
-            summary="Score answers: verdicts to OUT/records.jsonl, rates to "
-            "OUT/summary.json, the main table to the screen.",
+            "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
+            "the main table to the screen.",
         ),
         "merge": Place(
-            "merge",
-            "merge_shards",
             MEASURE,
-            summary="Put the shards of eai score --shard together: records and summaries "
-            "as one process writes them.",
+            "Put the shards of eai score --shard together: records and summaries as one process writes them.",
+            target="score:merge",
         ),
         "explain": Place(
-            "explain",
-            "explain",
             UNDERSTAND,
-            summary="Show what became of an answer: each step, what it changed, the "
-            "failing check and why; or list answers.",
+            "Show what became of an answer: each step, what it changed, the failing check and why; "
+            "or list answers.",
         ),
         "compare": Place(
-            "compare",
-            "compare",
-            UNDERSTAND,
-            summary="Compare two runs task by task: exact McNemar for success, random exchanges for F1.",
+            UNDERSTAND, "Compare two runs task by task: exact McNemar for success, random exchanges for F1."
         ),
         "leaderboard": Place(
-            "leaderboard",
-            "leaderboard",
             UNDERSTAND,
-            summary="Print the main results of runs, one table a domain and protocol, the best model first.",
+            "Print the main results of runs, one table a domain and protocol, the best model first.",
+            target="report:leaderboard",
         ),
         "report": Place(
-            "report",
-            "report",
-            UNDERSTAND,
-            summary="Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer.",
+            UNDERSTAND, "Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer."
         ),
         "analyze": Place(
-            "analyze",
-            "analyze",
             UNDERSTAND,
+            "Make the tables and plots of a study of records; "
+            "without a name, list the studies and their options.",
             kind="AnalyzeCommand",
             bare=True,
-            summary="Make the tables and plots of a study of records; without a name, list "
-            "the studies and their options.",
         ),
         "prompts": Place(
-            "prompts",
-            "prompts",
             MATERIAL,
-            summary='Write prompts as a list of {"identifier", "llm_prompt"}; a system '
-            "message goes to a file beside it.",
+            'Write prompts as a list of {"identifier", "llm_prompt"}; '
+            "a system message goes to a file beside it.",
         ),
         "generate": Place(
-            "generate",
-            "generate_tasks",
             MATERIAL,
-            summary="Generate tasks that nobody has seen. Equal arguments give equal bytes.",
+            "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
+            target="generate:generate_tasks",
         ),
-        "data": Place(
-            "data", panel=MATERIAL, summary="The data set: fetch it, say where it is, count it, check it."
-        ),
-        "tasks": Place("tasks", panel=MATERIAL, summary="Task files: check and write them."),
-        "annotate": Place(
-            "annotate", panel=MATERIAL, summary="From demonstrations to goals and planning problems."
-        ),
+        "data": Place(MATERIAL, "The data set: fetch it, say where it is, count it, check it.", "data:app"),
+        "tasks": Place(MATERIAL, "Task files: check and write them.", "tasks:app"),
+        "annotate": Place(MATERIAL, "From demonstrations to goals and planning problems.", "annotate:app"),
         "export": Place(
-            "export",
-            panel=MATERIAL,
-            summary="Data sets for training, world-model questions, pictures of tasks, challenge files.",
+            MATERIAL,
+            "Data sets for training, world-model questions, pictures of tasks, challenge files.",
+            target="export:app",
         ),
     }
 
@@ -143,7 +118,7 @@ class _Commands(LazyGroup):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was chosen; an interrupt that it says nothing about is told in a line."""
+        """Run the command that was chosen; an interrupt that it says nothing about is one line."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:

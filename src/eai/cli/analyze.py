@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from enum import Enum
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import typer
 from pydantic import BeforeValidator
@@ -14,10 +15,9 @@ from rich.table import Table as Grid
 
 from eai.abilities.options import Options, option
 from eai.abilities.verdict import Json
-from eai.cli.console import counted, data_progress, errors, note, output, print_markdown, tell
-from eai.cli.options import OUTPUT, SETTING, AsJson, SettingsCommand
+from eai.cli.console import counted, errors, note, output, print_markdown, say, tell, writing_to
+from eai.cli.options import OUTPUT, RECORDS, SETTING, AsJson, DataFolder, SettingsCommand, opened_source
 from eai.cli.progress import scoring_progress
-from eai.cli.store import DataFolder, store
 from eai.errors import EaiError, InputError, did_you_mean, how_to_install
 from eai.results.lines import TABLES
 from eai.results.plots import styled, write
@@ -27,7 +27,6 @@ from eai.scoring.collector import collecting_seldom
 from eai.studies.records import Records
 from eai.studies.registry import find_study, study_names
 from eai.studies.study import Analysis, Figures, Study, several
-from eai.tasks.source import Source
 
 ALL, TABLE = "all", "table"
 """The names that mean no study: several of them, and the tidy tables of which most are made."""
@@ -69,10 +68,7 @@ class AnalyzeCommand(SettingsCommand):
 
 def analyze(
     name: Annotated[str, typer.Argument(metavar="STUDY", help="Its name; all; or table.")] = "",
-    records: Annotated[
-        list[Path] | None,
-        typer.Argument(help="Files of records, or folders with records.jsonl somewhere below."),
-    ] = None,
+    records: Annotated[list[Path] | None, typer.Argument(help=RECORDS)] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="The folder for the results; the name if not given.", rich_help_panel=OUTPUT),
@@ -101,18 +97,14 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with data_progress() as report, collecting_seldom(), _extra_needed():
-        read = Records(tuple(records), folder, Source(store(data), report), note, _progress)
+    with opened_source(data) as source, collecting_seldom(), _extra_needed():
+        read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
             _write_lines(read, _chosen(TABLE, _Formats, settings or ()), as_json=as_json)
             return
         written = list(_write_all(name, read, settings or (), plots=plots, as_json=as_json))
     if as_json:
         tell(value=written, as_json=True)
-
-
-def _progress(title: str, total: int) -> Any:
-    return scoring_progress(title, total, quiet=False)
 
 
 def _listing() -> Iterator[str]:
@@ -180,7 +172,7 @@ def _extra_needed() -> Iterator[None]:
 def _write_all(
     name: str, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
-    """Write the analyses of one study, or of those that are made together; each says what programs are told.
+    """Write the analyses of one study, or of those that are made together, and yield the JSON of each.
 
     Of several, one that finds too little in these records is left out with a remark.
     """
@@ -200,71 +192,52 @@ def _write_all(
 def _write_study(
     study: Study, records: Records, settings: Sequence[str], *, plots: bool, as_json: bool
 ) -> Iterator[Json]:
+    """Write the tables of a study's analyses, and the figures where they are wanted; yield the JSON of each.
+
+    Raises:
+        InputError: the study has no analysis, or the folder cannot be written.
+    """
     if study.analyze is None:
         raise InputError(f"{study.name}: is a study of runs, and has no analysis")
     for analysis in study.analyze(records, _chosen(study.name, study.choices, settings)):
-        written = _write(study.name, analysis, records.folder / analysis.folder, plots=plots)
+        folder = records.folder / analysis.folder
+        write_tables(folder, study.name, analysis.tables, analysis.remarks)
+        drawn = _draw_figures(analysis.figures, folder) if plots else 0
         if not as_json:
-            _show(analysis, written)
-        yield {**written.to_json(), **analysis.facts}
+            _show(analysis, drawn, folder)
+        names = [table.name for table in analysis.tables]
+        yield {"folder": str(folder), "tables": names, "plots": drawn, **analysis.facts}
 
 
-class _Written(NamedTuple):
-    """What an analysis wrote: tables by name, and so many plots, into a folder."""
-
-    tables: tuple[str, ...]
-    plots: int
-    folder: Path
-
-    def __str__(self) -> str:
-        return f"{counted(len(self.tables), 'table')}, {counted(self.plots, 'plot')}; in {self.folder}"
-
-    def to_json(self) -> dict[str, Json]:
-        """The same for programs."""
-        return {"folder": str(self.folder), "tables": list(self.tables), "plots": self.plots}
-
-
-def _write(name: str, analysis: Analysis, folder: Path, *, plots: bool) -> _Written:
-    """Write the tables of an analysis, and its figures where they are wanted.
-
-    Raises:
-        InputError: the folder cannot be written.
-    """
-    write_tables(folder, name, analysis.tables, analysis.remarks)
-    drawn = draw_figures(analysis.figures, folder) if plots else 0
-    return _Written(tuple(table.name for table in analysis.tables), drawn, folder)
-
-
-def draw_figures(figures: Figures, folder: Path) -> int:
+def _draw_figures(figures: Figures, folder: Path) -> int:
     """Write figures in every format; returns how many. Without matplotlib there are none, and a remark.
 
     Raises:
         InputError: the folder cannot be written.
     """
     drawn = 0
-    try:
-        with styled():
-            for name, figure in figures:
-                if figure is not None:
-                    write(figure, folder / name)
-                    drawn += 1
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
-    except EaiError as error:
-        errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
+    with writing_to(folder):
+        try:
+            with styled():
+                for name, figure in figures:
+                    if figure is not None:
+                        write(figure, folder / name)
+                        drawn += 1
+        except EaiError as error:
+            errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
     return drawn
 
 
-def _show(analysis: Analysis, written: _Written) -> None:
+def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
     """Show the tables for the screen with all remarks, or say in a line what was written."""
     if not analysis.shown:
-        tell(str(written), value=None, as_json=False)
+        say(f"{counted(len(analysis.tables), 'table')}, {counted(drawn, 'plot')}; in {folder}")
         return
     for table in analysis.shown:
         output().print(_grid(table))
-    for remark in analysis.remarks:
-        output().print(remark, markup=False, highlight=False)
-    output().print(f"written to {written.folder}", soft_wrap=True, highlight=False, markup=False)
+    for line in analysis.remarks:
+        output().print(line, markup=False, highlight=False)
+    output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
 
 
 def _grid(table: Table) -> Grid:

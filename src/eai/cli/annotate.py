@@ -2,40 +2,33 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.cli import annotate_problems
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say, tell_findings
-from eai.cli.options import AsJson
-from eai.cli.store import DataFolder, store
+from eai.cli.console import counted, note, print_json, say, tell, tell_findings
+from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, opened_source
+from eai.cli.progress import scoring_progress
+from eai.data.files import write_whole
 from eai.errors import InputError, InterruptError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
-from eai.studies.annotation.decisions import (
-    HELP,
-    Annotation,
-    Chosen,
-    Decisions,
-    Listing,
-    annotate,
-    by_title,
-    check,
-    decide,
-    differences,
-    read_decisions,
-    write_decisions,
-)
-from eai.studies.annotation.demonstration import frequencies
+from eai.pddl.model import PddlDomain
+from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.studies.annotation import decisions as annotation
+from eai.studies.annotation.decisions import Annotation, Chosen, Decisions, Listing, differences
+from eai.studies.annotation.demonstration import Difference, frequencies
+from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
@@ -43,7 +36,6 @@ from eai.world.state import Fact, Scene
 
 app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)
 
-OfDomain = Annotated[str, typer.Option("--domain", help=DOMAIN_HELP)]
 OfTitle = Annotated[
     str | None, typer.Option("--title", metavar="TITLE", help="Demonstrations of this title alone.")
 ]
@@ -65,42 +57,34 @@ _SHOWN = 20
 """How many lines of a title are shown where nobody asked for all."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Given:
-    """A benchmark and its demonstrations by title."""
-
-    benchmark: Benchmark
-    titles: Mapping[str, list[Task]]
-
-
-def _given(
+def _open(
     domain: str, title: str | None, place: Path | None, data: Path | None, without: Sequence[str] = ()
-) -> _Given:
-    with data_progress() as report:
-        benchmark = find_benchmark(domain)
-        tasks: Mapping[str, Task]
+) -> tuple[Benchmark, Mapping[str, list[Task]]]:
+    """A benchmark and its demonstrations by title."""
+    benchmark = find_benchmark(domain)
+    with opened_source(data, errata=ErrataChoice.NONE) as source:
         if place is None:
-            tasks = benchmark.tasks(Source(store(data), report, errata=ErrataChoice.NONE))
+            tasks: Mapping[str, Task] = benchmark.tasks(source)
         elif benchmark.open_demonstrations is None:
             raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
         else:
-            tasks = benchmark.open_demonstrations(place, report)
+            tasks = benchmark.open_demonstrations(place, source.report)
     known = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]
     for name in without:
         if name not in known:
             raise InputError(f"--without: {name!r} is no predicate{did_you_mean(name, known)}")
-    return _Given(benchmark, by_title(tasks, title))
+    return benchmark, annotation.by_title(tasks, title)
 
 
-def _annotations(given: _Given, decisions: Path) -> list[Annotation]:
+def _annotations(benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path) -> list[Annotation]:
     if not decisions.exists():
         raise InputError(f"{decisions}: no such file; eai annotate choose writes it")
-    known = read_decisions(decisions)
-    strangers = [name for name in known.titles if name not in given.titles]
-    if strangers and len(given.titles) > 1:
-        hint = did_you_mean(strangers[0], tuple(given.titles))
+    known = annotation.read_decisions(decisions)
+    strangers = [name for name in known.titles if name not in titles]
+    if strangers and len(titles) > 1:
+        hint = did_you_mean(strangers[0], tuple(titles))
         raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}{hint}")
-    return list(annotate(given.titles, given.benchmark.domain, known))
+    return list(annotation.annotate(titles, benchmark.domain, known))
 
 
 @app.command(name="differences")
@@ -122,38 +106,37 @@ def show_differences(
 
     Example: eai annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
-    given, left_out = _given(domain, title, demonstrations, data, without or ()), set(without or ())
+    benchmark, titles = _open(domain, title, demonstrations, data, without or ())
+    found = {name: differences(tasks, benchmark.domain) for name, tasks in titles.items()}
     if count:
-        _count(given, without or (), everything=everything, as_json=as_json)
+        _count(found, without or (), everything=everything, as_json=as_json)
         return
-    found = [each for tasks in given.titles.values() for each in differences(tasks, given.benchmark.domain)]
-    texts = {
-        each.task.id: [_text(fact, each.scene) for fact in each.facts if fact.predicate not in left_out]
-        for each in found
+    facts = {
+        each.task.id: [
+            _text(fact, each.scene) for fact in each.facts if fact.predicate not in (without or ())
+        ]
+        for of_title in found.values()
+        for each in of_title
     }
-    if as_json:
-        print_json({task_id: list(facts) for task_id, facts in texts.items()})
-        return
-    for task_id, facts in texts.items():
-        say(f"{task_id}: {', '.join(facts) or 'nothing'}")
+    lines = [f"{task_id}: {', '.join(texts) or 'nothing'}" for task_id, texts in facts.items()]
+    tell(*lines, value=facts, as_json=as_json)
 
 
 def _text(fact: Fact, scene: Scene) -> str:
     return f"{fact.predicate}({', '.join(scene.objects[i].name for i in fact.arguments)})"
 
 
-def _count(given: _Given, without: Sequence[str], *, everything: bool, as_json: bool) -> None:
-    tables = {
-        name: frequencies(differences(tasks, given.benchmark.domain), without)
-        for name, tasks in given.titles.items()
-    }
+def _count(
+    found: Mapping[str, Sequence[Difference]], without: Sequence[str], *, everything: bool, as_json: bool
+) -> None:
+    tables = {name: frequencies(of_title, without) for name, of_title in found.items()}
     if as_json:
         print_json(
             {name: {str(each): times for each, times in table.items()} for name, table in tables.items()}
         )
         return
     for name, table in tables.items():
-        say(f"{name}: {counted(len(given.titles[name]), 'demonstration')}")
+        say(f"{name}: {counted(len(found[name]), 'demonstration')}")
         rows = table.most_common(None if everything else _SHOWN)
         for pattern, times in rows:
             say(f"{times:5} {pattern}")
@@ -173,19 +156,17 @@ def choose(
     """Decide what a title means: what the demonstrations share is listed, and commands keep or drop it.
 
     Commands are read from standard input, one a line, so that they can come from a file, too. Every decision
-    is in the file at once; the same command goes on where it was interrupted.
+    is in the file at once; the same command resumes where it was interrupted.
 
     Example: eai annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
-    known = read_decisions(decisions)
+    known = annotation.read_decisions(decisions)
     if without:
         known = replace(known, without=tuple(dict.fromkeys((*known.without, *without))))
-    given = _given(domain, title, demonstrations, data, without or ())
-    listing = Listing(
-        differences(given.titles[title], given.benchmark.domain), given.benchmark.domain, known.without
-    )
+    benchmark, titles = _open(domain, title, demonstrations, data, without or ())
+    listing = Listing(differences(titles[title], benchmark.domain), benchmark.domain, known.without)
     say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
-    say(HELP)
+    say(annotation.HELP)
     _show(listing, known.titles.get(title, Chosen()))
     left = _conversation(decisions, known, title, listing)
     say(f"{left}; written to {decisions}")
@@ -200,7 +181,7 @@ def _conversation(path: Path, known: Decisions, title: str, listing: Listing) ->
     chosen, before = known.titles.get(title, Chosen()), list[Chosen]()
     try:
         while True:
-            write_decisions(path, known.deciding(title, chosen))
+            annotation.write_decisions(path, known.deciding(title, chosen))
             command = input("> " if sys.stdin.isatty() else "").strip()
             if command == "done":
                 return "done"
@@ -213,9 +194,11 @@ def _conversation(path: Path, known: Decisions, title: str, listing: Listing) ->
     except EOFError:
         return "the input ended"
     except KeyboardInterrupt:
-        write_decisions(path, known.deciding(title, chosen))  # it may have come before the last was written
-        told = f"interrupted; every decision is in {path}, and the same command resumes from here"
-        raise InterruptError(told) from None
+        # it may have come before the last was written
+        annotation.write_decisions(path, known.deciding(title, chosen))
+        raise InterruptError(
+            f"interrupted; every decision is in {path}, and the same command resumes from here"
+        ) from None
 
 
 def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing) -> Chosen:
@@ -225,13 +208,13 @@ def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing)
         if not before:
             raise InputError("nothing to take back")
         return before.pop()
-    after = decide(command, chosen, listing)
+    after = annotation.decide(command, chosen, listing)
     before.append(chosen)
     return after
 
 
 def _show(listing: Listing, chosen: Chosen) -> None:
-    """What is decided, and what is not."""
+    """Show the candidates that are decided, and the patterns that are not."""
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate.entries]
         met = sum(candidate.is_met(each) for each in listing.differences)
@@ -271,42 +254,97 @@ def goals(
 
     Example: eai annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
     """
-    given = _given(domain, title, demonstrations, data)
-    found = _annotations(given, decisions)
+    benchmark, titles = _open(domain, title, demonstrations, data)
+    found = _annotations(benchmark, titles, decisions)
     if checked:
-        tell_findings(list(check(found)), "all goals follow from the decisions", as_json=as_json)
-    elif assigned:
-        _show_assigned(found, as_json=as_json)
-    else:
-        _show_goals(given, [each for each in found if each[2]], domain, out, as_json=as_json)
-
-
-def _show_assigned(found: Sequence[Annotation], *, as_json: bool) -> None:
-    if as_json:
-        print_json({each.task.id: candidate for each, candidate, _ in found})
+        tell_findings(list(annotation.check(found)), "all goals follow from the decisions", as_json=as_json)
         return
-    numbers = Counter((each.task.title, candidate) for each, candidate, _ in found)
-    for (name, candidate), times in numbers.items():
-        which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
-        say(f"{name}: {which}: {counted(times, 'demonstration')}")
-
-
-def _show_goals(
-    given: _Given, found: Sequence[Annotation], domain: str, out: Path | None, *, as_json: bool
-) -> None:
-    if out is not None:
-        tasks = [replace(each.task, goals=goals) for each, _, goals in found]
-        write_task_file(out, [written(task, domain, given.benchmark.domain) for task in tasks])
+    if assigned:
+        tell(
+            *_assignments(found),
+            value={each.task.id: candidate for each, candidate, _ in found},
+            as_json=as_json,
+        )
+        return
+    found = [each for each in found if each[2]]
     goals: dict[str, Json] = {
         each.task.id: [print_ltl(goal.formula) for goal in of_task] for each, _, of_task in found
     }
+    lines = [f"{task_id}: {texts}" for task_id, texts in goals.items()]
+    if out is not None:
+        tasks = [replace(each.task, goals=of_task) for each, _, of_task in found]
+        write_task_file(out, [written(task, domain, benchmark.domain) for task in tasks])
+        lines = [f"{counted(len(found), 'task')} written to {out}"]
+    tell(*lines, value=goals, as_json=as_json)
+
+
+def _assignments(found: Sequence[Annotation]) -> Iterator[str]:
+    """How many demonstrations of a title meet each candidate."""
+    numbers = Counter((each.task.title, candidate) for each, candidate, _ in found)
+    for (name, candidate), times in numbers.items():
+        which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
+        yield f"{name}: {which}: {counted(times, 'demonstration')}"
+
+
+@app.command(no_args_is_help=True)
+def problems(
+    domain: OfDomain,
+    out: Annotated[Path, typer.Option(help="Where domain and problems go.")],
+    conditions: Annotated[int, typer.Option(min=1, help="The most conditions of a goal.")] = 4,
+    seed: Annotated[int, typer.Option(help="Of what is drawn.")] = 0,
+    limit: Annotated[int | None, typer.Option(min=1, help="Tasks, at most.")] = None,
+    planner: Planner = PlannerChoice.AUTO,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write a planning problem a task: some ground conditions of its goal that a planner reaches.
+
+    One way to meet the goal is drawn, and of its conditions some; what cannot be solved is drawn again. Exit
+    status 1 if a task is left without a problem that can be solved.
+
+    Example: eai annotate problems --domain behavior --out problems --limit 5
+    """
+    benchmark = find_benchmark(domain)
+    with opened_source(data) as source:
+        tasks = benchmark.tasks(source)
+        operators = _published_operators(benchmark, source)
+    judge = make_planner(planner, benchmark.planner_seconds)
+    if judge is None:
+        raise InputError("--planner none: problems are kept if they can be solved")
+    made: list[Problem] = []
+    chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
+    with scoring_progress("planning", len(chosen), quiet=False) as report:
+        for number, task in enumerate(chosen, 1):
+            problem = make_problem(
+                task, benchmark, judge, operators=operators, conditions=conditions, seed=seed
+            )
+            if problem is not None:
+                made.append(problem)
+            report(number)
+    made = with_one_domain(made, benchmark)
+    _write_problems(out, made)
+    failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     if as_json:
-        print_json(goals)
-    elif out is None:
-        for task_id, texts in goals.items():
-            say(f"{task_id}: {texts}")
+        print_json({each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made})
     else:
-        say(f"{counted(len(found), 'task')} written to {out}")
+        say(f"{counted(len(made) - len(failed), 'problem')} written to {out}")
+    for each in failed:
+        note(f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)")
+    if failed:
+        raise typer.Exit(1)
 
 
-app.command("problems")(annotate_problems.problems)
+def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | None:
+    """The planning domain that comes with the data set, where its problems are of one."""
+    if benchmark.problem_of is None:
+        return None
+    library = next(iter(benchmark.operators(source).values())).domain
+    return domain_of([text.pddl for text in library.operators.values()], library.header)
+
+
+def _write_problems(folder: Path, made: list[Problem]) -> None:
+    solved = [each for each in made if each.outcome is PlannerOutcome.SOLVED]
+    names = [re.sub(r"[^\w.-]", "_", each.task_id) for each in solved]
+    texts = {folder / f"{name}.pddl": f"{each.text}\n" for name, each in zip(names, solved, strict=True)}
+    if made:
+        write_whole({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})

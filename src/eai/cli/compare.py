@@ -15,9 +15,9 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.cli.console import note, output, print_json, print_remark
+from eai.cli.console import note, output, print_json
 from eai.cli.options import AsJson
-from eai.cli.table import PERCENT
+from eai.cli.table import PERCENT, print_remark
 from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
@@ -88,12 +88,6 @@ def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
         "protocol": key.protocol.value,
         "a": one.key.name,
         "b": other.key.name,
-        **_json_of(found),
-    }
-
-
-def _json_of(found: Comparison) -> dict[str, Json]:
-    return {
         "tasks": found.tasks,
         "names": found.names,
         "differences": [
@@ -164,14 +158,6 @@ def _named(place: _Place) -> str:
     return f"{domain} {ability.value}, protocol {protocol}".lstrip()
 
 
-def _print_differences(title: str, found: Comparison) -> None:
-    numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
-    texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", "tasks")]
-    rows = tuple(row for difference in found.differences for row in _rows(difference))
-    print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
-    output().print(_caption(found), highlight=False, style="italic")
-
-
 def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
     first, second = one.key, other.key
     coverages = {"A": coverage_of(one.records), "B": coverage_of(other.records)}
@@ -180,7 +166,11 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
         f"{_named(place)}: {found.tasks} tasks{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
-    _print_differences(title, found)
+    numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
+    texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", "tasks")]
+    rows = tuple(row for difference in found.differences for row in _rows(difference))
+    print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
+    output().print(_caption(found), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     named = {record.task_id: _with_name(record) for record in (*one.records, *other.records)}

@@ -1,4 +1,4 @@
-"""What the commands share: consoles, the progress of fetching, what is said in many places."""
+"""Shared by all commands: consoles, the progress of fetching, lines that many of them print."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
+from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
@@ -19,22 +20,21 @@ from eai.benchmark.registry import REFERENCES
 from eai.data.files import printable
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
-from eai.errors import EaiError, how_to_install
+from eai.errors import EaiError, InputError, how_to_install
 
 if TYPE_CHECKING:
     from eai.abilities.verdict import Json
     from eai.benchmark.suite import Suite
-    from eai.results.coverage import Coverage, ErrataEffect
     from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."
-"""What ``--domain`` takes."""
+"""The help of ``--domain``."""
 
 BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
     f"counts as not solved. For both: {how_to_install('planner')}"
 )
-"""What there is to say where the authority on operators is missing."""
+"""The remark where the authority on operators is missing."""
 
 _STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
@@ -59,7 +59,7 @@ def errors() -> Console:
 
 
 def say(line: str) -> None:
-    """Print a line of what a command found, as it stands; on a terminal it goes on below between words."""
+    """Print a line of a command's results, as it stands; on a terminal it is broken between words."""
     _print(output(), line)
 
 
@@ -112,6 +112,19 @@ def data_progress() -> Iterator[Report]:
             bar.stop()
 
 
+@contextmanager
+def writing_to(place: Path) -> Iterator[None]:
+    """Within it, files are written to a place.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{place}: cannot be written ({error.strerror})") from error
+
+
 def print_json(value: Json) -> None:
     """Print what a command found as JSON on standard output."""
     print(json.dumps(value, indent=2))
@@ -127,7 +140,7 @@ def tell(*lines: str, value: Json, as_json: bool) -> None:
 
 
 _SHOWN = 5
-"""How many findings of one file are told before the rest is counted."""
+"""How many findings of one file are listed before the rest is counted."""
 
 
 def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = False) -> None:
@@ -153,18 +166,6 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = Fal
         raise typer.Exit(2)
 
 
-def print_remark(name: str, coverage: Coverage) -> None:
-    """Say on standard error what is remarkable about how much of a suite is answered."""
-    if coverage.remark is not None:
-        note(f"{name}: {coverage.remark}")
-
-
-def print_errata(effects: Iterable[ErrataEffect | None]) -> None:
-    """Say below a table what errata did to the numbers of its runs, alike ones once."""
-    for remark in dict.fromkeys(effect.remark for effect in effects if effect is not None):
-        say(remark)
-
-
 def note_planner(suites: Sequence[Suite]) -> None:
     """Say on standard error, once, if operators are judged without Fast Downward because it is not there."""
     from eai.pddl.planning import PlannerChoice
@@ -188,7 +189,7 @@ def need_inspect() -> None:
 
 
 def without_inspect(error: ImportError) -> EaiError:
-    """What to say where a command needs Inspect and it is not installed."""
+    """The error of a command that needs Inspect where it is not installed."""
     return EaiError(
         f"model runs and their logs need inspect-ai ({error.name} is missing): {how_to_install('run')}"
     )

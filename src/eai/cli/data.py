@@ -12,10 +12,8 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, registered
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
-from eai.cli.options import AsJson, Errata
-from eai.cli.store import DataFolder, store
+from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store
 from eai.data import dataset
-from eai.data.dataset import PackStatus
 from eai.data.files import write_whole
 from eai.households.packs import fetch_published, published_packs
 from eai.households.packs import validate as check
@@ -60,7 +58,17 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
     """
     packs = dataset.info(store(data), packs=published_packs())
     if as_json:
-        print_json({"folder": str(store(data).folder), "packs": [_pack_json(status) for status in packs]})
+        found: list[Json] = [
+            {
+                "pack": status.pack,
+                "bytes": status.size,
+                "made_from": list(status.archives),
+                "sha256": status.sha256,
+                "problem": status.problem,
+            }
+            for status in packs
+        ]
+        print_json({"folder": str(store(data).folder), "packs": found})
         return
     table = Table.of_columns(
         f"folder: {store(data).folder}",
@@ -73,16 +81,6 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
         ],
     )
     print_table(output(), table)
-
-
-def _pack_json(status: PackStatus) -> dict[str, Json]:
-    return {
-        "pack": status.pack,
-        "bytes": status.size,
-        "made_from": list(status.archives),
-        "sha256": status.sha256,
-        "problem": status.problem,
-    }
 
 
 @app.command()
@@ -105,8 +103,7 @@ def stats(
     Example: eai data stats --by-task --distributions
     """
     benchmarks = [find_benchmark(name) for name in domain or registered()]
-    with data_progress() as report:
-        source = Source(store(data), report, errata=ErrataChoice.NONE)
+    with opened_source(data, errata=ErrataChoice.NONE) as source:
         tables = [table_of(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
@@ -203,8 +200,7 @@ def validate(
     if not annotations:
         tell_findings(check(store(data)), "the data set is as published", as_json=as_json)
         return
-    with data_progress() as report:
-        source = Source(store(data), report, PlannerChoice.BUILT_IN, errata)
+    with opened_source(data, PlannerChoice.BUILT_IN, errata) as source:
         found = [
             each
             for name in domain or registered()

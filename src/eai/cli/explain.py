@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -11,26 +12,52 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
+from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, action_text, near_misses
+from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, member
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import PlanVerdict
-from eai.cli.background import TaskBackground, background_of
+from eai.abilities.task import Task
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import registered
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
-from eai.cli.options import AsJson
-from eai.cli.store import DataFolder, store
-from eai.errors import InputError, did_you_mean
+from eai.cli.options import AsJson, DataFolder, store
+from eai.data import dataset
+from eai.data.store import Store
+from eai.errors import EaiError, InputError, did_you_mean
+from eai.households.packs import published_packs
+from eai.planning.planner import Planner
 from eai.results.breakdown import outcome
 from eai.scoring.records import read_records
 from eai.scoring.runs import find_record_files
+from eai.tasks.source import ErrataChoice, Source
 from eai.world.fault import NOT_CARRIED_OUT, FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
 NO_FAILURES = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.SUCCESS})
 SHOWN_WHOLE = 2
 """How many answers to one task are shown step by step; more are listed."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Background:
+    """The data set's words on the task of a record.
+
+    Attributes:
+        instruction: the task in words.
+        gold: the steps of a plan that solves it, as texts.
+        source: whose plan that is.
+        rest: those of the answer's steps that were not tried any more.
+    """
+
+    instruction: str
+    gold: tuple[str, ...] = ()
+    source: str = ""
+    rest: tuple[str, ...] = ()
 
 
 def _outcome(name: str) -> AnswerOutcome:
@@ -80,12 +107,58 @@ def explain(
         say("no such answer")
     elif task and len({record.task_id for record in chosen}) == 1 and len(chosen) <= SHOWN_WHOLE:
         for record in chosen:
-            print_record(output(), record, background_of(record, store(data)))
+            print_record(output(), record, _background(record, store(data)))
     else:
         _print_list(output(), chosen, limit or len(chosen))
 
 
-def print_record(console: Console, record: Record, background: TaskBackground | None = None) -> None:
+def _background(record: Record, store: Store) -> _Background | None:
+    """The data set's words on a record's task; None where it is not at hand, or another than was used."""
+    if record.domain not in registered():
+        return None
+    if any(status.problem for status in dataset.info(store, packs=published_packs())):
+        return None
+    try:
+        opened_with = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
+        suite = open_suite(record.domain, record.ability, record.protocol, source=opened_with)
+        task = suite.tasks.get(record.task_id)
+        if task is None or suite.data_sha256 != record.data_sha256:
+            return None
+        gold, source = _gold(suite, task)
+        return _Background(task.instruction, gold, source, _rest(suite, record))
+    except EaiError:
+        return None
+
+
+def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
+    """A plan that solves a task, as steps or as subgoals, and whose it is; none for other abilities."""
+    if suite.ability is Ability.SUBGOAL_DECOMPOSITION:
+        book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+        return book.gold(task.id).parts, "gold subgoals"
+    if suite.ability is not Ability.ACTION_SEQUENCING:
+        return (), ""
+    if task.script:
+        return tuple(action_text(action, task.scene) for action in task.script), "the data set's plan"
+    found = find_plan(task, Planner(suite.benchmark.domain)).plan or ()
+    return tuple(action_text(action, task.scene) for action in found), "a plan by eai/planner"
+
+
+def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
+    """The steps of a plan that come after the one that ended it."""
+    verdict, scorer = record.verdict, suite.scorer(record.task_id)
+    if record.explanation is None or not isinstance(verdict, PlanVerdict) or verdict.executable:
+        return ()
+    if not isinstance(scorer, ActionSequencing):
+        return ()
+    plan = scorer.notation.read(record.response)
+    actions = None if isinstance(plan, Unreadable) else scorer.resolve(plan)
+    if actions is None or isinstance(actions, ErrorReport):
+        return ()
+    tried = len(record.explanation.steps)
+    return tuple(action_text(action, scorer.task.scene) for action in actions[tried:])
+
+
+def print_record(console: Console, record: Record, background: _Background | None = None) -> None:
     """Print what a record says of its answer, step by step where it holds an explanation.
 
     Args:
@@ -118,7 +191,7 @@ def print_record(console: Console, record: Record, background: TaskBackground | 
 
 
 def _print_explanation(
-    console: Console, record: Record, explanation: Explanation, background: TaskBackground | None
+    console: Console, record: Record, explanation: Explanation, background: _Background | None
 ) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
@@ -162,9 +235,9 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
             line.append(f", but {step.reason}", style="yellow")
     else:
         style = "yellow" if step.outcome == FaultKind.ADDITIONAL_STEP.value else "bold red"
-        told = f"{step.outcome}: {step.reason}" if step.reason else step.outcome
-        fits = 4 + len(line) + len(told) <= console.width
-        (line if fits else below).append(told, style=style)
+        fault = f"{step.outcome}: {step.reason}" if step.reason else step.outcome
+        fits = 4 + len(line) + len(fault) <= console.width
+        (line if fits else below).append(fault, style=style)
     _print_hanging(console, f"{number:3} ", line)
     if below:
         _print_hanging(console, indent, below)
@@ -188,18 +261,18 @@ def _print_hanging(console: Console, before: str, text: Text) -> None:
 
 def _together(facts: Sequence[str]) -> list[str]:
     """The facts, those that hold both ways between two objects as one."""
-    told: list[str] = []
+    merged: list[str] = []
     left = dict.fromkeys(facts)
     for fact in facts:
         if fact in left:
             name, _, objects = fact.removesuffix(")").partition("(")
             back = f"{name}({', '.join(reversed(objects.split(', ')))})"
             both = back != fact and back in left
-            told.append(f"{fact}, and back" if both else fact)
+            merged.append(f"{fact}, and back" if both else fact)
             del left[fact]
             if both:
                 del left[back]
-    return told
+    return merged
 
 
 def _print_part(console: Console, part: PartReport, never: str) -> None:
@@ -217,13 +290,13 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
     table.add_column(overflow="fold", max_width=max(12, console.width * 2 // 5))
     table.add_column(overflow="fold")
     for record in records[:limit]:
-        told = outcome(record)
+        came_to = outcome(record)
         where = [record.model, f"{record.domain} {record.ability.value}"] if len(runs) > 1 else []
         title = [] if record.task is None else [record.task.name]
-        style = "green" if told is AnswerOutcome.SUCCESS else "red"
+        style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(
             Text.assemble((record.task_id, "bold"), *(f"\n{text}" for text in (*title, *where))),
-            Text.assemble((told.value, style), f"\n{why}" if (why := _why(record)) else ""),
+            Text.assemble((came_to.value, style), f"\n{why}" if (why := _why(record)) else ""),
         )
     console.print(table)
     shown = f", of which {limit} are shown (--limit 0: all)" if len(records) > limit else ""

@@ -1,4 +1,4 @@
-"""``eai export``: data sets for training."""
+"""``eai export``: data sets for training, pictures of tasks, files of the challenge."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import Annotated, ClassVar, TextIO
+from typing import Annotated, TextIO
 
 import typer
 
@@ -19,66 +19,46 @@ from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
-from eai.cli.lazily import LazyGroup, Place
-from eai.cli.options import ABILITIES, AsJson
-from eai.cli.store import DataFolder, store
+from eai.cli.console import DOMAIN_HELP, counted, say, tell, tell_findings
+from eai.cli.options import ABILITIES, AsJson, DataFolder, OfDomain, opened_source, store
+from eai.cli.prompts import OfSet, tasks_of
+from eai.cli.questions import questions
+from eai.data.files import write_whole
 from eai.errors import InputError
+from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet
+from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping
 from eai.scoring.runs import find_record_files
-from eai.scoring.training_data import (
-    LeftOut,
-    Rewarded,
-    Row,
-    preference_rows,
-    prompt_rows,
-    rewarded,
-    verified_rows,
-)
-from eai.tasks.source import Source
+from eai.scoring.training_data import LeftOut, Rewarded, Row
+from eai.studies.perception.drawing import png, svg
+from eai.studies.perception.pictures import Clutter, picture_of, picture_words
 from eai.tasks.task_files import task_files_in
 
-
-class _Exports(LazyGroup):
-    """What is written for others to use."""
-
-    places: ClassVar = {
-        "prompts": Place("export", "prompts"),
-        "sft": Place("export", "sft"),
-        "preference": Place("export", "preference"),
-        "questions": Place("questions", "questions"),
-        "pictures": Place("pictures", "pictures"),
-        "submission": Place("submission", "submission"),
-    }
-
-
 app = typer.Typer(
-    cls=_Exports,
     help="Data sets for training, world-model questions, pictures of tasks, challenge files.",
     no_args_is_help=True,
 )
 
 
-@app.callback()
-def export() -> None:
-    """Data sets for training, world-model questions, pictures of tasks, challenge files."""
-
-
-class Format(str, Enum):
+class _Format(str, Enum):
     """How a data set is written: one file of JSON Lines, or a folder that Hugging Face's datasets open."""
 
     JSONL = "jsonl"
     HF = "hf"
 
 
+class _ImageFormat(str, Enum):
+    PNG = "png"
+    SVG = "svg"
+
+
 _Out = Annotated[Path, typer.Option(metavar="FILE", help="The file to write; of --format hf, the folder.")]
-_Format = Annotated[
-    Format, typer.Option("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
+_OfFormat = Annotated[
+    _Format, typer.Option("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
 ]
-_Set = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
 _Records = Annotated[
     list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS")
 ]
@@ -103,14 +83,15 @@ Made by `eai export`. The prompts hold text of the benchmarks they are of, which
 """
 
 
+@app.command(no_args_is_help=True)
 def prompts(
     domain: Annotated[list[str], typer.Option(help=DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
         list[Ability] | None, typer.Option(parser=ability_of, help=f"{ABILITIES}. All if not given.")
     ] = None,
-    prompt_set: _Set = PromptSet.OFFICIAL,
-    form: _Format = Format.JSONL,
+    prompt_set: OfSet = PromptSet.OFFICIAL,
+    form: _OfFormat = _Format.JSONL,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -122,25 +103,27 @@ def prompts(
     """
 
     def rows() -> Iterator[Row]:
-        with data_progress() as report:
-            source = Source(store(data), report, PlannerChoice.NONE)
+        with opened_source(data, PlannerChoice.NONE) as source:
             for split, name in [each for given in domain for each in _splits(given)]:
                 for each in ability or FOUR:
                     asked = Library(prompt_set, None, source).open(find_benchmark(name), each)
-                    for row in prompt_rows(Reward(open_suite(name, each, source=source)), asked):
+                    for row in training_data.prompt_rows(
+                        Reward(open_suite(name, each, source=source)), asked
+                    ):
                         yield {**row, "split": split}
 
     _tell(out, _write(rows(), out, form), Counter(), as_json=as_json)
 
 
+@app.command(no_args_is_help=True)
 def sft(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
     least: Annotated[float, typer.Option(min=0, max=1, help="The least that an answer must be worth.")] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
-    prompt_set: _Set = PromptSet.OFFICIAL,
-    form: _Format = Format.JSONL,
+    prompt_set: OfSet = PromptSet.OFFICIAL,
+    form: _OfFormat = _Format.JSONL,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -152,9 +135,10 @@ def sft(
     """
     left_out = Counter[LeftOut]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
-    _tell(out, _write(verified_rows(answers, least), out, form), left_out, as_json=as_json)
+    _tell(out, _write(training_data.verified_rows(answers, least), out, form), left_out, as_json=as_json)
 
 
+@app.command(no_args_is_help=True)
 def preference(
     records: _Records,
     out: _Out,
@@ -163,8 +147,8 @@ def preference(
         float, typer.Option(min=0, help="By more than how much the chosen one must be worth more.")
     ] = 0.0,
     shaping: _Shaping = Shaping.PROGRESS,
-    prompt_set: _Set = PromptSet.OFFICIAL,
-    form: _Format = Format.JSONL,
+    prompt_set: OfSet = PromptSet.OFFICIAL,
+    form: _OfFormat = _Format.JSONL,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -174,7 +158,7 @@ def preference(
     """
     left_out = Counter[LeftOut]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
-    _tell(out, _write(preference_rows(answers, margin), out, form), left_out, as_json=as_json)
+    _tell(out, _write(training_data.preference_rows(answers, margin), out, form), left_out, as_json=as_json)
 
 
 def _answers(
@@ -191,8 +175,7 @@ def _answers(
     for file in find_record_files(paths):
         for record in read_records(file):
             by_suite.setdefault((record.domain, record.ability), []).append(record)
-    with data_progress() as report:
-        source = Source(store(data), report, PlannerChoice.NONE)
+    with opened_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
             if domain not in named and domain not in registered():
                 raise InputError(
@@ -201,7 +184,7 @@ def _answers(
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = Library(prompt_set, None, source).open(benchmark, ability)
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)
-            yield from rewarded(of_suite, paid, asked, left_out)
+            yield from training_data.rewarded(of_suite, paid, asked, left_out)
 
 
 def _splits(domain: str) -> list[tuple[str, str]]:
@@ -212,7 +195,7 @@ def _splits(domain: str) -> list[tuple[str, str]]:
     return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in task_files_in(folder)]
 
 
-def _write(rows: Iterable[Row], out: Path, form: Format) -> int:
+def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
     """Write a data set of so many rows; nothing is there under its name before it is whole."""
     parts: dict[Path, Path] = {}
     number = 0
@@ -221,20 +204,20 @@ def _write(rows: Iterable[Row], out: Path, form: Format) -> int:
 
             @cache
             def opened(split: object) -> TextIO:
-                file = out / f"{split}.jsonl" if form is Format.HF else out
+                file = out / f"{split}.jsonl" if form is _Format.HF else out
                 file.parent.mkdir(parents=True, exist_ok=True)
                 parts[file] = file.with_name(f"{file.name}.part")
                 return stack.enter_context(parts[file].open("w", encoding="utf-8"))
 
             for row in rows:
-                split = row.get("split", TRAIN) if form is Format.HF else TRAIN
+                split = row.get("split", TRAIN) if form is _Format.HF else TRAIN
                 opened(split).write(json.dumps(row) + "\n")
                 number += 1
             if not number:
                 opened(TRAIN)
         for file, part in parts.items():
             part.replace(file)
-        if form is Format.HF:
+        if form is _Format.HF:
             files = [f"  - split: {file.stem}\n    path: {file.name}\n" for file in parts]
             (out / "README.md").write_text(_CARD.format(files="".join(files)), encoding="utf-8")
     except OSError as error:
@@ -249,3 +232,76 @@ def _tell(out: Path, number: int, left_out: Counter[LeftOut], *, as_json: bool) 
     lines = [f"left out: {counted(times, 'record')} {why.value}" for why, times in left_out.items()]
     made: Json = {"path": str(out), "rows": number, "left_out": {why.value: n for why, n in left_out.items()}}
     tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
+
+
+app.command(no_args_is_help=True)(questions)
+
+
+@app.command(no_args_is_help=True)
+def pictures(
+    domain: OfDomain,
+    tasks: Annotated[str, typer.Option(help="Only these; short: forty.")] = "",
+    limit: Annotated[int | None, typer.Option(min=1, help="So many, at most.")] = None,
+    clutter: Annotated[Clutter, typer.Option(help="How much else is shown.")] = Clutter.NONE,
+    form: Annotated[
+        _ImageFormat, typer.Option("--format", help="PNG needs the extra 'plots'.")
+    ] = _ImageFormat.PNG,
+    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("pictures"),
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
+
+    Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
+
+    Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
+    """
+    with opened_source(data) as source:
+        suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
+    (named,) = tasks_of(tasks, [suite])
+    words = picture_words(suite.benchmark)
+    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
+    for task_id in chosen:
+        drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
+        drawn = png(drawing) if form is _ImageFormat.PNG else svg(drawing)
+        beside = out / f"{task_id}.json"
+        write_whole({out / f"{task_id}.{form.value}": drawn, beside: f"{truth.text}\n"})
+    message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
+    tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)
+
+
+@app.command(no_args_is_help=True)
+def submission(
+    run: Annotated[
+        Path,
+        typer.Argument(help="The folder of a run, as eai run writes it; or a zip, which is only checked."),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The zip to write.")] = Path("submission.zip"),
+    model: Annotated[
+        str | None, typer.Option(help="The model's folder in the run, where there are several.")
+    ] = None,
+    folder: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A folder for the files in the zip.")
+    ] = None,
+    prompts: Annotated[
+        Path | None,
+        typer.Option(
+            help="The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's."
+        ),
+    ] = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Put a model's answers to all suites into the zip of the challenge, and check it.
+
+    Every missing, repeated, unknown or empty row is named; exit status 2 if there is one.
+
+    Example: eai export submission runs --out submission.zip
+    """
+    path = run
+    if run.is_dir():
+        build_submission(run, out, store(data), model=model, folder=folder, prompts=prompts)
+        path = out
+        if not as_json:
+            say(f"written to {out}")
+    tell_findings(check_submission(path, store(data), prompts), "the submission is complete", as_json=as_json)

@@ -1,19 +1,29 @@
-"""The flags of ``eai run``: short names of options of a run's specification, and one flag for all others."""
+"""The flags of ``eai run``: short names of options of a run's specification, and one flag for all others.
+
+Also the models that they name, and what is wrong with them.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import typer
 
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import file_name
+from eai.abilities.verdict import Json
+from eai.benchmark.answer_files import recorded_file
+from eai.benchmark.suite import Suite
 from eai.cli import options
-from eai.cli.models import json_or_text, pair
 from eai.cli.options import SETTING, SettingsCommand
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
+from eai.run.job import CAPTIONER, PROVIDER, Endpoint, check_model
 from eai.run.spec import RunSpec, keys, read_spec, sections
+from eai.studies.perception.scenes import SCENE_GRAPH
 from eai.studies.registry import studies_of_runs
 
 FLAGS = {
@@ -37,6 +47,8 @@ FLAGS = {
     "workers": "scoring.workers",
 }
 """The parameters of the command that are options of a specification."""
+
+REPLAY = "eai/replay"
 
 HELP = "help"
 """The value of ``--with`` that lists all options."""
@@ -90,7 +102,7 @@ def specification(
         value = command.params.get(parameter)
         if value not in (None, [], ()):
             _put(tables, key.split("."), value)
-    for name, argument in map(pair, model_args):
+    for name, argument in map(_pair, model_args):
         _put(tables, ["model", "args", name], argument)
     for setting in settings:
         key, separator, text = setting.partition("=")
@@ -100,7 +112,7 @@ def specification(
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {setting}: expected SECTION.OPTION=VALUE{hint}")
-        _put(tables, places, text if len(places) == 2 else json_or_text(text))
+        _put(tables, places, text if len(places) == 2 else _json_or_text(text))
     return read_spec(tables)
 
 
@@ -111,6 +123,23 @@ def _put(table: dict[str, Any], places: Sequence[str], value: object) -> None:
         if not isinstance(table, dict):
             raise InputError(f"{'.'.join(places)}: {place} is no table")
     table[last] = value
+
+
+def _pair(text: str) -> tuple[str, Json]:
+    """An argument of a model."""
+    name, separator, value = text.partition("=")
+    if not separator:
+        raise InputError(f"-M {text}: expected NAME=VALUE")
+    return name, _json_or_text(value)
+
+
+def _json_or_text(text: str) -> Json:
+    """The JSON value that a text is, or else the text."""
+    try:
+        value: Json = json.loads(text)
+    except json.JSONDecodeError:
+        return text
+    return value
 
 
 def listing() -> Iterator[str]:
@@ -124,3 +153,32 @@ def listing() -> Iterator[str]:
             title = titles.get(section) or (known[section].__doc__ or "").splitlines()[0]
             yield f"| **{section}** | | {title} |"
         yield f"| `{key.name}` | {key.default and f'`{key.default}`'} | {key.meaning} |"
+
+
+def check_models(models: Sequence[str], abilities: Sequence[Ability] = ()) -> None:
+    """Raise if there is no such model, or two are one folder's name: one would overwrite the other."""
+    named: dict[str, str] = {}
+    for model in models:
+        check_model(model)
+        if model == f"{PROVIDER}/{CAPTIONER}" and {*abilities} != {SCENE_GRAPH}:
+            raise InputError(
+                f"--model {model}: it only lists scenes (--ability {SCENE_GRAPH}); for another model name it "
+                "as perception.scene_model, with perception.scene predicted"
+            )
+        twin = named.setdefault(file_name(model), model)
+        if twin != model:
+            raise InputError(
+                f"--model {model}: its results would overwrite those of {twin}; run it by itself"
+            )
+
+
+def check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
+    """Raise if recorded answers are to be replayed, and a suite has none or another suite's."""
+    for endpoint in endpoints:
+        path = endpoint.arguments.get("path")
+        if endpoint.model != REPLAY or path is None:
+            continue
+        files = [recorded_file(Path(str(path)), suite.domain, suite.ability) for suite in suites]
+        if len(set(files)) < len(files):
+            hint = "name its suite with --domain and --ability, or give a folder"
+            raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")

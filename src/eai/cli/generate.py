@@ -13,9 +13,8 @@ from rich.table import Table
 
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
-from eai.cli.options import AsJson
-from eai.cli.store import DataFolder, store
+from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell, writing_to
+from eai.cli.options import AsJson, DataFolder, Seed, opened_source
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import Measure
@@ -33,7 +32,6 @@ from eai.generator.sets import (
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Rejected, Spec, Split, Tier
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.val import VALID, installed_val, val_verdict
-from eai.tasks.source import Source
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import written
 from eai.world.domain import Domain
@@ -55,7 +53,7 @@ def generate_tasks(
     like: Annotated[str, typer.Option(help=f"Whose world the tasks are in. {DOMAIN_HELP}")],
     out: Annotated[Path, typer.Option(help="The folder to write to.")],
     n: Annotated[int, typer.Option("--n", min=1, help="How many tasks.")] = 100,
-    seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
+    seed: Seed = 0,
     split: Annotated[
         Split,
         typer.Option(
@@ -141,8 +139,8 @@ def generate_tasks(
     if over_time and (val or planner_steps):
         what = "--val: VAL knows" if val else "--planner-steps: the planner knows"
         raise InputError(f"{what} no goals over time; leave out --over-time")
-    with data_progress() as report:
-        benchmark, source = find_benchmark(like), Source(store(data), report)
+    benchmark = find_benchmark(like)
+    with opened_source(data) as source:
         tasks = benchmark.tasks(source)
     spec = Spec(
         like,
@@ -168,9 +166,10 @@ def generate_tasks(
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
     known = {fingerprint_of(task) for tasks in others.values() for task in tasks}
     rivals = Rivals(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
-    _make_folder(out)
+    with writing_to(out):  # generating takes long enough to know first that tasks can be written
+        out.mkdir(parents=True, exist_ok=True)
     generator = Generator(benchmark, spec, source, rivals, plans_again=planner_steps)
-    outcomes, stopped = _asked_for(generate(generator, iter(seeds), n, known), n)
+    outcomes, stopped = _collect(generate(generator, iter(seeds), n, known), n)
     made = [each for each in outcomes if isinstance(each, Generated)]
     rejected = [each for each in outcomes if isinstance(each, Rejected)]
     if stopped is not None and (not made or file.exists()):
@@ -189,23 +188,15 @@ def generate_tasks(
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
         _print_shapes(shape_of(list(tasks.values())), shape_of([each.task for each in made]))
-    told = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
-    told += "; VAL accepts every certificate" if val else ""
-    tell(told, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
+    line = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
+    line += "; VAL accepts every certificate" if val else ""
+    tell(line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
 
 
-def _make_folder(folder: Path) -> None:
-    """Make the folder of tasks, which takes long enough to know first that they can be written."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
-
-
-def _asked_for(
+def _collect(
     found: Iterator[Outcome], number: int
 ) -> tuple[Sequence[Outcome], InputError | InterruptError | None]:
-    """What seeds gave, up to the last of so many tasks, and why there are fewer, if there are."""
+    """The outcomes of seeds, up to the last of so many tasks, and why there are fewer, if there are."""
     outcomes: list[Outcome] = []
     try:
         with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
@@ -246,7 +237,7 @@ def _between(text: str) -> tuple[float, float]:
 
 
 def _at_least(text: str) -> tuple[Measure, int]:
-    """What is to be measured, and its least number."""
+    """A measure, and its least number."""
     name, _, number = text.partition("=")
     names = [measure.value for measure in Measure]
     if name not in names or not number.isdecimal():
@@ -256,7 +247,7 @@ def _at_least(text: str) -> tuple[Measure, int]:
 
 
 def _print_shapes(public: Mapping[str, Any], made: Mapping[str, Any]) -> None:
-    """What the data set and the new tasks are like, side by side."""
+    """Print the shapes of the data set and of the new tasks side by side."""
     table = Table("min, quartiles, max", "data set", "generated")
     for name in ("steps", "goals", "objects"):
         table.add_row(name, *(", ".join(map(str, shape[name])) for shape in (public, made)))

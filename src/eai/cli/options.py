@@ -2,35 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any, ClassVar
 
 import typer
 from typer.core import TyperCommand
 
 from eai.abilities.options import Options
-from eai.abilities.protocol import FOUR, Ability, Protocol, ability_of, protocol_of
-from eai.cli.console import DOMAIN_HELP
+from eai.abilities.protocol import FOUR, Ability, ability_of
+from eai.cli.console import DOMAIN_HELP, data_progress
+from eai.data.store import Store
 from eai.errors import InputError
-from eai.pddl.planning import PlannerChoice
+from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.scoring.options import ScoringOptions
-from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
+from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """The panels of the help of commands that score."""
 
 ABILITIES = f"{', '.join(FOUR)}, or another one by its name"
-"""What ``--ability`` takes."""
+"""The values of ``--ability``."""
 
-DOMAIN = typer.Option("--domain", help=DOMAIN_HELP, rich_help_panel=ANSWERS)
-ABILITY = typer.Option(
-    "--ability",
-    parser=ability_of,
-    help=f"{ABILITIES}.",
-    rich_help_panel=ANSWERS,
-)
+RECORDS = "Files of records, or folders with records.jsonl somewhere below."
+"""The help of an argument that names records."""
 
+OfDomain = Annotated[str, typer.Option("--domain", help=DOMAIN_HELP)]
 OfAbility = Annotated[Ability, typer.Option("--ability", parser=ability_of, help=f"{ABILITIES}.")]
+Seed = Annotated[int, typer.Option("--seed", help="Of all that is random.")]
 
 
 def flag(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
@@ -41,37 +42,51 @@ def flag(options: type[Options], option: str, panel: str, *names: str, **more: A
     return typer.Option(*names, help=field.description, rich_help_panel=panel, **more)
 
 
-def _scoring(option: str, *names: str, **more: Any) -> Any:
+def scoring(option: str, *names: str, **more: Any) -> Any:
+    """The flag of an option of scoring."""
     return flag(ScoringOptions, option, SCORING, *names, **more)
 
 
-Rules = Annotated[Protocol, _scoring("protocol", "--protocol", parser=protocol_of)]
-Planner = Annotated[PlannerChoice, _scoring("planner", parser=planner_choice)]
-Errata = Annotated[ErrataChoice, _scoring("errata", parser=errata_choice)]
-PlannerSeconds = Annotated[int | None, _scoring("planner_seconds")]
-PlannerMemory = Annotated[int | None, _scoring("planner_memory", metavar="MIB")]
-Workers = Annotated[int, _scoring("workers")]
-Explanations = Annotated[bool, _scoring("explanations")]
-AllowMissing = Annotated[bool, _scoring("allow_missing", "--allow-missing")]
-
-Ray = Annotated[
-    str | None,
-    typer.Option(
-        "--ray",
-        metavar="ADDRESS",
-        help="Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
-        rich_help_panel=SCORING,
-    ),
-]
+Planner = Annotated[PlannerChoice, scoring("planner", parser=planner_choice)]
+Errata = Annotated[ErrataChoice, scoring("errata", parser=errata_choice)]
 
 AsJson = Annotated[
     bool, typer.Option("--json", help="Print the results as JSON, and nothing else.", rich_help_panel=OUTPUT)
 ]
-
 Wide = Annotated[
     bool,
     typer.Option("--wide", help="All columns in one table, however wide.", rich_help_panel=OUTPUT),
 ]
+DataFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--data",
+        help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
+    ),
+]
+
+
+def store(folder: Path | None) -> Store:
+    """The store in a folder, or in the default one."""
+    return Store() if folder is None else Store(folder)
+
+
+@contextmanager
+def opened_source(
+    folder: Path | None,
+    planner: PlannerChoice = PlannerChoice.AUTO,
+    errata: ErrataChoice = ErrataChoice.CURRENT,
+    terms: PlannerTerms | None = None,
+) -> Iterator[Source]:
+    """The data set in a folder, or in the default one; a progress bar says what is fetched of it."""
+    with data_progress() as report:
+        yield Source(store(folder), report, planner, errata, terms or PlannerTerms())
+
+
+def planner_terms(command: typer.Context, seconds: int | None, memory_mib: int | None) -> PlannerTerms:
+    """The terms of planners in a command, whose processes share what they find until it ends."""
+    folder = command.with_resource(TemporaryDirectory(prefix="eai-planning-"))
+    return PlannerTerms(seconds, memory_mib, Path(folder))
 
 
 SETTING = "--with"
@@ -102,5 +117,5 @@ class SettingsCommand(TyperCommand):
 
 
 def listed(text: str | None) -> list[str]:
-    """What an option names, separated by commas."""
+    """The names that an option gives, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]

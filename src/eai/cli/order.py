@@ -1,7 +1,11 @@
-"""What ``eai run`` orders: answers of models to suites, obtained, scored and told."""
+"""The order of ``eai run``: answers of models to suites, obtained and scored, with lines about them.
+
+With ``--adaptive``, tasks are chosen as answers come, until the ability is known well enough.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,22 +13,31 @@ from pathlib import Path
 import typer
 
 from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.responses import file_name
+from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.suite import Suite
-from eai.cli.console import counted, dollars, note, print_json, say, without_inspect
-from eai.cli.first_stage import FirstStage
+from eai.cli.console import counted, dollars, note, print_json, say
 from eai.cli.progress import run_progress, scoring_progress
-from eai.cli.scene_stage import Scenes
+from eai.cli.stages import FirstStage, Scenes
+from eai.errors import InputError
 from eai.prompts.prompt import Prompt
+from eai.results.table_files import write_files
 from eai.run.job import Endpoint, Job
 from eai.run.journal import JOURNAL, sole_run
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.epochs import SuiteResult, settle
+from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.trials import Trials
+from eai.studies.items.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 
 LOGS = "logs"
 SHOWN_TASKS = 5
+
+ROUND = 5
+"""How many tasks an adaptive run asks at a time, which costs hardly a task more than one by one."""
+
+ADAPTIVE_FILE = "adaptive.json"
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +64,10 @@ def obtain_and_score(
     task without a first stage has no second one. There are as many answers to each task as the order asks
     for, or ``epochs``.
     """
-    try:
-        from eai.run.evaluation import obtain_answers, write_scores
-    except ImportError as error:
-        raise without_inspect(error) from error
+    from eai.run.evaluation import write_scores
+
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
-    about = {} if believed is None else believed.about
     job = Job(
         endpoint,
         asked,
@@ -68,7 +78,7 @@ def obtain_and_score(
         benchmark=suite.benchmark,
         ability=suite.ability,
         source=suite.source,
-        about=about,
+        about={} if believed is None else believed.about,
     )
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
@@ -80,11 +90,8 @@ def obtain_and_score(
         folder /= Experiment(prompt_name=spec.prompts.name).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder):
-        with run_progress(title, quiet=order.quiet) as watch:
-            answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-        unasked = [
-            (task_id, epoch) for task_id in prompts if task_id not in asked for epoch in range(1, epochs + 1)
-        ]
+        answers = _obtain(order, job, title, folder)
+        unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
         lacking = dict.fromkeys(unasked, "" if believed is None else believed.lacking)
         obtained = replace(
             answers,
@@ -93,10 +100,17 @@ def obtain_and_score(
             prompt_name=spec.prompts.name,
         )
         with collecting_seldom():
-            with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
-                outcome = settle(obtained, folder, suite, spec.scoring.settings, told)
-            write_scores(answers.log, outcome.by_place(), suite.source)
-    return outcome
+            with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
+                result = settle(obtained, folder, suite, spec.scoring.settings, report)
+            write_scores(answers.log, result.by_place(), suite.source)
+    return result
+
+
+def _obtain(order: Order, job: Job, title: str, folder: Path) -> Obtained:
+    from eai.run.evaluation import obtain_answers
+
+    with run_progress(title, quiet=order.quiet) as watch:
+        return obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
 
 
 def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> None:
@@ -132,3 +146,71 @@ def _effort(outcome: SuiteResult) -> str:
     if empty:
         parts.append(f"{empty} empty")
     return f"{', '.join(parts)}; records in {outcome.folder}"
+
+
+def adaptive_suites(suites: Sequence[Suite], named: Sequence[Ability] | None) -> list[Suite]:
+    """The suites whose tasks have known difficulties.
+
+    Args:
+        suites: those that are asked for.
+        named: the abilities that the user named, if any.
+
+    Raises:
+        InputError: one that was named has none, or none has any.
+    """
+    for suite in suites:
+        if suite.protocol is not DEFAULT_PROTOCOL:
+            raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
+        if named and not item_difficulties(suite.domain, suite.ability):
+            asked = f"{suite.domain} {suite.ability.value}"
+            raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties")
+    known = [suite for suite in suites if item_difficulties(suite.domain, suite.ability)]
+    if not known:
+        raise InputError("--adaptive: the tasks of these suites have no known difficulties")
+    return known
+
+
+def obtain_adaptively(
+    order: Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, target: float
+) -> SuiteResult:
+    """Ask the most informative tasks, until the standard error of the ability is at most the target.
+
+    Every round is a run of all tasks so far, of which what is answered is not asked again, so that a run that
+    was interrupted resumes. It ends early where a task cannot be answered, and where there is none left.
+    """
+    known = item_difficulties(suite.domain, suite.ability)
+    difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
+    tasks = suite.benchmark.tasks(suite.source)
+    names = {task_id: tasks[task_id].title for task_id in difficulties}
+    variance = variance_between_names(suite.domain, suite.ability)
+    chosen: list[str] = []
+    scores: dict[str, float] = {}
+    while True:
+        left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
+        chosen += next_tasks(ROUND, scores, left, names)
+        asked = {task_id: prompts[task_id] for task_id in prompts if task_id in chosen}
+        result = obtain_and_score(order, endpoint, asked, suite)
+        scores = {
+            record.task_id: float(bool(record.verdict.success))
+            for record in result.records
+            if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
+            if record.verdict.excluded is None
+        }
+        ability, error = ability_of(scores, difficulties, names, variance)
+        if error <= target or result.failures or len(chosen) == len(difficulties):
+            break
+    content = {"ability": ability, "error": error, "target": target, "tasks": chosen}
+    write_files(result.folder, {ADAPTIVE_FILE: json.dumps(content, indent=1) + "\n"})
+    if not order.quiet:
+        say(_estimate_text(result, ability, error, len(chosen)))
+    return result
+
+
+def _estimate_text(result: SuiteResult, ability: float, error: float, tasks: int) -> str:
+    suite = result.suite
+    return (
+        f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, "
+        f"standard error {error:.2f}, from {tasks} of {len(suite.task_ids)} tasks. 0 is the mean "
+        "of nine models of 2024; percentages are of tasks that were chosen to be neither easy nor hard for "
+        "this model."
+    )

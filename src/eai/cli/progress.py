@@ -32,7 +32,7 @@ LINES = 10
 """How many lines a run takes where there is no terminal."""
 
 BESIDE_THE_TITLE = 42
-"""What a line of progress has besides its title: a bar, the count, the rate, the time left, failures."""
+"""The width of a line of progress besides its title: a bar, the count, the rate, the time left, failures."""
 
 P = ParamSpec("P")
 
@@ -112,17 +112,17 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
 def _lines(title: str, console: Console, patience: float = 0) -> Watch:
     """A line for every tenth, and none sooner than some seconds after the one before or the beginning.
 
-    What takes long has a line a minute, and says for how much longer it will take, if it goes on like that.
+    A long task has a line a minute, with the time that is left at this rate.
     """
     began = time.monotonic()
-    told, due, overdue = -1, began + patience, began + LONGEST_SILENCE
+    shown, due, overdue = -1, began + patience, began + LONGEST_SILENCE
 
     def watch(answered: int, failed: int, total: int) -> None:
-        nonlocal told, due, overdue
+        nonlocal shown, due, overdue
         done, now = answered + failed, time.monotonic()
         tenth = done * LINES // total if total else LINES
-        if (tenth != told and now >= due) or now >= overdue:
-            told, due, overdue = tenth, now + patience, now + LONGEST_SILENCE
+        if (tenth != shown and now >= due) or now >= overdue:
+            shown, due, overdue = tenth, now + patience, now + LONGEST_SILENCE
             failures = f", {failed} failed" if failed else ""
             left = (now - began) / done * (total - done) if done else 0
             about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""

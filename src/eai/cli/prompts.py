@@ -1,8 +1,8 @@
-"""``eai prompts``: the prompts of a suite as a file."""
+"""``eai prompts``: the prompts of a suite as a file; and the tasks that other commands name, too."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from random import Random
 from typing import Annotated
@@ -12,27 +12,28 @@ import typer
 from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
-from eai.cli.options import AsJson, Errata, OfAbility, listed
-from eai.cli.store import DataFolder, store
+from eai.benchmark.suite import Suite
+from eai.cli.console import counted, tell
+from eai.cli.options import AsJson, DataFolder, Errata, OfAbility, OfDomain, listed, opened_source
 from eai.data.files import write_whole
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt, PromptSet, prompt_file, system_file
 from eai.report.answer_form import form_html
+from eai.studies.items.adaptive import SHORT, short_test
 from eai.studies.pipeline.stage_one import read_believed
-from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.source import ErrataChoice
+
+OfSet = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
 
 PAGE = ".html"
 """The ending of a file that is a page for people."""
 
 
 def prompts(
-    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    domain: OfDomain,
     ability: OfAbility,
     out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write.")],
-    prompt_set: Annotated[
-        PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")
-    ] = PromptSet.OFFICIAL,
+    prompt_set: OfSet = PromptSet.OFFICIAL,
     folder: Annotated[
         Path | None, typer.Option("--prompts", help="A folder with prompts of your own.")
     ] = None,
@@ -63,8 +64,8 @@ def prompts(
 
     Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
     """
-    with data_progress() as report:
-        benchmark, source = find_benchmark(domain), Source(store(data), report, errata=errata)
+    benchmark = find_benchmark(domain)
+    with opened_source(data, errata=errata) as source:
         some = bool(tasks) or sample is not None or out.suffix == PAGE
         whole = prompt_set is PromptSet.OFFICIAL and folder is None and goals is None and not some
         files = benchmark.official_files(ability, source) if whole else None
@@ -105,3 +106,37 @@ def _chosen(
     draw = Random(seed)  # noqa: S311 - a sample, not a secret
     drawn = set(named if sample is None else draw.sample(named, min(sample, len(named))))
     return {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in drawn}
+
+
+def tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:
+    """For each suite the tasks that ``--tasks`` names; none if it asks for all.
+
+    Raises:
+        InputError: no suite has a task of this name, or one has no short test.
+    """
+    if tasks == SHORT:
+        return [_short(suite) for suite in suites]
+    named = listed(tasks)
+    for task_id in named:
+        if not any(task_id in suite.task_ids for suite in suites):
+            only = f"{suites[0].domain} {suites[0].ability.value}"
+            known = {each for suite in suites for each in suite.task_ids}
+            raise InputError(
+                f"--tasks: {task_id!r} is not a task of {only if len(suites) == 1 else 'any suite'}"
+                f"{did_you_mean(task_id, sorted(known))}"
+            )
+    return [frozenset(named)] * len(suites)
+
+
+def _short(suite: Suite) -> frozenset[str]:
+    found = short_test(suite.domain, suite.ability)
+    if not found:
+        raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
+    return frozenset(found)
+
+
+def chosen_prompts(suite: Suite, library: Library, named: Set[str], limit: int | None) -> dict[str, Prompt]:
+    """The prompts of the named tasks, or of all if none is, in the order of the data set."""
+    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named]
+    prompts = library.open(suite.benchmark, suite.ability) if chosen else {}
+    return {task_id: prompts[task_id] for task_id in chosen[:limit]}

@@ -11,15 +11,8 @@ import typer
 
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import find_benchmark
-from eai.cli.console import (
-    DOMAIN_HELP,
-    counted,
-    data_progress,
-    output,
-    tell,
-)
-from eai.cli.options import AsJson
-from eai.cli.store import DataFolder, store
+from eai.cli.console import counted, output, tell
+from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, opened_source
 from eai.cli.table import PERCENT
 from eai.data.files import write_whole
 from eai.errors import InputError
@@ -31,11 +24,10 @@ from eai.results.rate import Rate
 from eai.results.table import Cell, Column, Estimate, NamedCells
 from eai.results.table import Table as Shown
 from eai.results.terminal import print_table
-from eai.tasks.source import Source
 
 
 def questions(
-    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    domain: OfDomain,
     out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write, JSON lines.")],
     kind: Annotated[
         list[Kind] | None, typer.Option(metavar="KIND", help=f"{', '.join(Kind)}. All if not given.")
@@ -44,7 +36,7 @@ def questions(
         list[Form] | None, typer.Option(metavar="FORM", help=f"{', '.join(Form)}. All if not given.")
     ] = None,
     n: Annotated[int, typer.Option("--n", min=1, help="How many, evenly of all kinds and forms.")] = 500,
-    seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
+    seed: Seed = 0,
     rules: Annotated[
         bool, typer.Option(help="Tell the rules. Without them the same questions are a closed-book test.")
     ] = True,
@@ -58,8 +50,8 @@ def questions(
 
     Example: eai export questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
     """
-    with data_progress() as report:
-        writer = Writer(find_benchmark(domain), Source(store(data), report), Templates(prompts))
+    with opened_source(data) as source:
+        writer = Writer(find_benchmark(domain), source, Templates(prompts))
         found = list(writer.write(kind or tuple(Kind), form or tuple(Form), n, seed, rules=rules))
     if not found:
         raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
@@ -68,13 +60,13 @@ def questions(
         _print_balance(found)
         _print_chances(found)
     fewer = "" if len(found) == n else f"; the tasks give no more than these of {n:,}"
-    told = f"{counted(len(found), 'question')} written to {out}{fewer}"
+    line = f"{counted(len(found), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
         f"{kind.value}.{form.value}": {name: rate.percent for name, rate in chances.items()}
         for (kind, form), chances in _chances(found).items()
     }
     value: dict[str, Json] = {"file": str(out), "questions": len(found), "chance": chance}
-    tell(told, value=value, as_json=as_json)
+    tell(line, value=value, as_json=as_json)
 
 
 def _print_balance(questions: Sequence[Question]) -> None:

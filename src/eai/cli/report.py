@@ -1,4 +1,4 @@
-"""``eai report``: from records to tables, plots and the explorer."""
+"""``eai report`` and ``eai leaderboard``: from records to tables, plots and the explorer."""
 
 from __future__ import annotations
 
@@ -9,40 +9,43 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
-from eai.cli.console import counted, note, print_json, say
-from eai.cli.options import AsJson, listed
-from eai.cli.store import DataFolder, store
+from eai.cli.console import counted, note, output, print_json, say, writing_to
+from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, store
 from eai.data import dataset
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.households.packs import published_packs
 from eai.prompts.prompt import PromptSet
-from eai.report.document import Plot
+from eai.report.document import Plot, unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.report.plots import draw_plots
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.writer import Narrow, write_tables
+from eai.report.table_specs import ColumnSpec, domain_title
+from eai.report.writer import rankings_json, write_tables
 from eai.results.cost import read_price_list
+from eai.results.markdown import superscript
+from eai.results.table import Table
+from eai.results.terminal import print_table
 from eai.scoring.runs import as_asked_in_paper, read_runs
 from eai.studies.perception.course import courses
 from eai.tasks.source import Source
 
 PLOTS = "plots"
 EXPLORER = "explorer.html"
+_OVERVIEW = "overview"
 _LATEX = "Tables for a paper"
 
 
 def report(
-    records: Annotated[
-        list[Path], typer.Argument(help="Files of records, or folders with records.jsonl somewhere below.")
-    ],
+    records: Annotated[list[Path], typer.Argument(help=RECORDS)],
     out: Annotated[Path, typer.Option(help="Where the report goes.")],
     paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models beside the runs.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots (needs the extra 'plots').")] = True,
@@ -75,7 +78,6 @@ def report(
 
     Example: eai report scores --out report --paper
     """
-    narrow = Narrow(listed(models), listed(columns), intervals)
     listed_prices = None if prices is None else read_price_list(prices)
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
@@ -91,7 +93,7 @@ def report(
     summaries.sort(key=lambda item: item.key.order)
     plain = plain_runs(summaries)
     tables = rankings(plain, with_paper=paper)
-    try:
+    with writing_to(out):
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(plain, out / PLOTS, tables if summary else []) if plots else []
         written = write_tables(
@@ -100,12 +102,12 @@ def report(
             tables,
             drawn,
             with_paper=paper,
-            narrow=narrow,
+            models=listed(models),
+            columns=listed(columns),
+            intervals=intervals,
             prices=listed_prices,
         )
         write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
     shown = out / EXPLORER
     if as_json:
         counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}
@@ -162,3 +164,54 @@ def _operators(benchmark: Benchmark, source: Store) -> dict[str, str]:
     """The gold operators as PDDL, by name."""
     tasks = benchmark.operators(Source(source)).values()
     return {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
+
+
+def leaderboard(
+    runs: Annotated[
+        list[Path], typer.Argument(help="Records, or folders with records.jsonl below.", metavar="RUNS")
+    ],
+    paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models among the runs.")] = False,
+    as_json: AsJson = False,
+    wide: Wide = False,
+) -> None:
+    """Print the main results of runs, one table a domain and protocol, the best model first.
+
+    An ability that is none of the paper's has a table of its own.
+
+    Example: eai leaderboard scores --paper
+    """
+    summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
+    summaries.sort(key=lambda item: item.key.order)
+    ranked = plain_runs(summaries)
+    shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(FOUR)}
+    tables = [table for table in rankings(ranked, with_paper=paper) if table.name in shown]
+    if as_json:
+        print(rankings_json(tables), end="")
+        return
+    for table in tables:
+        print_table(output(), _shown(table), wide=wide)
+        for number in sorted({number for row in table.rows for number in row.notes}):
+            say(f"{superscript((number,))} {table.notes[number - 1]}")
+    if len(ranked) < len(summaries):
+        left_out = counted(len(summaries) - len(ranked), "experiment")
+        note(f"left out: {left_out}, which eai report shows apart")
+    remark = unnamed_remark(ranked)
+    if remark:
+        note(remark)
+
+
+def _shown(ranking: Ranking) -> Table:
+    """A table with its protocol in the title, and abilities over its columns."""
+    table = ranking.table()
+    first = len(table.columns) - len(ranking.columns)
+    headings = map(_heading, ranking.columns)
+    columns = [
+        replace(column, alone=text) for column, text in zip(table.described[first:], headings, strict=True)
+    ]
+    title = f"{domain_title(ranking.domain)}, protocol {ranking.protocol.value} (percent)"
+    return replace(table, title=title, columns=(*table.columns[:first], *columns))
+
+
+def _heading(column: ColumnSpec) -> str:
+    label = column.label.lower() if column.label != "F1" else column.label
+    return label if column.ability is None else f"{declaration_of(column.ability).short}\n{label}"

@@ -3,46 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
+from eai.abilities.protocol import FOUR, Ability, Protocol, ability_of, place_of, protocol_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.adaptive import adaptive_suites, obtain_adaptively
-from eai.cli.arm import Arm
-from eai.cli.chosen_tasks import chosen_prompts, tasks_of
-from eai.cli.console import (
-    counted,
-    data_progress,
-    need_inspect,
-    note_planner,
-    output,
-    print_errata,
-    print_markdown,
-    print_remark,
-    say,
+from eai.cli.console import counted, need_inspect, note_planner, print_markdown, say
+from eai.cli.flags import HELP, RunCommand, check_models, check_replay, flag, listing, specification
+from eai.cli.options import OUTPUT, SCORING, SETTING, AsJson, DataFolder, Wide, opened_source, planner_terms
+from eai.cli.order import (
+    Order,
+    adaptive_suites,
+    obtain_adaptively,
+    obtain_and_score,
+    tell,
 )
-from eai.cli.flags import HELP, RunCommand, flag, listing, specification
-from eai.cli.models import check_models, check_replay
-from eai.cli.options import OUTPUT, SCORING, SETTING, AsJson, Wide
-from eai.cli.order import Order, obtain_and_score, tell
-from eai.cli.planning import planner_terms
 from eai.cli.progress import resumable
-from eai.cli.scene_stage import Scenes
-from eai.cli.store import DataFolder, store
-from eai.cli.table import Result, print_rates
+from eai.cli.prompts import chosen_prompts, tasks_of
+from eai.cli.stages import FirstStage, Scenes, stage_two
+from eai.cli.table import Result, print_results, suite_title
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.coverage import errata_effect
-from eai.run.spec import save
+from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
-from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
+from eai.scoring.trials import Trials, open_trials
+from eai.studies.attempts.study import Attempts
+from eai.studies.perception.scenes import scene_abilities
+from eai.studies.perception.study import Perception, Scene
+from eai.studies.pipeline.study import Pipeline
+from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 __all__ = ["RunCommand", "run"]
 
@@ -117,13 +113,12 @@ def run(
     spec = specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
-    target, arm, scoring = spec.tasks.adaptive, Arm(spec), spec.scoring
-    wanted = arm.wanted(spec.tasks.ability)
+    target, scoring = spec.tasks.adaptive, spec.scoring
+    wanted = _wanted(spec)
     check_models(spec.model.name, wanted)
     order = Order(spec, out, quiet or as_json)
-    with data_progress() as report:
-        terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
-        source = Source(store(data), report, scoring.planner, scoring.errata, terms)
+    terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
+    with opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or registered()
@@ -139,11 +134,11 @@ def run(
     endpoints = spec.model.endpoints
     check_replay(endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
-    first = arm.first(library, order, chosen)
+    first = _first_stage(library, order, chosen)
     save(spec, out)
     outcomes = []
     for suite, asked in chosen:
-        trials = arm.trials(library, suite, asked)
+        trials = _trials(spec, library, suite, asked)
         of_suite = [
             obtain_and_score(order, endpoint, asked, suite, trials, first)
             if target is None
@@ -151,31 +146,81 @@ def run(
             for endpoint in endpoints
         ]
         if not order.quiet:
-            _print(arm, of_suite, wide=wide)
+            _print(spec, of_suite, wide=wide)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.outcomes
     if isinstance(first, Scenes) and not order.quiet:
         for outcome in before:
-            _print(arm, [outcome], wide=wide)
+            _print(spec, [outcome], wide=wide)
     tell([*before, *outcomes], order, as_json=as_json)
 
 
-def _print(arm: Arm, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
-    """Print what several models came to in one suite."""
+def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
+    """Print the results of several models in one suite."""
     suite = outcomes[0].suite
-    results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in outcomes}
-    print_rates(output(), arm.title(suite), declaration_of(suite.ability).terminal, results, wide=wide)
-    for name, result in results.items():
-        print_remark(name, result.coverage)
-    print_errata(errata_effect(outcome.records) for outcome in outcomes)
+    results = {
+        each.model: Result(each.rates, each.coverage, errata_effect(each.records)) for each in outcomes
+    }
+    print_results(_title(spec, suite), suite.ability, results, wide=wide)
+
+
+def _wanted(spec: RunSpec) -> list[Ability]:
+    """The abilities that are asked for, in order: in an experiment those that it can be made with.
+
+    Raises:
+        InputError: one that is named is none of them.
+    """
+    abilities, scene = spec.tasks.ability, spec.of(Perception).scene
+    if spec.of(Pipeline).goals is not None:
+        return stage_two(abilities)
+    if scene is not Scene.TEXT:
+        return scene_abilities(abilities, scene)
+    if spec.of(Attempts).experiment is None:
+        return sorted(set(abilities or FOUR), key=place_of)
+    for each in abilities or ():
+        if each is not Ability.ACTION_SEQUENCING:
+            raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
+    return [Ability.ACTION_SEQUENCING]
+
+
+def _title(spec: RunSpec, suite: Suite) -> str:
+    """The title of the results of a suite."""
+    title = suite_title(suite.domain, suite.ability, suite.protocol)
+    experiment, goals, shown = spec.of(Attempts).experiment, spec.of(Pipeline).goals, spec.of(Perception)
+    if experiment is not None:
+        title += f"\n{experiment.label}"
+    if goals is not None:
+        title += f"\ngoals: {goals}"
+    return title if shown.scene is Scene.TEXT else f"{title}\nscene: {shown.label}"
+
+
+def _trials(spec: RunSpec, library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> Trials | None:
+    """How answers are carried out, in several attempts or where actions slip."""
+    experiment = spec.of(Attempts).experiment
+    if experiment is None:
+        return None
+    return open_trials(suite, experiment, library.asker(suite.benchmark, suite.ability, prompts), prompts)
+
+
+def _first_stage(
+    library: Library, order: Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+) -> FirstStage | Scenes | None:
+    """The stage before the questions, if there is one: goals are interpreted, or scenes are seen."""
+    wanted: dict[str, set[str]] = {}
+    for suite, asked in chosen:
+        wanted.setdefault(suite.domain, set()).update(asked)
+    shown, goals = order.spec.of(Perception), order.spec.of(Pipeline).goals
+    if shown.scene is not Scene.TEXT:
+        return Scenes(shown, order.spec.captioner, library, partial(obtain_and_score, order), wanted)
+    if goals is not None:
+        return FirstStage(goals, library, partial(obtain_and_score, order), wanted)
+    return None
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
     """Say how many of the data set's questions were not asked as they are published."""
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:
-        told = (
-            f"{counted(corrected, 'question')} asked as corrected by errata; --errata none asks as published."
-        )
-        say(told)
+        rest = "asked as corrected by errata; --errata none asks as published."
+        say(f"{counted(corrected, 'question')} {rest}")

@@ -1,4 +1,4 @@
-"""``eai score``: from response files to records and summaries."""
+"""``eai score`` and ``eai merge``: from response files to records and summaries."""
 
 from __future__ import annotations
 
@@ -11,78 +11,29 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, ability_of, protocol_of
 from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
+from eai.abilities.responses import ResponseFile, find_response_files, read_responses
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Json
-from eai.benchmark.answer_files import SuiteFile, files_of_suite, suite_files, unpacked
+from eai.benchmark.answer_files import files_of_suite, suite_files, unpacked
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.console import (
-    counted,
-    data_progress,
-    note,
-    note_planner,
-    output,
-    print_errata,
-    print_json,
-    print_remark,
-    say,
-    without_inspect,
-)
-from eai.cli.options import (
-    ABILITY,
-    ANSWERS,
-    DOMAIN,
-    OUTPUT,
-    SCORING,
-    AllowMissing,
-    AsJson,
-    Errata,
-    Explanations,
-    Planner,
-    PlannerMemory,
-    PlannerSeconds,
-    Ray,
-    Rules,
-    Wide,
-    Workers,
-)
-from eai.cli.planning import planner_terms, tell_authority
+from eai.cli import options
+from eai.cli.console import DOMAIN_HELP, counted, note, note_planner, print_json, say, without_inspect
+from eai.cli.options import ANSWERS, OUTPUT, SCORING, scoring
 from eai.cli.progress import scoring_progress
-from eai.cli.store import DataFolder, store
-from eai.cli.table import Result, print_rates, result_json
+from eai.cli.table import Result, print_remark, print_results, result_json, suite_title
 from eai.errors import InputError, InterruptError, how_to_install
-from eai.pddl.planning import PlannerChoice
-from eai.results.coverage import ErrataEffect, coverage_of, errata_effect
-from eai.results.summary import summarise
+from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.epochs import Believed
-from eai.scoring.records import RECORDS, Shard, read_records, write_results, write_shard
+from eai.scoring.records import RECORDS, Shard, find_shards, read_records, write_results, write_shard
+from eai.scoring.records import merge as merged
 from eai.studies.pipeline.stage_one import read_believed, refuse_no_stage_two
 from eai.tasks.source import ErrataChoice, Source
 
-Goals = Annotated[
-    Path | None,
-    typer.Option(
-        "--goals",
-        help="Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
-        rich_help_panel=ANSWERS,
-    ),
-]
-
-OneShard = Annotated[
-    Shard | None,
-    typer.Option(
-        "--shard",
-        parser=Shard.parse,
-        metavar="I/N",
-        help="Score the I-th of N parts, as a job of its own; eai merge puts them together.",
-        rich_help_panel=SCORING,
-    ),
-]
+_AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
 
 LOG_SUFFIX = ".eval"
 """How the names of Inspect's logs end."""
@@ -95,6 +46,7 @@ class _Share:
     suite: Suite
     answers: ResponseFile
     out: Path | None
+    goals: Path | None = None
     prompt_name: str | None = None
 
 
@@ -107,30 +59,51 @@ def score(
             metavar="PATH",
         ),
     ],
-    domain: Annotated[str | None, DOMAIN] = None,
-    ability: Annotated[Ability | None, ABILITY] = None,
-    protocol: Rules = DEFAULT_PROTOCOL,
-    planner: Planner = PlannerChoice.AUTO,
-    errata: Errata = ErrataChoice.CURRENT,
-    planner_seconds: PlannerSeconds = None,
-    planner_memory: PlannerMemory = None,
-    workers: Workers = 1,
-    ray: Ray = None,
-    explanations: Explanations = True,
-    allow_missing: AllowMissing = False,
-    goals: Goals = None,
-    prompt_name: Annotated[
+    domain: Annotated[str | None, typer.Option("--domain", help=DOMAIN_HELP, rich_help_panel=ANSWERS)] = None,
+    ability: Annotated[
+        Ability | None, typer.Option(parser=ability_of, help=f"{options.ABILITIES}.", rich_help_panel=ANSWERS)
+    ] = None,
+    protocol: Annotated[Protocol, scoring("protocol", "--protocol", parser=protocol_of)] = DEFAULT_PROTOCOL,
+    planner: options.Planner = PlannerChoice.AUTO,
+    errata: options.Errata = ErrataChoice.CURRENT,
+    planner_seconds: Annotated[int | None, scoring("planner_seconds")] = None,
+    planner_memory: Annotated[int | None, scoring("planner_memory", metavar="MIB")] = None,
+    workers: Annotated[int, scoring("workers")] = 1,
+    ray: Annotated[
         str | None,
-        typer.Option(help="What their prompts were called.", rich_help_panel=ANSWERS),
+        typer.Option(
+            metavar="ADDRESS",
+            help="Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
+            rich_help_panel=SCORING,
+        ),
     ] = None,
-    shard: OneShard = None,
-    out: Annotated[
+    explanations: Annotated[bool, scoring("explanations")] = True,
+    allow_missing: Annotated[bool, scoring("allow_missing", "--allow-missing")] = False,
+    goals: Annotated[
         Path | None,
-        typer.Option(help="Where records and summaries go.", rich_help_panel=OUTPUT),
+        typer.Option(
+            help="Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
+            rich_help_panel=ANSWERS,
+        ),
     ] = None,
-    as_json: AsJson = False,
-    wide: Wide = False,
-    data: DataFolder = None,
+    prompt_name: Annotated[
+        str | None, typer.Option(help="What their prompts were called.", rich_help_panel=ANSWERS)
+    ] = None,
+    shard: Annotated[
+        Shard | None,
+        typer.Option(
+            parser=Shard.parse,
+            metavar="I/N",
+            help="Score the I-th of N parts, as a job of its own; eai merge puts them together.",
+            rich_help_panel=SCORING,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Where records and summaries go.", rich_help_panel=OUTPUT)
+    ] = None,
+    as_json: options.AsJson = False,
+    wide: options.Wide = False,
+    data: options.DataFolder = None,
 ) -> None:
     """Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, the main table to the screen.
 
@@ -154,38 +127,38 @@ def score(
         refuse_no_stage_two(ability)
     with ExitStack() as stack:
         places = [stack.enter_context(unpacked(path)) for path in paths]
-        with data_progress() as report:
-            terms = planner_terms(context, planner_seconds, planner_memory)
-            source = Source(store(data), report, planner, errata, terms)
+        terms = options.planner_terms(context, planner_seconds, planner_memory)
+        with options.opened_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
                 shares = _shares_of_suite(places, suite, out)
             else:
-                found = _named(places, domain, ability)
-                opened = {
-                    place: open_suite(*place, protocol, source=source)
-                    for place in dict.fromkeys((file.domain, file.ability) for file in found)
-                }
-                shares = [_share(file, opened[file.domain, file.ability], out) for file in found]
-    shares = [replace(share, prompt_name=prompt_name) for share in shares]
+                shares = _shares_by_place(places, domain, ability, protocol, source, out)
+    shares = [replace(share, goals=goals, prompt_name=prompt_name) for share in shares]
     note_planner([share.suite for share in shares])
-    for share in shares:
-        _note_elsewhere(share)
-    printed: list[Json] = []
-    with collecting_seldom(), _opened(workers, ray) as scoring, ExitStack() as stack:
+    _note_elsewhere(shares)
+    with collecting_seldom(), _opened(workers, ray) as workplace, ExitStack() as stack:
         for folder in {share.out: None for share in shares if shard is None}:
             if folder is not None:
                 stack.enter_context(sole_run(folder))
         if shard is not None:
             for share in shares:
-                records = _records(share, settings, goals, scoring, quiet=as_json)
+                records = _records(share, settings, workplace, quiet=as_json)
                 write_shard(share.out or Path(), shard, records)
-        else:
-            printed = _score_all(shares, settings, goals, scoring, as_json=as_json, wide=wide)
+        printed = _score_all(shares, settings, workplace, as_json=as_json, wide=wide) if shard is None else []
     if as_json:
         print_json(printed)
     elif out is not None:
         say(f"written to {out}")
+
+
+def _note_elsewhere(shares: Sequence[_Share]) -> None:
+    """Say on standard error how many rows are about tasks that the data set does not have, if any are."""
+    for share in shares:
+        if share.answers.elsewhere:
+            title = f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}"
+            rows = counted(share.answers.elsewhere, "answer")
+            note(f"{title}: {rows} left out, to tasks that are not in the data set")
 
 
 def _opened(workers: int, ray: str | None) -> Scoring:
@@ -200,33 +173,24 @@ def _opened(workers: int, ray: str | None) -> Scoring:
 
 
 def _score_all(
-    shares: Sequence[_Share],
-    settings: Settings,
-    goals: Path | None,
-    scoring: Scoring,
-    *,
-    as_json: bool,
-    wide: bool,
+    shares: Sequence[_Share], settings: Settings, workplace: Scoring, *, as_json: bool, wide: bool
 ) -> list[Json]:
     """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
     printed: list[Json] = []
     try:
         for suite, group in groupby(shares, key=lambda share: share.suite):
             results: dict[str, Result] = {}
-            effects: list[ErrataEffect | None] = []
             for share in group:
-                records = _records(share, settings, goals, scoring, quiet=as_json)
-                effects.append(errata_effect(records))
-                rates = summarise([record.verdict for record in records], suite.ability)
-                results[share.answers.model] = Result(rates, coverage_of(records))
+                records = _records(share, settings, workplace, quiet=as_json)
+                result = results[share.answers.model] = Result.of(records)
                 if share.out is not None:
                     _note_replaced(share.out / RECORDS, records[0])
-                    write_results(share.out, records, rates)
-                tell_authority(share.answers.model, records)
-                printed.append(result_json(records, results[share.answers.model], effects[-1], share.out))
+                    write_results(share.out, records, result.rates)
+                _note_authority(share.answers.model, records)
+                printed.append(result_json(records, result, share.out))
             if not as_json:
-                _print(suite, results, wide=wide)
-                print_errata(effects)
+                title = suite_title(suite.domain, suite.ability, suite.protocol)
+                print_results(title, suite.ability, results, wide=wide)
     except KeyboardInterrupt:
         raise InterruptError(_interrupted(shares, len(printed))) from None
     return printed
@@ -241,42 +205,36 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
     return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
 
 
-def _print(suite: Suite, results: dict[str, Result], *, wide: bool) -> None:
-    title = f"{suite.domain}, {suite.ability.value}, protocol {suite.protocol.value}"
-    print_rates(output(), title, declaration_of(suite.ability).terminal, results, wide=wide)
-    for model, result in results.items():
-        print_remark(model, result.coverage)
-
-
-def _records(
-    share: _Share, settings: Settings, goals: Path | None, scoring: Scoring, *, quiet: bool
-) -> list[Record]:
+def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> list[Record]:
     suite, answers = share.suite, share.answers
     answered = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
-    with scoring_progress(title, len(answered), quiet=quiet) as told:
-        records = score_run(suite, answers, missing, settings, told, scoring)
-    if goals is not None:
-        believed = _believed(goals, share)
+    with scoring_progress(title, len(answered), quiet=quiet) as report:
+        records = score_run(suite, answers, missing, settings, report, workplace)
+    if share.goals is not None:
+        believed = read_believed(share.goals, suite.benchmark, suite.ability, suite.source, answers.model)
         records = [believed.marked(record) for record in records]
     if share.prompt_name is not None:
         records = [record.with_prompt_name(share.prompt_name) for record in records]
     return records
 
 
-def _believed(goals: Path, share: _Share) -> Believed:
-    """The goals that the questions stated whose answers these are."""
-    suite = share.suite
-    return read_believed(goals, suite.benchmark, suite.ability, suite.source, share.answers.model)
+def _note_authority(name: str, records: Sequence[Record]) -> None:
+    """Say on standard error how many problems the built-in search left to Fast Downward."""
+    judged = [r.verdict for r in records if isinstance(r.verdict, OperatorVerdict) and r.verdict.planner_name]
+    left = [verdict for verdict in judged if _was_left(verdict)]
+    if not left:
+        return
+    ended = sum(verdict.planner in _AT_A_LIMIT for verdict in left)
+    limits = f", {ended} of them to the end of its time or memory" if ended else ""
+    note(f"{name}: {len(left)} of {counted(len(judged), 'problem')} went to Fast Downward{limits}")
 
 
-def _note_elsewhere(share: _Share) -> None:
-    """Say on standard error how many rows are about tasks that the data set does not have, if any are."""
-    if share.answers.elsewhere:
-        rows = counted(share.answers.elsewhere, "answer")
-        what = f"{rows} left out, to tasks that are not in the data set"
-        note(f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}: {what}")
+def _was_left(verdict: OperatorVerdict) -> bool:
+    """Whether the first of two planners did not decide."""
+    _, then, authority = (verdict.planner_name or "").partition(", then ")
+    return bool(then) and verdict.planner_detail.startswith(authority)
 
 
 def _note_replaced(file: Path, first: Record) -> None:
@@ -293,16 +251,23 @@ def _note_replaced(file: Path, first: Record) -> None:
 
 
 def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:
-    """The records of one suite; with several files each model has a folder of its own."""
+    """The answers to one suite; with several files each model has a folder of its own."""
     files = [file for place in places for file in files_of_suite(place, suite.domain, suite.ability)]
-    given = [_in_order(_read(file, suite), suite.task_ids) for file in files]
-    _refuse_twins([answers.model for answers in given])
+    found = [_read(file, suite) for file in files]
+    _refuse_twins([answers.model for answers in found])
     several = len(files) > 1
-    return [_Share(suite, each, out / each.model if out and several else out) for each in given]
+    return [_Share(suite, each, out / each.model if out and several else out) for each in found]
 
 
-def _named(places: Sequence[Path], domain: str | None, ability: Ability | None) -> list[SuiteFile]:
-    """The files at the places by suite, of one benchmark or ability where one is given.
+def _shares_by_place(
+    places: Sequence[Path],
+    domain: str | None,
+    ability: Ability | None,
+    protocol: Protocol,
+    source: Source,
+    out: Path | None,
+) -> list[_Share]:
+    """The answers in files that name their suites, of one benchmark or ability where one is named.
 
     Raises:
         InputError: there is none, or two are of one model and one suite.
@@ -312,32 +277,31 @@ def _named(places: Sequence[Path], domain: str | None, ability: Ability | None) 
     if not found:
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()
         raise InputError(f"{places[0]}: no file with answers to {asked}")
-    for suite, group in groupby(found, key=lambda file: (file.domain, file.ability)):
-        _refuse_twins([f"{suite[0]} {suite[1].value} {file.model}" for file in group])
-    return found
-
-
-def _share(file: SuiteFile, suite: Suite, out: Path | None) -> _Share:
-    answers = _in_order(_read(file.path, suite), suite.task_ids)
-    folder = None if out is None else out / file.domain / file.ability.value / file.model
-    return _Share(suite, replace(answers, model=file.model), folder)
+    _refuse_twins([f"{file.domain} {file.ability.value} {file.model}" for file in found])
+    shares = []
+    for (name, each), files in groupby(found, key=lambda file: (file.domain, file.ability)):
+        suite = open_suite(name, each, protocol, source=source)
+        for file in files:
+            folder = None if out is None else out / name / each.value / file.model
+            shares.append(_Share(suite, replace(_read(file.path, suite), model=file.model), folder))
+    return shares
 
 
 def _read(file: Path, suite: Suite) -> ResponseFile:
-    """The answers in a response file or a log; Inspect, which reads logs, is imported only for one."""
+    """The answers in a response file or a log, in the order of the data set.
+
+    Inspect, which reads logs, is imported only for one.
+    """
     if file.suffix != LOG_SUFFIX:
-        return read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
-    try:
-        from eai.run.evaluation import read_answers
-    except ImportError as error:
-        raise without_inspect(error) from error
-    return read_answers(file, suite)
-
-
-def _in_order(answers: ResponseFile, task_ids: tuple[str, ...]) -> ResponseFile:
-    """The answers in the order of the data set."""
-    by_id: dict[str, Response] = {response.task_id: response for response in answers.responses}
-    return replace(answers, responses=tuple(by_id[i] for i in task_ids if i in by_id))
+        answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
+    else:
+        try:
+            from eai.run.evaluation import read_answers
+        except ImportError as error:
+            raise without_inspect(error) from error
+        answers = read_answers(file, suite)
+    by_id = {response.task_id: response for response in answers.responses}
+    return replace(answers, responses=tuple(by_id[i] for i in suite.task_ids if i in by_id))
 
 
 def _refuse_twins(names: Sequence[str]) -> None:
@@ -345,3 +309,28 @@ def _refuse_twins(names: Sequence[str]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{name}: two files are of this model; score them one at a time")
+
+
+def merge(
+    path: Annotated[Path, typer.Argument(help="The folder that eai score --shard wrote to.", metavar="DIR")],
+    wide: options.Wide = False,
+    as_json: options.AsJson = False,
+) -> None:
+    """Put the shards of eai score --shard together: records and summaries as one process writes them.
+
+    Example: eai score answers --shard 1/2 --out scores; eai score answers --shard 2/2 --out scores;
+    eai merge scores
+    """
+    printed: list[Json] = []
+    for folder, files in find_shards(path).items():
+        records = merged(folder, files)
+        first, result = records[0], Result.of(records)
+        printed.append(result_json(records, result, folder))
+        if as_json:
+            print_remark(first.model, result.coverage)
+        else:
+            title = suite_title(first.domain, first.ability, first.protocol)
+            print_results(title, first.ability, {first.model: result}, wide=wide)
+            say(f"{counted(len(files), 'shard')} of {counted(len(records), 'record')} written to {folder}")
+    if as_json:
+        print_json(printed)

@@ -8,10 +8,14 @@ from pathlib import Path
 
 from rich.console import Console
 
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.results.coverage import Coverage, ErrataEffect, planners_of
+from eai.cli.console import note, output, say
+from eai.results.coverage import Coverage, ErrataEffect, coverage_of, errata_effect, planners_of
 from eai.results.rate import Rate
+from eai.results.summary import summarise
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
 
@@ -22,10 +26,37 @@ PERCENT = Column("percent", digits=1, number=True)
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One model in a table: its rates, and how much of the suite they are of."""
+    """One model in a table: its rates, how much of the suite they are of, and what errata did to them."""
 
     rates: Mapping[str, Rate]
     coverage: Coverage
+    errata: ErrataEffect | None = None
+
+    @classmethod
+    def of(cls, records: Sequence[Record]) -> Result:
+        """The result of all records of one model and suite."""
+        rates = summarise([record.verdict for record in records], records[0].ability)
+        return cls(rates, coverage_of(records), errata_effect(records))
+
+
+def suite_title(domain: str, ability: Ability, protocol: Protocol) -> str:
+    """The name of a suite above its results."""
+    return f"{domain}, {ability.value}, protocol {protocol.value}"
+
+
+def print_results(title: str, ability: Ability, results: Mapping[str, Result], *, wide: bool) -> None:
+    """Print the rates of models, and what is remarkable about their coverage and errata, alike ones once."""
+    print_rates(output(), title, declaration_of(ability).terminal, results, wide=wide)
+    for model, result in results.items():
+        print_remark(model, result.coverage)
+    for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
+        say(remark)
+
+
+def print_remark(name: str, coverage: Coverage) -> None:
+    """Say on standard error what is remarkable about how much of a suite is answered."""
+    if coverage.remark is not None:
+        note(f"{name}: {coverage.remark}")
 
 
 def print_rates(
@@ -72,15 +103,12 @@ def print_rates(
     print_table(console, Table.of_columns(title, columns), wide=wide)
 
 
-def result_json(
-    records: Sequence[Record], result: Result, errata: ErrataEffect | None, folder: Path | None
-) -> dict[str, Json]:
+def result_json(records: Sequence[Record], result: Result, folder: Path | None) -> dict[str, Json]:
     """The ``--json`` of one model in one suite.
 
     Args:
         records: all of its records.
-        result: their rates.
-        errata: what errata did to these.
+        result: their result.
         folder: where they were written to; None if nowhere.
     """
     first, planners = records[0], planners_of(record.verdict for record in records)
@@ -91,7 +119,7 @@ def result_json(
         "protocol": first.protocol.value,
         "folder": None if folder is None else str(folder),
         "coverage": result.coverage.to_json(),
-        "errata": None if errata is None else errata.to_json(),
+        "errata": None if result.errata is None else result.errata.to_json(),
         **({"planner": ", ".join(planners)} if planners else {}),
         "metrics": {name: rate.to_json() for name, rate in result.rates.items()},
     }

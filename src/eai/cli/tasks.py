@@ -12,17 +12,15 @@ import typer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import PDDL, find_benchmark, registered
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell, tell_findings
-from eai.cli.options import AsJson
-from eai.cli.store import DataFolder, store
+from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
+from eai.cli.options import AsJson, DataFolder, opened_source
 from eai.errors import InputError
 from eai.generator.problem_files import problem_files_in, read_problems
 from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
-from eai.tasks.source import Finding, Source
+from eai.tasks.source import Finding
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
-from eai.world.domain import Domain
 
 app = typer.Typer(help="Task files: check and write them.", no_args_is_help=True)
 
@@ -71,9 +69,8 @@ def check(
 
 
 def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:
-    with data_progress() as report:
-        source = Source(store(data), report)
-        benchmark, tested = find_benchmark(known), find_benchmark(asked)
+    benchmark, tested = find_benchmark(known), find_benchmark(asked)
+    with opened_source(data) as source:
         tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
     found = overlap_of(tasks[1], tasks[0], benchmark.domain)
     counts = "of {tasks} tasks {same} are the same, {same_goals} have the same goals, {solved_by_lookup} are "
@@ -118,25 +115,21 @@ def write(
         raise InputError(
             f"--domain {name}: its problems are tasks already; eai tasks write --domain writes them"
         )
-    with data_progress() as report:
-        benchmark, source = find_benchmark(name), Source(store(data), report)
+    benchmark = find_benchmark(name)
+    with opened_source(data) as source:
         tasks: Iterable[Task] = (
             read_problems(problem_files_in(problems), benchmark, source)
             if problems
             else benchmark.tasks(source).values()
         )
-    _write(out, tasks, name, benchmark.domain, as_json=as_json)
-
-
-def _write_croissant(names: Sequence[str], out: Path, data: Path | None, *, as_json: bool) -> None:
-    with data_progress() as report:
-        files = write_croissant([find_benchmark(name) for name in names], Source(store(data), report), out)
-    made: Json = {"folder": str(out), "files": [*map(str, files)]}
-    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)
-
-
-def _write(out: Path, tasks: Iterable[Task], base: str, domain: Domain, *, as_json: bool) -> None:
-    lines = [written(task, base, domain) for task in tasks]
+    lines = [written(task, name, benchmark.domain) for task in tasks]
     write_task_file(out, lines)
     made: Json = {"file": str(out), "tasks": len(lines)}
     tell(f"{counted(len(lines), 'task')} written to {out}", value=made, as_json=as_json)
+
+
+def _write_croissant(names: Sequence[str], out: Path, data: Path | None, *, as_json: bool) -> None:
+    with opened_source(data) as source:
+        files = write_croissant([find_benchmark(name) for name in names], source, out)
+    made: Json = {"folder": str(out), "files": [*map(str, files)]}
+    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

@@ -6,7 +6,7 @@ How sure: with and without regard to near copies. How near: our numbers for the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.protocol import Ability, Protocol
@@ -21,8 +21,7 @@ DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""
 
 
-@dataclass(frozen=True, slots=True)
-class _CellPair:
+class _CellPair(NamedTuple):
     """A figure of the paper and ours, in percent."""
 
     model: str
@@ -36,8 +35,7 @@ class _CellPair:
         return abs(self.ours - self.printed)
 
 
-@dataclass(frozen=True, slots=True)
-class Agreement:
+class _Agreement(NamedTuple):
     """One ability's cells of one table of the paper, for the models that were run."""
 
     table: str
@@ -55,7 +53,7 @@ class Agreement:
         return max(self.pairs, key=lambda pair: pair.difference)
 
 
-def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
+def agreements(runs: Sequence[RunSummary]) -> list[_Agreement]:
     """The comparison of the runs under the paper's protocol that are of its models.
 
     A run is of such a model if it has the name of the published response file. Those that are not ranked are
@@ -76,7 +74,7 @@ def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
             pairs = list(_pairs(table, item))
             if pairs:
                 found.setdefault(key, []).extend(pairs)
-    return [Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
+    return [_Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
 
 
 def _pairs(table: PaperTable, item: RunSummary) -> Iterator[_CellPair]:
@@ -109,8 +107,7 @@ Runs under `eai-1.0.5` that have the name of a published response file, beside t
 model."""
 
 
-@dataclass(frozen=True, slots=True)
-class Plot:
+class Plot(NamedTuple):
     """A plot by the name of its files, without ending, and what it shows."""
 
     name: str
@@ -122,7 +119,7 @@ def report_markdown(
     tables: Sequence[Ranking],
     experiments: Sequence[Ranking],
     besides: Sequence[Ranking],
-    agreements: Sequence[Agreement],
+    agreements: Sequence[_Agreement],
     cost: str,
     plots: Sequence[Plot],
 ) -> str:
@@ -134,7 +131,7 @@ def report_markdown(
         *_tables(tables),
         *_titled("Experiments", _EXPERIMENTS, experiments),
         *_titled("What the paper reports besides", _BESIDES, besides),
-        *certainty_section(plain),
+        *_certainty(plain),
         *_protocols(plain),
         *_agreement(agreements),
         *_outcomes(plain),
@@ -188,7 +185,7 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         yield "\n".join(grid(header, rows)) + "\n"
 
 
-def _agreement(agreements: Sequence[Agreement]) -> Iterator[str]:
+def _agreement(agreements: Sequence[_Agreement]) -> Iterator[str]:
     if not agreements:
         return
     yield "## Against the paper, cell by cell\n"
@@ -197,7 +194,7 @@ def _agreement(agreements: Sequence[Agreement]) -> Iterator[str]:
     yield "\n".join(grid(header, map(_agreement_row, agreements))) + "\n"
 
 
-def _agreement_row(item: Agreement) -> list[str]:
+def _agreement_row(item: _Agreement) -> list[str]:
     worst = item.worst
     return [
         item.table,
@@ -217,7 +214,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     rows = [
         [
             escaped(item.key.model),
-            f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
+            _run_suite(item),
             *(str(item.breakdown.outcomes.get(kind, "")) for kind in kinds),
         ]
         for item in runs
@@ -233,7 +230,7 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     rows = [
         [
             escaped(item.key.name),
-            f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
+            _run_suite(item),
             str(item.coverage),
             str(sum(item.excluded.values())),
             str(item.repaired),
@@ -243,13 +240,13 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         for item in runs
     ]
     yield "\n".join(grid(header, rows)) + "\n"
-    told = dict.fromkeys(
-        f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}: {item.errata.remark}"
+    remarks = dict.fromkeys(
+        f"{_run_suite(item)}: {item.errata.remark}"
         for item in runs
         if item.errata is not None and (item.errata.left_out or item.errata.corrected)
     )
-    if told:
-        yield "\n".join(f"* {each}" for each in told) + "\n"
+    if remarks:
+        yield "\n".join(f"* {each}" for each in remarks) + "\n"
     reasons = {reason for item in runs for reason in item.excluded}
     if reasons:
         yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
@@ -264,6 +261,10 @@ def _plots(plots: Sequence[Plot]) -> Iterator[str]:
 
 def _suite(domain: str, ability: Ability) -> str:
     return f"{domain_title(domain)}, {ability_title(ability).lower()}"
+
+
+def _run_suite(item: RunSummary) -> str:
+    return f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
 
 
 def _percent(percent: float | None) -> str:
@@ -295,7 +296,7 @@ _CERTAINTY_HEADER = (
 )
 
 
-def certainty_section(runs: Sequence[RunSummary]) -> Iterator[str]:
+def _certainty(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section of the page."""
     rows = [row for item in runs for row in _certainty_rows(item)]
     if not rows:
@@ -320,8 +321,7 @@ def _certainty_rows(item: RunSummary) -> Iterator[list[str]]:
         if certainty is not None:
             yield [
                 escaped(item.key.model),
-                f"{domain_title(item.key.domain)}, {ability_title(item.key.ability).lower()}, "
-                f"{item.key.protocol.value}",
+                _run_suite(item),
                 label_of(metric),
                 _percent(item.rates[metric].percent),
                 _percent(mean_over_names(item.cases[metric])),

@@ -80,8 +80,8 @@ class ExplorerData:
         tasks = self._tasks.setdefault(key.domain, {})
         for record in run.records:
             if record.task is not None and record.task_id not in tasks:
-                told = " ".join(instructions.get(record.task_id, "").split())
-                tasks[record.task_id] = [self._text(record.task.name), self._text(told)]
+                instruction = " ".join(instructions.get(record.task_id, "").split())
+                tasks[record.task_id] = [self._text(record.task.name), self._text(instruction)]
             prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
             if prompt and record.task_id not in kept:
                 kept[record.task_id] = [self._text(line) for line in prompt.split("\n")]

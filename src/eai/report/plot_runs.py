@@ -1,7 +1,7 @@
 """Plots of runs: what they come to, and how.
 
 A radar a model has the columns of the paper's overview as axes; stacked bars say what the answers of each run
-came to; from answer to outcome it is told how many answers are left after each stage, and what the others
+came to; flows from answer to outcome show how many answers are left after each stage, and what the others
 were lost to; matrices are shares by action and by predicate.
 """
 

@@ -6,9 +6,10 @@ For programs there is one JSON file, and one CSV file with a line a number.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
@@ -20,72 +21,8 @@ from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import ColumnSpec
 from eai.results import latex
-from eai.results.certainty import Certainty
 from eai.results.cost import PriceList
 from eai.results.table_files import csv_text
-
-
-@dataclass(frozen=True, slots=True)
-class Narrow:
-    """The part of a table that is shown.
-
-    Attributes:
-        models: the models, by name, or all if empty.
-        columns: the columns, by their own heading or that above them, in any case; all if empty.
-        intervals: whether intervals stand below the numbers.
-    """
-
-    models: Collection[str] = ()
-    columns: Collection[str] = ()
-    intervals: bool = True
-
-    def tables(self, tables: Sequence[Ranking]) -> list[Ranking]:
-        """The shown parts of tables; one of which nothing is shown is left out.
-
-        Args:
-            tables: the tables.
-
-        Raises:
-            InputError: there is no such model or column in any of them.
-        """
-        _check("--models", self.models, {row.model for table in tables for row in table.rows})
-        headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
-        _check("--columns", [name.casefold() for name in self.columns], headings)
-        return [narrow for table in tables if (narrow := self._table(table)) is not None]
-
-    def _table(self, table: Ranking) -> Ranking | None:
-        wanted = {name.casefold() for name in self.columns}
-        places = [i for i, column in enumerate(table.columns) if not wanted or wanted & _headings(column)]
-        rows = [row for row in table.rows if not self.models or row.model in self.models]
-        if not places or not rows:
-            return None
-        columns = tuple(table.columns[i] for i in places)
-        rows = [replace(row, cells=tuple(row.cells[i] for i in places)) for row in rows]
-        column_notes = [table.column_notes[i] for i in places]
-        used = {number for numbers in column_notes for number in numbers}
-        used |= {number for row in rows for numbers in _notes_on(row) for number in numbers}
-        new = {number: place for place, number in enumerate(sorted(used), 1)}
-        ranks = [row.rank for row in rows]
-        renumbered = [
-            replace(
-                row,
-                rank=None if row.rank is None else 1 + sum(r is not None and r < row.rank for r in ranks),
-                notes=tuple(new[n] for n in row.notes),
-                cells=tuple(replace(cell, notes=tuple(new[n] for n in cell.notes)) for cell in row.cells),
-            )
-            for row in rows
-        ]
-        return replace(
-            table,
-            columns=columns,
-            column_notes=tuple(tuple(new[n] for n in numbers) for numbers in column_notes),
-            rows=tuple(with_best_marked(columns, renumbered)),
-            notes=tuple(table.notes[number - 1] for number in sorted(used)),
-        )
-
-
-WHOLE = Narrow()
-"""All of every table."""
 
 
 def write_tables(
@@ -95,7 +32,9 @@ def write_tables(
     plots: Sequence[Plot],
     *,
     with_paper: bool,
-    narrow: Narrow = WHOLE,
+    models: Collection[str] = (),
+    columns: Collection[str] = (),
+    intervals: bool = True,
     prices: PriceList | None = None,
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
@@ -109,7 +48,9 @@ def write_tables(
         tables: the tables of the plain runs.
         plots: the plots of the plain runs.
         with_paper: whether the paper's models appear beside ours.
-        narrow: what of them is shown in LaTeX, where a page has an end.
+        models: the models in LaTeX, where a page has an end; all if empty.
+        columns: the columns in LaTeX, by their own heading or that above them, in any case; all if empty.
+        intervals: whether intervals stand below the numbers in LaTeX.
         prices: what tokens cost that were not priced when they were asked for.
 
     Raises:
@@ -126,7 +67,9 @@ def write_tables(
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
         "report.md": report_markdown(runs, tables, tried, others, compared, cost, plots),
-        "tables.tex": "\n".join([*_latex(written, narrow)]),
+        "tables.tex": "\n".join(
+            _latex(table, intervals=intervals) for table in _narrowed(written, models, columns)
+        ),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
         "tables.json": rankings_json(written),
         "tables.csv": rankings_csv(written),
@@ -137,12 +80,52 @@ def write_tables(
     return len(written)
 
 
+def _narrowed(tables: Sequence[Ranking], models: Collection[str], columns: Collection[str]) -> list[Ranking]:
+    """The wanted parts of tables; one of which nothing is wanted is left out.
+
+    Raises:
+        InputError: there is no such model or column in any of them.
+    """
+    wanted = [name.casefold() for name in columns]
+    _check("--models", models, {row.model for table in tables for row in table.rows})
+    headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
+    _check("--columns", wanted, headings)
+    return [narrow for table in tables if (narrow := _narrow(table, models, wanted)) is not None]
+
+
+def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) -> Ranking | None:
+    wanted = set(headings)
+    places = [i for i, column in enumerate(table.columns) if not wanted or wanted & _headings(column)]
+    rows = [row for row in table.rows if not models or row.model in models]
+    if not places or not rows:
+        return None
+    columns = tuple(table.columns[i] for i in places)
+    rows = [replace(row, cells=tuple(row.cells[i] for i in places)) for row in rows]
+    column_notes = [table.column_notes[i] for i in places]
+    used = {number for numbers in column_notes for number in numbers}
+    used |= {n for row in rows for notes in (row.notes, *(cell.notes for cell in row.cells)) for n in notes}
+    new = {number: place for place, number in enumerate(sorted(used), 1)}
+    ranks = [row.rank for row in rows]
+    renumbered = [
+        replace(
+            row,
+            rank=None if row.rank is None else 1 + sum(r is not None and r < row.rank for r in ranks),
+            notes=tuple(new[n] for n in row.notes),
+            cells=tuple(replace(cell, notes=tuple(new[n] for n in cell.notes)) for cell in row.cells),
+        )
+        for row in rows
+    ]
+    return replace(
+        table,
+        columns=columns,
+        column_notes=tuple(tuple(new[n] for n in numbers) for numbers in column_notes),
+        rows=tuple(with_best_marked(columns, renumbered)),
+        notes=tuple(table.notes[number - 1] for number in sorted(used)),
+    )
+
+
 def _headings(column: ColumnSpec) -> set[str]:
     return {column.group.casefold(), column.label.casefold()}
-
-
-def _notes_on(row: Row) -> list[tuple[int, ...]]:
-    return [row.notes, *(cell.notes for cell in row.cells)]
 
 
 def _check(option: str, names: Collection[str], known: Collection[str]) -> None:
@@ -151,11 +134,9 @@ def _check(option: str, names: Collection[str], known: Collection[str]) -> None:
             raise InputError(f"{option}: no table has {name!r}{did_you_mean(name, sorted(known))}")
 
 
-def _latex(tables: Sequence[Ranking], narrow: Narrow) -> Iterator[str]:
-    """Every table in LaTeX."""
-    for table in narrow.tables(tables):
-        label = ":".join((table.name, _slug(table.domain), _slug(table.protocol.value)))
-        yield latex.table_latex(table.table(), label=label, intervals=narrow.intervals)
+def _latex(table: Ranking, *, intervals: bool) -> str:
+    label = ":".join((table.name, _slug(table.domain), _slug(table.protocol.value)))
+    return latex.table_latex(table.table(), label=label, intervals=intervals)
 
 
 def _slug(text: str) -> str:
@@ -216,6 +197,7 @@ def rankings_csv(tables: Sequence[Ranking]) -> str:
 
 
 def _line(table: Ranking, row: Row, column: ColumnSpec, cell: Cell) -> list[str | float | None]:
+    numbers = _numbers(cell)
     return [
         table.name,
         table.protocol.value,
@@ -225,22 +207,27 @@ def _line(table: Ranking, row: Row, column: ColumnSpec, cell: Cell) -> list[str 
         row.rank,
         column.ability.value if column.ability else "all",
         column.metric,
-        cell.percent,
-        cell.rate.numerator if cell.rate else None,
-        cell.rate.denominator if cell.rate else None,
-        *(_certainty(cell.certainty) if cell.certainty else [None] * 6),
+        *(numbers[name] for name in ("percent", "numerator", "denominator")),
+        *(numbers["interval"] or (None, None)),
+        *(numbers["interval_by_task"] or (None, None)),
+        *(numbers[name] for name in ("design_effect", "effective_tasks")),
         cell.coverage.answered if cell.coverage else None,
         cell.coverage.tasks if cell.coverage else None,
     ]
 
 
-def _certainty(certainty: Certainty) -> list[float | None]:
-    return [
-        *certainty.interval,
-        *certainty.by_task,
-        certainty.design_effect,
-        certainty.effective_tasks,
-    ]
+def _numbers(cell: Cell) -> dict[str, Any]:
+    """A number with what it is made of and how sure it is; None where that is not known."""
+    sure = cell.certainty
+    return {
+        "percent": cell.percent,
+        "numerator": cell.rate.numerator if cell.rate else None,
+        "denominator": cell.rate.denominator if cell.rate else None,
+        "interval": list(sure.interval) if sure else None,
+        "interval_by_task": list(sure.by_task) if sure else None,
+        "design_effect": sure.design_effect if sure else None,
+        "effective_tasks": sure.effective_tasks if sure else None,
+    }
 
 
 def _row_json(table: Ranking, row: Row) -> Json:
@@ -254,13 +241,7 @@ def _row_json(table: Ranking, row: Row) -> Json:
             {
                 "ability": column.ability.value if column.ability else None,
                 "metric": column.metric,
-                "percent": cell.percent,
-                "numerator": cell.rate.numerator if cell.rate else None,
-                "denominator": cell.rate.denominator if cell.rate else None,
-                "interval": list(cell.certainty.interval) if cell.certainty else None,
-                "interval_by_task": list(cell.certainty.by_task) if cell.certainty else None,
-                "design_effect": cell.certainty.design_effect if cell.certainty else None,
-                "effective_tasks": cell.certainty.effective_tasks if cell.certainty else None,
+                **_numbers(cell),
                 "best": cell.best,
                 "notes": [*cell.notes, *notes],
             }
