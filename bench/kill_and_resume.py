@@ -35,9 +35,9 @@ from eai.prompts.prompt import PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job, Pace
 from eai.scoring.batch import Settings
-from eai.scoring.epochs import settle
+from eai.scoring.epochs import Believed, settle
 from eai.scoring.trials import open_trials
-from eai.studies.pipeline.stage_one import BelievedGoals, Interpretations, believe
+from eai.studies.pipeline.stage_one import believe
 
 EXPERIMENT = Experiment(3, feedback=Feedback.EXPLAINED, slip=0.05, slip_seed=0)
 MODEL = "eai/noisy"
@@ -49,7 +49,7 @@ class Work(NamedTuple):
     """What each run does; in a pipeline with goals that answers state."""
 
     job: Job
-    believed: BelievedGoals | None = None
+    believed: Believed | None = None
 
 
 def make_work(kind: str, tasks: int) -> Work:
@@ -59,8 +59,8 @@ def make_work(kind: str, tasks: int) -> Work:
     believed, trials = None, None
     if kind == "pipeline":
         book = open_answer_book(suite.benchmark, Ability.GOAL_INTERPRETATION)
-        stated = Interpretations("oracle", {task_id: book.gold(task_id).text for task_id in task_ids})
-        believed = believe(stated, suite.benchmark, suite.source)
+        stated = {task_id: book.gold(task_id).text for task_id in task_ids}
+        believed = believe(("oracle", stated), suite.benchmark, suite.source)
     prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)
     asked = {task_id: prompts[task_id] for task_id in task_ids}
     arguments: dict[str, Json] = {"rate": 0.2}

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "glossary.md"
 
 NOUNS = {
-    "Formula": "A goal, subgoal, condition or derived predicate, on one state or on a whole course of states.",
+    "Formula": "A goal, subgoal, condition or derived predicate, on one state or a course of states.",
     "State": "All that is true of a scene at one moment.",
     "Operator": "A kind of action: ordered checks, and effects.",
     "Domain": "A declared world: predicates, derived predicates and operators.",
@@ -23,7 +23,7 @@ NOUNS = {
     "TaskSet": "Tasks by id, built when they are asked for.",
     "Goal": "A part of what a task asks for: of states, relations or actions.",
     "Benchmark": "A world with tasks, and how its answers are written.",
-    "Notation": "How plans, goals or subgoals are written and read: `PlanNotation`, `GoalNotation`, `SubgoalNotation`.",
+    "Notation": "How answers are written and read: `PlanNotation`, `GoalNotation`, `SubgoalNotation`.",
     "Ability": "What is asked and how the answer is judged; found by name.",
     "Prompt": "The text that a model is sent for a task.",
     "Answer": "The text that a model returns.",
@@ -42,8 +42,8 @@ NOUNS = {
 HEAD = """\
 # Glossary
 
-The words of this project, for whoever reads its code or records. Twenty-five nouns carry the rest. `python tools/glossary.py`
-writes this page from the docstrings.
+The words of this project, for whoever reads its code or records. Twenty-five nouns carry the rest.
+`python tools/glossary.py` writes this page from the docstrings.
 
 ## The nouns
 
@@ -53,7 +53,7 @@ writes this page from the docstrings.
 
 
 class PublicClass(NamedTuple):
-    """A class without a leading underscore at the top of a module: where it stands, and its first sentence."""
+    """A class that a module shows: where it stands, and its first sentence."""
 
     package: str
     module: str

@@ -11,7 +11,7 @@ from eai.abilities.record import Record, Stated
 from eai.abilities.verdict import Confusion
 from eai.errors import InputError
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.pipeline.analysis import _Believed, _Compared, pooled
+from eai.studies.pipeline.analysis import Pipeline, _Believed, pooled
 from report.samples import RIGHT, WRONG, action_run
 
 COUNTS = (Confusion(2, 0, 0), Confusion(2, 1, 0), Confusion(1, 1, 1), None)
@@ -31,9 +31,9 @@ def piped(plain: list[Record]) -> list[Record]:
     return made
 
 
-def of(model: str = "first") -> _Compared:
+def of(model: str = "first") -> Pipeline:
     plain = action_run(model)
-    return _Compared(plain, piped(plain), {}, {}, {})
+    return Pipeline(plain, piped(plain), {}, {}, {})
 
 
 def column(table: Table, name: str) -> dict[Cell, Cell]:
@@ -73,7 +73,7 @@ def test_tasks_are_told_apart_by_their_goals() -> None:
 
 def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
     plain = action_run()
-    stages, *_ = _Compared(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
+    stages, *_ = Pipeline(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
     row = next(row for row in stages.rows if row[0] == "task_success")
     _, modular, pipeline, difference, p_value, *paper = row
     assert isinstance(modular, Estimate)
@@ -90,7 +90,7 @@ def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
 def test_a_perfect_second_stage_and_what_is_missing() -> None:
     plain = action_run()
     asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
-    *_, goals, _, missed = _Compared(
+    *_, goals, _, missed = Pipeline(
         plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}
     ).tables()
     assert counts(goals, "perfect stage 2") == {
@@ -131,4 +131,4 @@ def test_records_that_do_not_belong_together() -> None:
         ([], piped(plain), "one domain, ability and protocol"),
     ):
         with pytest.raises(InputError, match=why):
-            _Compared(one, other, {}, {}, {})
+            Pipeline(one, other, {}, {}, {})

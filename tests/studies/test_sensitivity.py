@@ -20,7 +20,7 @@ from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.results.rate import rate_of
-from eai.studies.sensitivity.analysis import NOT_WRITTEN, _Trial, cells_of, sensitivity_tables, try_operators
+from eai.studies.sensitivity.analysis import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
 from eai.tasks.source import Source
 from operator_rules import rules_of
 from oracle import Oracle, read_shared
@@ -45,7 +45,7 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-def tried(text: str, protocol: Protocol, replaced: Replaced = Replaced.OPERATOR) -> list[_Trial]:
+def tried(text: str, protocol: Protocol, replaced: Replaced = Replaced.OPERATOR) -> list[Trial]:
     scorer = TransitionModeling(TASK, rules_of(protocol, BuiltInPlanner()))
     return list(try_operators(scorer, scored(scorer, text, protocol), replaced))
 
@@ -117,8 +117,8 @@ def test_a_missing_answer_has_no_operator() -> None:
 
 def trial(
     task: str, operator: str, categories: str, outcome: str, errors: str = "", model: str = "m"
-) -> _Trial:
-    return _Trial(
+) -> Trial:
+    return Trial(
         protocol="strict",
         domain="d",
         ability="transition_modeling",
@@ -149,7 +149,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
     rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
     source = Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite("virtualhome", Ability.TRANSITION_MODELING, Protocol("eai-1.0.5"), source=source)
-    trials: list[_Trial] = []
+    trials: list[Trial] = []
     for row in rows:
         scorer = suite.scorer(row["id"])
         assert isinstance(scorer, TransitionModeling)
@@ -168,7 +168,7 @@ def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle,
             assert f"{rate.numerator:g}/{rate.denominator:g}" == figure, (category, operator)
 
 
-def rows_of(name: str, trials: Sequence[_Trial] = TRIALS) -> list[str]:
+def rows_of(name: str, trials: Sequence[Trial] = TRIALS) -> list[str]:
     table = next(table for table in sensitivity_tables(trials) if table.name == name)
     return [" ".join(map(str, row[3:])) for row in table.rows]
 

@@ -67,7 +67,7 @@ class _Believed(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class _Compared:
+class Pipeline:
     """A model's run of one ability alone, and the same where the goals are interpreted ones.
 
     Attributes:
@@ -245,10 +245,10 @@ class _Compared:
         return [record for record in side if record.task_id in tasks]
 
 
-def pooled(pipelines: Sequence[_Compared]) -> _Compared:
+def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
     """Several as one, in which each answer to a task is one to a task of its own, of the same name."""
     numbered = list(enumerate(pipelines))
-    return _Compared(
+    return Pipeline(
         [_numbered(number, record) for number, each in numbered for record in each.modular],
         [_numbered(number, record) for number, each in numbered for record in each.pipeline],
         {f"{number} {task}": value for number, each in numbered for task, value in each.reachable.items()},
@@ -320,12 +320,12 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             yield alone, run
 
 
-def _place(found: _Compared) -> str:
+def _place(found: Pipeline) -> str:
     record = found.modular[0]
     return f"{record.domain}-{record.ability.value}-{record.protocol.value}"
 
 
-def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> _Compared:
+def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> Pipeline:
     key = one.key
     asked: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
@@ -340,7 +340,7 @@ def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search:
             tasks = {record.task_id for record in other.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_reached(benchmark, wanted, source))
-    return _Compared(one.records, other.records, reachable, asked, _paper_figures(key))
+    return Pipeline(one.records, other.records, reachable, asked, _paper_figures(key))
 
 
 def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:
@@ -367,7 +367,7 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
     }
 
 
-def _remarks(found: _Compared) -> list[str]:
+def _remarks(found: Pipeline) -> list[str]:
     """Remarks for readers on the paper's figures."""
     record = found.modular[0]
     remarks: list[str] = []
@@ -381,7 +381,7 @@ def _remarks(found: _Compared) -> list[str]:
     return remarks
 
 
-def _analysis(found: _Compared, title: str, folder: str) -> Analysis:
+def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
     heading = f"{title}, {record.domain} {record.ability.value}, protocol {record.protocol.value}"
     goals = next(table for table in tables if table.name == "goals")

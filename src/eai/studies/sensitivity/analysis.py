@@ -36,7 +36,7 @@ _OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RU
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Trial(Line):
+class Trial(Line):
     """One operator of one answer, tried among gold ones.
 
     Attributes:
@@ -56,7 +56,7 @@ class _Trial(Line):
 
 def tried(
     records: Sequence[Record], source: Source, ways: Sequence[Replaced], done: Callable[[int], None]
-) -> Iterator[_Trial]:
+) -> Iterator[Trial]:
     """Try all operators of records; all models share a suite, so that equal ones are planned with once."""
     keys = dict.fromkeys((record.domain, record.protocol) for record in records)
     suites = {
@@ -73,7 +73,7 @@ def tried(
 
 def try_operators(
     scorer: TransitionModeling, record: Record, replaced: Replaced = Replaced.OPERATOR
-) -> Iterator[_Trial]:
+) -> Iterator[Trial]:
     """Try each operator that a task asks for, as the record's answer has it.
 
     Nothing comes of an answer that the rules leave out; one that is missing has no operator.
@@ -83,7 +83,7 @@ def try_operators(
     if record.unanswered is not None:
         results = dict.fromkeys(scorer.task.operators)
     for operator, result in results.items():
-        yield _Trial(
+        yield Trial(
             **beginning_of(record),
             replaced=replaced.value,
             operator=operator,
@@ -112,12 +112,12 @@ def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
     }
 
 
-def sensitivity_tables(trials: Sequence[_Trial]) -> list[Table]:
+def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
     """The tables of the analysis."""
     return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials(trials)]
 
 
-def cells_of(trials: Iterable[_Trial]) -> dict[tuple[str, str], list[Case]]:
+def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     """The cases that trials add to success, by operator and category, `OVERALL` first."""
     cells: dict[tuple[str, str], list[Case]] = {}
     for trial in trials:
@@ -127,7 +127,7 @@ def cells_of(trials: Iterable[_Trial]) -> dict[tuple[str, str], list[Case]]:
     return cells
 
 
-def _by_model(trials: Sequence[_Trial]) -> Iterator[tuple[tuple[str, ...], list[_Trial], list[str]]]:
+def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[Trial], list[str]]]:
     """The trials of each suite, model and way to replace, what they are of, and the suite's operators.
 
     These are in order of success, the one that breaks most plans first.
@@ -146,7 +146,7 @@ def _by_model(trials: Sequence[_Trial]) -> Iterator[tuple[tuple[str, ...], list[
 _KEY = (*SUITE, MODEL, "replaced")
 
 
-def _sensitivity(trials: Sequence[_Trial]) -> Table:
+def _sensitivity(trials: Sequence[Trial]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     categories = (OVERALL, *(category.value for category in Category))
     for key, found, order in _by_model(trials):
@@ -166,7 +166,7 @@ def _sensitivity(trials: Sequence[_Trial]) -> Table:
     )
 
 
-def _outcomes(trials: Sequence[_Trial]) -> Table:
+def _outcomes(trials: Sequence[Trial]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for key, found, order in _by_model(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in found)
@@ -184,10 +184,10 @@ def _outcomes(trials: Sequence[_Trial]) -> Table:
     )
 
 
-def _errors_table(trials: Sequence[_Trial]) -> Table:
+def _errors_table(trials: Sequence[Trial]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
-        of_operators: dict[str, list[_Trial]] = {}
+        of_operators: dict[str, list[Trial]] = {}
         for trial in found:
             of_operators.setdefault(trial.operator, []).append(trial)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
@@ -205,7 +205,7 @@ def _errors_table(trials: Sequence[_Trial]) -> Table:
     )
 
 
-def _of_errors(trials: Sequence[_Trial]) -> Iterator[tuple[Cell, ...]]:
+def _of_errors(trials: Sequence[Trial]) -> Iterator[tuple[Cell, ...]]:
     """Each error of an operator with how often trials fail with and without it, the most frequent first."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
     cases = [case_of(trial, Share(int(trial.outcome != _SOLVED), 1)) for trial in trials]
@@ -225,13 +225,13 @@ def _broken(row: Sequence[Cell]) -> float:
     return (unsolved.numerator or 0) if isinstance(unsolved, Estimate) else 0
 
 
-def _trials(trials: Sequence[_Trial]) -> Table:
+def _trials(trials: Sequence[Trial]) -> Table:
     return Table(
         "trials",
         "Every trial",
         "A line an operator of an answer: how the planner ended, the task's categories, and what is wrong "
         "with the operator, as side, verdict and predicate.",
-        tuple(column.name for column in fields(_Trial)),
+        tuple(column.name for column in fields(Trial)),
         tuple(astuple(trial) for trial in trials),
         shown=0,
     )
