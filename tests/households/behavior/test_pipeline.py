@@ -18,7 +18,7 @@ from eai.results.paper_tables import paper_models, paper_table
 from eai.results.summary import summarise
 from eai.results.table import Estimate
 from eai.scoring.batch import NO_ROW, Settings, score_run
-from eai.studies.pipeline.analysis import _Compared, pooled
+from eai.studies.pipeline.analysis import Pipeline, pooled
 from eai.studies.pipeline.stage_one import believe
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
@@ -56,12 +56,12 @@ def suite(data_store: Store) -> Suite:
 
 
 @pytest.fixture(scope="module")
-def runs(suite: Suite) -> dict[str, _Compared]:
+def runs(suite: Suite) -> dict[str, Pipeline]:
     """The two runs of each model, by model."""
     return {model: _runs(model, suite) for model in PIPELINE_MODELS}
 
 
-def _runs(model: str, suite: Suite) -> _Compared:
+def _runs(model: str, suite: Suite) -> Pipeline:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
     goals = model, {row["identifier"]: row["response"] or "" for row in first}
@@ -70,7 +70,7 @@ def _runs(model: str, suite: Suite) -> _Compared:
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return _Compared(modular, [believed.marked(record) for record in second], {}, {}, {})
+    return Pipeline(modular, [believed.marked(record) for record in second], {}, {}, {})
 
 
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
@@ -92,7 +92,7 @@ def published(model: str) -> dict[str, tuple[str, bool, bool]]:
     }
 
 
-def test_published_verdicts(runs: dict[str, _Compared]) -> None:
+def test_published_verdicts(runs: dict[str, Pipeline]) -> None:
     equal: Counter[str] = Counter()
     differences = []
     for model, found in runs.items():
@@ -116,7 +116,7 @@ def test_published_verdicts(runs: dict[str, _Compared]) -> None:
     assert differences == list(DIFFERENCES)
 
 
-def test_cells_of_the_paper(runs: dict[str, _Compared]) -> None:
+def test_cells_of_the_paper(runs: dict[str, Pipeline]) -> None:
     """Those of the pipeline: an answer that was never asked for counts as one that cannot be read."""
     paper = paper_table("pipeline_subgoal_decomposition")
     off = []
@@ -138,7 +138,7 @@ def test_cells_of_the_paper(runs: dict[str, _Compared]) -> None:
     ("verdicts", "solved"), [("published", (91, 25, 30)), ("here", (98, 27, 30))]
 )  # fmt: skip
 def test_where_the_loss_comes_from(
-    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _Compared]
+    verdicts: str, solved: tuple[int, int, int], runs: dict[str, Pipeline]
 ) -> None:
     """With right goals nothing is lost; what is lost is lost to missing goals."""
     found = [
@@ -158,7 +158,7 @@ def test_where_the_loss_comes_from(
     }
 
 
-def _as_published(found: _Compared, model: str) -> _Compared:
+def _as_published(found: Pipeline, model: str) -> Pipeline:
     """The same with the simulator's verdicts on the pipeline."""
     theirs = published(model)
     piped = []
