@@ -1,0 +1,403 @@
+"""BEHAVIOR-1K beside what others say of it: its goals beside bddl's own evaluation, its plans beside VAL.
+
+    python bench/behavior_1k.py goals FOLDER    goals on the states of gold plans (FOLDER: bddl 3.6.0)
+    python bench/behavior_1k.py mutations       gold plans with one fault put in, and the kinds that are found
+    python bench/behavior_1k.py val             gold plans on exported problems (needs the extra 'val')
+    python bench/behavior_1k.py prompts         the length of prompts in characters and tokens
+
+`--every N` takes every Nth activity. What fails is printed, and the exit status is 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import sys
+import types
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
+
+import eai.logic.formula as f
+from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.task import Task
+from eai.abilities.verdict import Verdict
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import open_suite
+from eai.households.behavior_1k import predicates as p
+from eai.households.behavior_1k.benchmark import behavior_1k
+from eai.households.behavior_1k.kinds import lemma
+from eai.households.behavior_1k.scene import ANY_OTHER
+from eai.logic.traversal import walk
+from eai.pddl.export import export
+from eai.pddl.val import VALID, installed_val, val_verdict
+from eai.prompts.prompt import PromptSet
+from eai.tasks.source import Source, TaskSet
+from eai.world.domain import Domain
+from eai.world.execution import execute
+from eai.world.fault import FaultKind
+from eai.world.reading import Readings
+from eai.world.state import State
+from eai.world.vocabulary import Predicate
+from mutations import Dice
+
+CHARACTERS_A_TOKEN = 3.5
+
+
+def main() -> int:
+    """Run what the command line names."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", choices=("goals", "mutations", "val", "prompts"))
+    parser.add_argument("folder", type=Path, nargs="?", help="the unpacked source distribution of bddl 3.6.0")
+    parser.add_argument("--every", type=int, default=1)
+    parser.add_argument("--seed", default="1")
+    parser.add_argument("--each", type=int, default=1, help="mutations of a kind for each gold plan")
+    parser.add_argument("--show", type=int, default=20)
+    arguments = parser.parse_args()
+    benchmark = behavior_1k()
+    tasks = benchmark.tasks(Source())
+    chosen = list(tasks)[:: arguments.every]
+    match arguments.what:
+        case "goals":
+            return compare_goals(arguments.folder, tasks, chosen, benchmark.domain)
+        case "mutations":
+            return judge_mutations(chosen, arguments)
+        case "val":
+            return validate(tasks, chosen, benchmark.domain)
+        case _:
+            return measure_prompts(chosen)
+
+
+# Goals beside bddl's own evaluation.
+
+
+class Thing(NamedTuple):
+    """An object as bddl's conditions know it."""
+
+    name: str
+
+
+class Asked:
+    """Answers bddl's questions about atoms from a state of ours."""
+
+    def __init__(self, domain: Domain, state: State) -> None:
+        self.state = state
+        self._readings = Readings(domain.vocabulary)
+        self._known = domain.vocabulary
+
+    def __call__(self, predicate: str, *things: Thing) -> bool:
+        """Whether an atom holds."""
+        variables = [f.Variable(f"v{place}") for place in range(len(things))]
+        index = self.state.scene.index
+        scope = {f"v{place}": index[lemma(thing.name)] for place, thing in enumerate(things)}
+        if predicate == "future":
+            return not self("real", *things)
+        return self._readings.holds(f.Atom(predicate, tuple(variables)), scope, self.state)
+
+
+def import_bddl(folder: Path) -> Any:
+    """The module `bddl.activity` of an unpacked distribution; of `future` it needs one function."""
+
+    def with_metaclass(meta: type, *bases: type) -> type:
+        return meta("Based", bases, {})
+
+    future, utils = types.ModuleType("future"), types.ModuleType("future.utils")
+    utils.with_metaclass = with_metaclass  # type: ignore[attr-defined]
+    sys.modules |= {"future": future, "future.utils": utils}
+    sys.path.insert(0, str(folder))
+    return import_module("bddl.activity")
+
+
+def backend_of(asked: Asked) -> Any:
+    """A backend for bddl whose predicates ask for atoms of ours."""
+    base = import_module("bddl.logic_base")
+    unary = {each.name for each in p.GOAL_STATES} | {"future"}
+
+    class Backend:
+        def get_predicate_class(self, name: str) -> type:
+            kind = base.UnaryAtomicFormula if name in unary else base.BinaryAtomicFormula
+            body = {
+                "STATE_NAME": name,
+                "_sample": lambda *_: None,
+                "_evaluate": lambda _, *things: asked(name, *things),
+            }
+            return type(name, (kind,), body)
+
+    return Backend()
+
+
+def conditions_of(bddl: Any, task_id: str, asked: Asked) -> list[Any]:
+    """The compiled conditions of a goal. Names that end in ``_*`` stand for nothing here (D13)."""
+    activity = bddl.Conditions(task_id, 0, "omnigibson")
+    kinds = activity.parsed_objects
+    for kind, names in kinds.items():
+        kinds[kind] = [name for name in names if not name.endswith(ANY_OTHER)]
+    scope = {name: Thing(name) for names in kinds.values() for name in names}
+    found = bddl.get_goal_conditions(activity, backend_of(asked), scope, generate_ground_options=False)
+    return list({str(each.body): each for each in found}.values())
+
+
+def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int:
+    """Compare each condition of each goal in each state of each gold plan."""
+    bddl = import_bddl(folder)
+    seen: Counter[str] = Counter()
+    different: Counter[tuple[str, str]] = Counter()
+    readings = Readings(domain.vocabulary)
+    for task_id in chosen:
+        task = tasks[task_id]
+        asked = Asked(domain, task.initial)
+        with contextlib.redirect_stdout(io.StringIO()):
+            theirs = conditions_of(bddl, task_id, asked)
+        ours = [goal.formula for goal in task.goals]
+        seen["activities"] += 1
+        seen["conditions that bddl leaves out"] += len(ours) - len(theirs)
+        for state in execute(domain, task.initial, task.script).states:
+            asked.state = state
+            seen["states"] += 1
+            for formula, condition in zip(ours, theirs, strict=False):
+                seen["conditions"] += 1
+                holds = readings.holds(formula, {}, state)
+                if holds != bool(condition.evaluate()):
+                    pairs = any(isinstance(part, f.ForPairs) for part in walk(formula))
+                    different[task_id, "forpairs" if pairs else str(formula)] += 1
+                seen["conditions that hold"] += holds
+    print(dict(seen))
+    print(f"{sum(different.values())} differences")
+    for (task_id, formula), times in different.items():
+        print(f"  {task_id}, {times} times: {formula}")
+    return int(any(formula != "forpairs" for _, formula in different))
+
+
+# Mutated plans.
+
+
+class Mutant(NamedTuple):
+    """A plan with one fault put in.
+
+    Attributes:
+        steps: the names of its steps, each an action and its objects.
+        kinds: the kinds that the fault may have; `UNMET` where nothing fails and the goal is not reached.
+        place: the number of the step that fails, or the first that may.
+        later: whether the fault may show in a later step.
+    """
+
+    steps: list[tuple[str, list[str]]]
+    kinds: frozenset[str]
+    place: int
+    later: bool = False
+
+
+UNMET, SAME = "goal not reached", "means the same"
+ADDITIONAL = frozenset({FaultKind.ADDITIONAL_STEP.value})
+WRONG_ORDER = frozenset({FaultKind.WRONG_ORDER.value})
+LATE = frozenset({FaultKind.MISSING_STEP.value, FaultKind.WRONG_ORDER.value})
+AFFORDANCE = frozenset({FaultKind.AFFORDANCE.value})
+HALLUCINATION = frozenset({FaultKind.HALLUCINATION.value})
+ARGUMENT_NUMBER = frozenset({FaultKind.ARGUMENT_NUMBER.value})
+
+ALREADY = ("GRASP", "OPEN", "CLOSE", "TOGGLE_ON", "TOGGLE_OFF", "FOLD", "UNFOLD", "IGNITE", "WIPE", "RINSE")
+"""Actions after which there is nothing left to do."""
+
+TAKES_FOR: dict[str, tuple[int, Predicate]] = {
+    "SLICE": (1, p.slicer),
+    "DICE": (1, p.slicer),
+    "STIR": (1, p.mixing_tool),
+    "IGNITE": (1, p.lighter),
+    "HEAT": (1, p.heat_source),
+    "FREEZE": (1, p.cold_source),
+    "RINSE": (1, p.sink),
+    "WIPE": (1, p.absorbent),
+    "SOAK": (0, p.absorbent),
+    "PLACE_INSIDE": (1, p.container),
+    "POUR": (1, p.fillable),
+    "FOLD": (0, p.foldable),
+    "OPEN": (0, p.openable),
+    "CLOSE": (0, p.openable),
+    "TOGGLE_ON": (0, p.toggleable),
+    "TOGGLE_OFF": (0, p.toggleable),
+    "WASH": (0, p.washer),
+    "RUN": (0, p.mixer),
+}
+"""Which object of an action must be of which kind: its tool, its vessel, or what is acted upon."""
+
+Mutate: TypeAlias = Callable[[Dice, Task, "list[tuple[str, list[str]]]"], "Mutant | None"]
+
+
+def drop(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+    """Leave a step out: a later one fails, or the goal is not reached."""
+    if len(steps) == 1:
+        return None
+    place = dice.below(len(steps))
+    return Mutant(steps[:place] + steps[place + 1 :], LATE | {UNMET}, place, later=True)
+
+
+def swap(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+    """Exchange a step with the next, which has an object in common with it."""
+    places = [i for i in range(len(steps) - 1) if set(steps[i][1]) & set(steps[i + 1][1])]
+    if not places:
+        return None
+    place = dice.one(places)
+    steps[place : place + 2] = steps[place + 1], steps[place]
+    return Mutant(steps, LATE | {UNMET}, place, later=True)
+
+
+def repeat(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+    """Do a step twice: the second time it is not needed, or what it needs has been used up."""
+    place = dice.below(len(steps))
+    steps.insert(place, steps[place])
+    return Mutant(steps, ADDITIONAL if steps[place][0] in ALREADY else WRONG_ORDER, place + 1)
+
+
+def take_the_wrong_thing(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+    """Put something in the place of a tool, a vessel or a thing that cannot be used so."""
+    places = [i for i, (action, _) in enumerate(steps) if action in TAKES_FOR]
+    if not places:
+        return None
+    place = dice.one(places)
+    action, names = steps[place]
+    argument, ability = TAKES_FOR[action]
+    able = task.initial.those(ability.name)
+    things = [task.scene.objects[i].name for i in task.relevant if not able >> i & 1]
+    things = [name for name in things if name not in names]
+    if not things:
+        return None
+    steps[place] = action, [dice.one(things) if i == argument else name for i, name in enumerate(names)]
+    return Mutant(steps, AFFORDANCE, place)
+
+
+def misspell(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+    """Write an action or an object as nothing is called."""
+    place = dice.below(len(steps))
+    action, names = steps[place]
+    if names and dice.chance(0.7):
+        chosen = dice.below(len(names))
+        wrong = dice.one((f"{names[chosen]}9", names[chosen].upper(), names[chosen].partition("_")[0]))
+        names = [wrong if i == chosen else name for i, name in enumerate(names)]
+        if wrong in task.scene.index:
+            return None
+    else:
+        action = dice.one((f"{action}S", action.lower(), action[:-1]))
+    steps[place] = action, names
+    return Mutant(steps, HALLUCINATION, place)
+
+
+def miscount(dice: Dice, task: Task, steps: list[tuple[str, list[str]]]) -> Mutant | None:
+    """Name an object too many or too few."""
+    place = dice.below(len(steps))
+    action, names = steps[place]
+    more = dice.chance(0.5) or not names
+    name = task.scene.objects[dice.one(task.relevant)].name
+    steps[place] = action, [*names, name] if more else names[:-1]
+    return Mutant(steps, ARGUMENT_NUMBER, place)
+
+
+MUTATIONS: dict[str, Mutate] = {
+    "step left out": drop,
+    "steps exchanged": swap,
+    "step repeated": repeat,
+    "wrong thing": take_the_wrong_thing,
+    "misspelt name": misspell,
+    "number of objects": miscount,
+}
+
+
+def judge_mutations(chosen: Sequence[str], arguments: argparse.Namespace) -> int:
+    """Count by kind of mutation which kinds of fault are found."""
+    suite = open_suite(behavior_1k(), Ability.ACTION_SEQUENCING)
+    found: dict[str, Counter[str]] = {how: Counter() for how in MUTATIONS}
+    right: Counter[str] = Counter()
+    shown = 0
+    for task_id in chosen:
+        for how, mutant in mutants_of(suite.tasks[task_id], arguments.seed, arguments.each):
+            verdict = suite.score(task_id, written(mutant))
+            kind, place = kind_of(verdict)
+            found[how][kind] += 1
+            as_put_in = kind in mutant.kinds and (
+                place is None or place == mutant.place or (mutant.later and place > mutant.place)
+            )
+            right[how] += as_put_in
+            if not as_put_in and kind != SAME and shown < arguments.show:
+                shown += 1
+                print(f"{task_id}, {how} at step {mutant.place}: {kind} at {place}, {verdict.error}")
+                print("   ", written(mutant))
+    for how, kinds in found.items():
+        number = kinds.total() - kinds[SAME]
+        print(f"{how}: {right[how]} of {number}; {dict(kinds.most_common())}")
+    number = sum(kinds.total() - kinds[SAME] for kinds in found.values())
+    share = right.total() / number
+    print(f"{number} mutations, {share:.2%} as put in")
+    return int(share < 0.98)
+
+
+def mutants_of(task: Task, seed: str, each: int) -> Iterator[tuple[str, Mutant]]:
+    """The mutants of the gold plan of a task."""
+    names = [thing.name for thing in task.scene.objects]
+    for how, mutate in MUTATIONS.items():
+        for number in range(each if task.script else 0):
+            dice = Dice(f"{seed} {task.id} {how} {number}")
+            steps = [(step.operator, [names[i] for i in step.arguments]) for step in task.script]
+            mutant = mutate(dice, task, steps)
+            if mutant is not None:
+                yield how, mutant
+
+
+def written(mutant: Mutant) -> str:
+    """The plan as an answer."""
+    steps = [json.dumps({"action": action, "object": ", ".join(names)}) for action, names in mutant.steps]
+    return f"[{', '.join(steps)}]"
+
+
+def kind_of(verdict: Verdict) -> tuple[str, int | None]:
+    """The kind of fault that was found, and in which step."""
+    if verdict.error is not None:
+        return verdict.error.kind.value, verdict.error.step
+    if verdict.additional_steps:
+        return FaultKind.ADDITIONAL_STEP.value, None
+    return (SAME if verdict.success else UNMET), None
+
+
+# Gold plans by VAL, and the length of prompts.
+
+
+def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int:
+    """Have VAL judge gold plans on exported problems, and the same plans without their last step."""
+    program = installed_val()
+    verdicts: Counter[str] = Counter()
+    for task in map(tasks.__getitem__, chosen):
+        if task.script:
+            exported = export(domain, task.initial, [goal.formula for goal in task.goals])
+            steps = [exported.step(action) for action in task.script]
+            whole = val_verdict(program, exported.domain, exported.problem, steps)
+            without = val_verdict(program, exported.domain, exported.problem, steps[:-1])
+            verdicts[f"gold plan {whole}"] += 1
+            verdicts[f"without its last step {without}"] += 1
+            if whole != VALID or without == VALID:
+                print(task.id, whole, without, exported.unsupported)
+    print(dict(verdicts))
+    return int(set(verdicts) != {f"gold plan {VALID}", "without its last step not valid"})
+
+
+def measure_prompts(chosen: Sequence[str]) -> int:
+    """Print how long prompts are: the median, the 95th percentile and the longest, in tokens."""
+    library = Library(PromptSet.EAI)
+    for ability in FOUR:
+        prompts = library.open(behavior_1k(), ability)
+        lengths = [
+            (len(prompts[task_id].user) + len(prompts[task_id].system or "")) / CHARACTERS_A_TOKEN
+            for task_id in chosen
+            if task_id in prompts
+        ]
+        lengths.sort()
+        at = [lengths[min(int(share * len(lengths)), len(lengths) - 1)] for share in (0.5, 0.95, 1)]
+        print(f"{ability.value}: {len(lengths)} prompts, tokens {[round(each) for each in at]}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
