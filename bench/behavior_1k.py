@@ -25,7 +25,7 @@ from typing import Any, NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.households.behavior_1k import predicates as p
@@ -105,7 +105,8 @@ def import_bddl(folder: Path) -> Any:
     """The module `bddl.activity` of an unpacked distribution; of `future` it needs one function."""
 
     def with_metaclass(meta: type, *bases: type) -> type:
-        return meta("Based", bases, {})
+        made: type = meta("Based", bases, {})
+        return made
 
     future, utils = types.ModuleType("future"), types.ModuleType("future.utils")
     utils.with_metaclass = with_metaclass  # type: ignore[attr-defined]
@@ -169,9 +170,9 @@ def compare_goals(folder: Path, tasks: TaskSet[Task], chosen: Sequence[str], dom
                 seen["conditions that hold"] += holds
     print(dict(seen))
     print(f"{sum(different.values())} differences")
-    for (task_id, formula), times in different.items():
-        print(f"  {task_id}, {times} times: {formula}")
-    return int(any(formula != "forpairs" for _, formula in different))
+    for (task_id, shown), times in different.items():
+        print(f"  {task_id}, {times} times: {shown}")
+    return int(any(shown != "forpairs" for _, shown in different))
 
 
 # Mutated plans.
@@ -357,6 +358,8 @@ def kind_of(verdict: Verdict) -> tuple[str, int | None]:
     """The kind of fault that was found, and in which step."""
     if verdict.error is not None:
         return verdict.error.kind.value, verdict.error.step
+    if not isinstance(verdict, PlanVerdict):
+        raise TypeError(f"expected a verdict on a plan, found {type(verdict).__name__}")
     if verdict.additional_steps:
         return FaultKind.ADDITIONAL_STEP.value, None
     return (SAME if verdict.success else UNMET), None
