@@ -13,10 +13,10 @@ import pytest
 
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
+from eai.data.files import sole_run
 from eai.data.store import Store
 from eai.households.virtualhome.records import open_virtualhome
 from eai.pddl.fast_downward import FastDownward
-from eai.run.journal import sole_run
 from oracle import Oracle
 from suites import answer_book
 

@@ -13,21 +13,21 @@ from eai.abilities.declaration import AskedWorld, declaration_of
 from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
 from eai.benchmark.errata import NO_ERRATA, Errata
 from eai.data.progress import Report
 from eai.english.english import PLAIN, English
 from eai.errors import InputError
 from eai.logic.formula import Formula
-from eai.prompts.prompt import GoalSection, Prompt, PromptFiles, PublishedPrompts
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain
 
 if TYPE_CHECKING:
+    from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+    from eai.abilities.transition_modeling.task import TransitionTask
     from eai.pddl.planning import PddlPlanner
+    from eai.prompts.prompt import GoalSection, Prompt, PromptFiles, PublishedPrompts
     from eai.tasks.problem_world import ProblemWorld
 
 FOLDER = "formats"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
-from typing import ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
@@ -16,12 +16,14 @@ from eai.abilities.options import misfit
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.data.files import parse_toml
 from eai.errors import DataError
 from eai.tasks.source import TaskSet
 from eai.world.execution import Action
 from eai.world.state import Scene
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 
 _BEFORE, _BEHIND = "Action to be finished:\n", "\nOutput:"
 
@@ -174,7 +176,7 @@ class Errata:
                 if entry.problem is not None:
                     problem = _replaced(problem, entry.problem, entry.id)
             operators = [names.get(name, name) for name in task.operators]
-            return TransitionTask(task_id, library(), operators, task.categories, problem)
+            return type(task)(task_id, library(), operators, task.categories, problem)
 
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks
 

@@ -20,11 +20,12 @@ from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say
 from eai.cli.progress import run_progress, scoring_progress
 from eai.cli.stages import FirstStage, Scenes
+from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.results.table_files import write_files
 from eai.run.job import Endpoint, Job
-from eai.run.journal import JOURNAL, sole_run
+from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import Obtained, SuiteResult, settle

@@ -7,14 +7,13 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, ability_of, protocol_of
 from eai.abilities.record import Record
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import files_of_suite, suite_files, unpacked
 from eai.benchmark.suite import Suite, open_suite
@@ -23,15 +22,17 @@ from eai.cli.console import DOMAIN_HELP, counted, note, note_planner, print_json
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, scoring
 from eai.cli.progress import scoring_progress
 from eai.cli.table import Result, print_remark, print_results, result_json, suite_title
+from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, how_to_install
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
-from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.records import RECORDS, Shard, find_shards, read_records, write_results, write_shard
 from eai.scoring.records import merge as merged
-from eai.studies.pipeline.stage_one import read_believed, refuse_no_stage_two
 from eai.tasks.source import ErrataChoice, Source
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.declaration import OperatorVerdict
 
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
 
@@ -124,6 +125,8 @@ def score(
     if shard is not None and out is None:
         raise InputError("--shard writes records to be merged: say where, with --out")
     if goals is not None and ability is not None:
+        from eai.studies.pipeline.stage_one import refuse_no_stage_two
+
         refuse_no_stage_two(ability)
     with ExitStack() as stack:
         places = [stack.enter_context(unpacked(path)) for path in paths]
@@ -213,6 +216,8 @@ def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bo
     with scoring_progress(title, len(answered), quiet=quiet) as report:
         records = score_run(suite, answers, missing, settings, report, workplace)
     if share.goals is not None:
+        from eai.studies.pipeline.stage_one import read_believed
+
         believed = read_believed(share.goals, suite.benchmark, suite.ability, suite.source, answers.model)
         records = [believed.marked(record) for record in records]
     if share.prompt_name is not None:
@@ -222,6 +227,8 @@ def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bo
 
 def _note_authority(name: str, records: Sequence[Record]) -> None:
     """Say on standard error how many problems the built-in search left to Fast Downward."""
+    from eai.abilities.transition_modeling.declaration import OperatorVerdict
+
     judged = [r.verdict for r in records if isinstance(r.verdict, OperatorVerdict) and r.verdict.planner_name]
     left = [verdict for verdict in judged if _was_left(verdict)]
     if not left:

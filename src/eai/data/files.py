@@ -13,12 +13,17 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from filelock import FileLock, Timeout
+
 from eai.errors import EaiError, InputError, how_to_install
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+LOCK = "answers.lock"
+"""Name of the file that a process holds in the folder where it works."""
 
 
 def parquet() -> Any:
@@ -137,3 +142,28 @@ def _encoded(content: Content) -> Iterator[bytes]:
     else:
         for piece in (content,) if isinstance(content, str) else content:
             yield piece.encode("utf-8", "backslashreplace")
+
+
+@contextlib.contextmanager
+def sole_run(folder: Path) -> Iterator[None]:
+    """Keeps other processes out of the folder of a run during the block; the folder is made if need be.
+
+    Raises:
+        InputError: another process is working there, or the folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / LOCK, timeout=0)
+        lock.acquire()
+    except Timeout as error:
+        hint = "wait for its end, or give another --out"
+        raise InputError(f"{folder}: another process is running there; {hint}") from error
+    except NotImplementedError:  # a file system without locks
+        yield
+        return
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    try:
+        yield
+    finally:
+        lock.release()

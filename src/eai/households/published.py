@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.declaration import Category
-from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.households.packs import (
@@ -20,10 +18,13 @@ from eai.households.packs import (
     open_published,
     task_id_of,
 )
-from eai.pddl.model import OperatorText
-from eai.pddl.reader import read_domain
 from eai.prompts.prompt import Prompt, PromptFiles, PublishedPrompts, prompt_file
 from eai.tasks.source import TaskSet
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.declaration import Category
+    from eai.abilities.transition_modeling.task import TransitionTask
+    from eai.pddl.model import OperatorText
 
 Render = Callable[[Store | None, Report], Mapping[str, str]]
 """Renders prompts of which the data set ships only a template: task id -> question."""
@@ -74,7 +75,7 @@ def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None
     return _OfficialPrompts(name, rendered or {})
 
 
-TransitionTasks: TypeAlias = TaskSet[TransitionTask]
+TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
 
 
 def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
@@ -97,6 +98,9 @@ def open_behavior(store: Store | None = None, *, report: Report = silent) -> Tra
 
 def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
     """The tasks of the published files, given the member with the planning domain."""
+    from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
+    from eai.pddl.reader import read_domain
+
     library = OperatorLibrary(
         header=read_domain(pack.read(header).decode() + ")"),
         operators={
@@ -118,10 +122,14 @@ def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
 
 
 def _operator(name: str, values: Mapping[str, str]) -> OperatorText:
+    from eai.pddl.model import OperatorText
+
     parts = [values[key] for key in ("action_parameters", "action_preconditions", "action_effects")]
     return OperatorText(name, *parts)
 
 
 def _category(label: str) -> Category:
     """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
+    from eai.abilities.transition_modeling.declaration import Category
+
     return Category(label.replace("-", "_").replace(" ", "_"))

@@ -10,12 +10,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from io import BufferedWriter
 from pathlib import Path
 from typing import TypeAlias
 
-from filelock import FileLock, Timeout
 from pydantic import TypeAdapter, ValidationError
 
 from eai.errors import EaiError, InputError
@@ -25,9 +23,6 @@ from eai.scoring.trials import Answer, Inquiry, Place, Tried
 
 JOURNAL = "answers.jsonl"
 """Name of the journal in the folder of a run."""
-
-LOCK = "answers.lock"
-"""Name of the file beside it that a process holds which works there."""
 
 
 class Journal:
@@ -95,31 +90,6 @@ class Journal:
     def _keep(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch, answer.attempt)
         self._answers.setdefault(answer.request_sha256, {})[place] = answer
-
-
-@contextmanager
-def sole_run(folder: Path) -> Iterator[None]:
-    """Keeps other processes out of the folder of a run during the block; the folder is made if need be.
-
-    Raises:
-        InputError: another process is working there, or the folder cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / LOCK, timeout=0)
-        lock.acquire()
-    except Timeout as error:
-        hint = "wait for its end, or give another --out"
-        raise InputError(f"{folder}: another process is running there; {hint}") from error
-    except NotImplementedError:  # a file system without locks
-        yield
-        return
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
-    try:
-        yield
-    finally:
-        lock.release()
 
 
 def _read(path: Path) -> Iterator[Answer]:

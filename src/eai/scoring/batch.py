@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import tee
 from operator import length_hint
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation
@@ -17,8 +17,10 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite
 from eai.scoring.records import Shard
-from eai.scoring.reward import Reward
 from eai.scoring.workers import LARGEST, SMALLEST, Workers
+
+if TYPE_CHECKING:
+    from eai.scoring.reward import Reward
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""

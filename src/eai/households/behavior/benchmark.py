@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Mapping
 from eai.abilities.goal_interpretation.notation import parts_of
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
@@ -27,7 +26,7 @@ from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import published_task
-from eai.households.published import official_prompts, open_behavior
+from eai.households.published import TransitionTasks, official_prompts, open_behavior
 from eai.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Source, TaskSet, once_per_store
 
@@ -167,7 +166,7 @@ def open_tasks(source: Source) -> TaskSet[BehaviorTask]:
 
 
 @once_per_store
-def open_operators(source: Source) -> TaskSet[TransitionTask]:
+def open_operators(source: Source) -> TransitionTasks:
     """The 100 tasks of transition modeling."""
     return open_behavior(source.store, report=source.report)
 

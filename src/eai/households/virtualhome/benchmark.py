@@ -18,7 +18,6 @@ from pathlib import Path
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
@@ -37,8 +36,7 @@ from eai.households.packs import (
     published_task,
     task_id_of,
 )
-from eai.households.published import official_prompts, open_virtualhome
-from eai.households.virtualhome.convert import convert_demonstrations
+from eai.households.published import TransitionTasks, official_prompts, open_virtualhome
 from eai.households.virtualhome.domain import as_meant, with_either_hand
 from eai.households.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
@@ -211,6 +209,8 @@ def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualH
         DataError: it is not there, or damaged.
     """
     with open_bundle(path) as wheel:
+        from eai.households.virtualhome.convert import convert_demonstrations
+
         content = convert_demonstrations(wheel, report)
     return build_tasks(VirtualHome(content, hashlib.sha256(content).hexdigest()))
 
@@ -234,7 +234,7 @@ def open_tasks(source: Source) -> TaskSet[VirtualHomeTask]:
 
 
 @once_per_store
-def open_operators(source: Source) -> TaskSet[TransitionTask]:
+def open_operators(source: Source) -> TransitionTasks:
     """The 296 tasks of transition modeling."""
     return open_virtualhome(source.store, report=source.report)
 
