@@ -144,18 +144,18 @@ def test_every_row_has_the_verdict_of_the_reference(name: str, score: Score) -> 
     assert len(compared) >= 342
 
 
-def test_readme_says_how_many_answers_were_compared_and_what_is_left_out(oracle: Oracle) -> None:
+def test_the_documentation_says_how_many_answers_were_compared_and_what_is_left_out(oracle: Oracle) -> None:
     files = [oracle("virtualhome", "action_sequencing", name)["tasks"] for name in (*MODELS, *SYNTHETIC)]
     unread = oracle("virtualhome", "action_sequencing", WITHOUT_IDS)["tasks"]
     assert {(row["error_info"] or {}).get("error_type") for row in unread if row["gold_test_pass"]} == {
         "parsing error"
     }
     stopped = sum(crashed(row) for rows in files for row in rows)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f"every one of {sum(map(len, files)) - stopped:,} answers" in readme
+    page = PAGE.read_text(encoding="utf-8")
+    assert f"every one of {sum(map(len, files)) - stopped:,} answers" in page
     assert (
         f"{stopped + len(unread)} are left out: {stopped} stop that package\nitself, and {len(unread)} have"
-        in readme
+        in page
     )
 
 
