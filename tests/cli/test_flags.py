@@ -14,7 +14,7 @@ from eai.data.store import Store
 from eai.run.spec import keys
 from processes import eai as run_eai
 
-PAGE = Path(__file__).parents[2] / "docs" / "running.md"
+PAGE = Path(__file__).parents[2] / "docs" / "run-options.md"
 FORMER = {
     "--top-p": "generation.top_p",
     "--reasoning-effort": "generation.reasoning_effort",
