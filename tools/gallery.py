@@ -29,9 +29,11 @@ COLORS = 48
 INTRODUCTION = """\
 # Gallery
 
-The figures of `eai report` and `eai analyze`, in the size of print, drawn from public answers of the paper's
-models under `strict` by `tools/gallery.py`. Each is written as SVG, PNG and PDF; [Results](reports.md) and
-[Analyses](analyses.md) say what stands in them; the tables beside them have every number with its definition.
+On this page you can see the figures of `eai report` and `eai analyze`, and the command for each.
+
+They show public answers of the paper's models under `strict`, drawn by `tools/gallery.py`.
+Each figure is written as SVG, PNG and PDF.
+[Reports](reports.md) and [Analyses](analyses.md) explain them. The tables beside them have every number.
 """
 
 
