@@ -14,8 +14,8 @@ MODULES = ("eai", "eai.world")
 HEAD = """\
 # API
 
-What `import eai` and `import eai.world` hand on, from the docstrings of the code.
-`python tools/api_page.py` writes this page.
+On this page you can look up what `import eai` and `import eai.world` offer.
+`python tools/api_page.py` writes it from the docstrings.
 """
 SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields):$")
 ENTRY = re.compile(r"^    (\*{0,2}\w+): (.*)$")

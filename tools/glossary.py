@@ -16,7 +16,7 @@ NOUNS = {
     "Operator": "A kind of action: ordered checks, and effects.",
     "Domain": "A declared world: predicates, derived predicates and operators.",
     "Trajectory": "The states and steps of a plan that is carried out, up to its first error.",
-    "Episode": "One action at a time in a world that goes on, with full diagnosis.",
+    "Episode": "A task played one action at a time, with full diagnosis.",
     "Planner": "Searches for a plan on a declared domain.",
     "SearchResult": "How a search ended, its plan, and its effort.",
     "Task": "A scene at the start, a goal, an instruction, and often a gold plan.",
@@ -24,10 +24,10 @@ NOUNS = {
     "Goal": "A part of what a task asks for: of states, relations or actions.",
     "Benchmark": "A world with tasks, and how its answers are written.",
     "Notation": "How answers are written and read: `PlanNotation`, `GoalNotation`, `SubgoalNotation`.",
-    "Ability": "What is asked and how the answer is judged; found by name.",
+    "Ability": "A kind of question, with how its answers are judged; registered by name.",
     "Prompt": "The text that a model is sent for a task.",
     "Answer": "The text that a model returns.",
-    "Verdict": "What scoring says of one answer.",
+    "Verdict": "The result of scoring one answer.",
     "Fault": "Why an action is impossible: the failed check, and the kind of error.",
     "Explanation": "A verdict step by step, in words.",
     "Record": "An answer's verdict, evidence and origin as one line of a file.",
@@ -35,15 +35,15 @@ NOUNS = {
     "Rate": "A numerator and a denominator, with an interval.",
     "Table": "Columns and cells, written to terminal, Markdown, LaTeX, CSV and JSON by one set of writers.",
     "Study": "A variation around benchmarks and abilities: options, beliefs, tables, figures.",
-    "RunSpec": "Who is asked what, under which studies, within which limits.",
+    "RunSpec": "The models, tasks, studies and limits of a run.",
 }
-"""The words that the rest is told in."""
+"""The nouns that the rest is described with."""
 
 HEAD = """\
 # Glossary
 
-The words of this project, for whoever reads its code or records. Twenty-five nouns carry the rest.
-`python tools/glossary.py` writes this page from the docstrings.
+On this page you can look up the 25 nouns of this project, and every public class.
+`python tools/glossary.py` writes it from the docstrings.
 
 ## The nouns
 
