@@ -20,6 +20,9 @@ BLOCK = re.compile(
     r"^```python\n(?P<code>.*?)^```$(?:\n\s*^```text\n(?P<printed>.*?)^```$)?", re.MULTILINE | re.DOTALL
 )
 LINK = re.compile(r"\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)")
+ANCHOR = re.compile(r"\]\((?!https?:)(?P<target>[^)#\s]*)#(?P<heading>[^)\s]+)\)")
+HEADING = re.compile(r"^#+ (?P<title>.+)$", re.MULTILINE)
+FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
 
 
@@ -64,6 +67,21 @@ def dead_links(page: Path) -> list[str]:
     return [target for target in targets if not (page.parent / target).exists()]
 
 
+def dead_anchors(page: Path) -> list[str]:
+    """The headings that a page links to and that are not there."""
+    found = ANCHOR.finditer(page.read_text(encoding="utf-8"))
+    links = [
+        ((page.parent / match["target"] if match["target"] else page), match["heading"]) for match in found
+    ]
+    return [f"{file.name}#{name}" for file, name in links if file.exists() and name not in anchors(file)]
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings: their words in small letters, joined by hyphens."""
+    titles = [match["title"] for match in HEADING.finditer(FENCED.sub("", page.read_text(encoding="utf-8")))]
+    return {re.sub(r"[-\s]+", "-", re.sub(r"[^\w\s-]", "", title).strip().lower()) for title in titles}
+
+
 @every_page
 def test_snippets_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -73,6 +91,11 @@ def test_snippets_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 @every_page
 def test_links_lead_somewhere(page: Path) -> None:
     assert dead_links(page) == []
+
+
+@every_page
+def test_anchors_lead_to_headings(page: Path) -> None:
+    assert dead_anchors(page) == []
 
 
 def test_the_index_leads_to_every_page() -> None:
@@ -134,3 +157,10 @@ def test_dead_links_are_found(tmp_path: Path) -> None:
         "[a](page.md#x) [b](gone.md) ![c](no/image.png) [d](https://x.org/y) [e](#z)", encoding="utf-8"
     )
     assert dead_links(page) == ["gone.md", "no/image.png"]
+
+
+def test_dead_anchors_are_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    text = "# Two `words`, here\n[a](#two-words-here) [b](page.md#two) [c](#gone)\n```\n# gone\n```\n"
+    page.write_text(text, encoding="utf-8")
+    assert dead_anchors(page) == ["page.md#two", "page.md#gone"]
