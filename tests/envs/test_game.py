@@ -12,7 +12,7 @@ import eai
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import stage_of
-from eai.envs.rules import Feedback, Observe, Rules
+from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
@@ -235,11 +235,13 @@ def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_succe
     assert make(SWITCHES, "both").rules == Rules()
     assert Rules() == Rules(
         slip=0.0,
+        view=View.TASK,
         observe=Observe.FULL,
         reward=Shaping.SUCCESS,
         gamma=1.0,
         until=Until.GOAL,
         max_steps=100,
+        budget=None,
         admissible=False,
         feedback=Feedback.FACTS,
     )
@@ -412,8 +414,8 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
         ({"reward": "verdict"}, "the reward 'verdict' is called 'goals' now"),
         ({"feedback": "none"}, "make.feedback: expected 'facts', 'changes' or 'outcome', found 'none'"),
         (
-            {"observe": "partial", "feedback": "changes"},
-            "a partial view is told by its facts, not by changes",
+            {"observe": "partial", "feedback": "outcome"},
+            "a partial view is told by its facts or changes, not by the outcome alone",
         ),
         ({"until": "noon"}, "make.until: expected 'goal' or 'done', found 'noon'"),
     ],

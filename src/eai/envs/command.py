@@ -17,10 +17,19 @@ from eai.world.fault import FaultKind
 DONE = "DONE"
 """The command that ends the episode, where the agent decides when."""
 
+LOOK = "LOOK"
+"""The command that tells all that is seen, where turns tell changes alone."""
+
 MAX_LENGTH = 10_000
 """The longest command that is looked at, in characters."""
 
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
+
+
+def is_look(text: str, domain: Domain) -> bool:
+    """Whether a text asks for all that is seen; where a domain has such an action it is that."""
+    line = _LINE.fullmatch(text[:MAX_LENGTH])
+    return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
 
 
 class _Command(NamedTuple):

@@ -137,7 +137,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     @cached_property
     def manual(self) -> str:
         """The manual for an agent: the predicates of the world, and its actions."""
-        return manual(self.benchmark, self.rules.feedback)
+        return manual(self.benchmark, self.rules.feedback, self.rules.view)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -204,7 +204,8 @@ def make(
     *,
     render_mode: str | None = None,
     source: Source | None = None,
-    **rules: Any,
+    rules: Rules | None = None,
+    **options: Any,
 ) -> TextEnvironment:
     """The environment of a benchmark.
 
@@ -213,14 +214,15 @@ def make(
         task_id: the task; or several, of which each reset chooses one; or None for all that have goals.
         render_mode: ``rgb_array`` for pictures of what is seen, or None.
         source: where the data comes from; the user's default store if None. It is fetched on first use.
-        rules: the options of `Rules` by name, such as ``slip=0.1, until="done"``.
+        rules: how tasks are played, such as `eai.envs.rules.STANDARD`; `Rules()` if None.
+        options: those of `Rules` that are others, by name, such as ``slip=0.1, until="done"``.
 
     Raises:
         InputError: there is no such benchmark, task or option, or an option has no such value.
         DataError: the data cannot be had.
     """
     found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
-    read = Rules.read("make", rules)
+    read = Rules.read("make", {**dict(rules or Rules()), **options})
     source = source or Source()
     tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)
     task_ids = (task_id,) if isinstance(task_id, str) else tuple(tasks if task_id is None else task_id)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import lru_cache
-from typing import NamedTuple, TypeAlias
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from copy import copy
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
@@ -15,8 +19,8 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
-from eai.envs.command import DONE, Commands
-from eai.envs.rules import Feedback, Observe, Rules
+from eai.envs.command import DONE, Commands, is_look
+from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates
@@ -25,17 +29,28 @@ from eai.tasks.source import TaskReference
 from eai.world.episode import Episode, Luck, Slip, Slips, Until
 from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind
+from eai.world.listing import Listing
+from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, State
+
+if TYPE_CHECKING:
+    from eai.envs.reference import Reference
 
 Sight: TypeAlias = tuple[int, ...]
 """The objects that are seen, in the order in which they are listed."""
 
 
-class _Shown(NamedTuple):
-    """The visible facts of one predicate, and the lines that state them."""
+@dataclass(frozen=True, eq=False)
+class _Shown:
+    """The visible facts of one predicate, and how each is stated."""
 
     facts: Sequence[Fact]
-    text: str
+    line: Callable[[Fact], str]
+
+    @cached_property
+    def text(self) -> str:
+        """The lines that state them."""
+        return "\n".join(map(self.line, self.facts))
 
 
 class _Look(NamedTuple):
@@ -54,37 +69,55 @@ class _Look(NamedTuple):
 class _View:
     """The view of one task's world, which all its episodes share.
 
-    A full view shows the objects that the task is about, and the agent. A partial one shows those of them
-    that are visible, and landmarks.
+    It is of the objects that the task is about, and the agent, or of all in the scene. A full view shows all
+    of them, a partial one those that are visible, and landmarks.
 
     Args:
         task: the task.
         wording: what facts and objects are called.
         observe: how much is seen.
+        of: which objects it is of.
 
     Attributes:
         subjects: what can ever be seen, by index, in the order in which it is listed. In a partial view it is
             that of the scene, which does not show which landmarks matter.
+        agent: who acts; None where nobody is in the scene.
         landmarks: those of them that are known from the start.
         first: what is seen of the initial state.
     """
 
-    def __init__(self, task: Task, wording: Wording, observe: Observe) -> None:
+    def __init__(self, task: Task, wording: Wording, observe: Observe, of: View = View.TASK) -> None:
         self._task = task
         self._wording = wording
         self._is_full = observe is Observe.FULL
         self._lines: dict[Fact, str] = {}
-        about = subjects(task)
+        about = subjects(task) if of is View.TASK else list(range(len(task.scene.objects)))
+        self.agent = task.scene.agent
+        self._of_agent = {each.name for each in wording.domain.egocentric if of is View.SCENE}
         self.landmarks = () if self._is_full else _landmarks(task, wording)
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
-        self._objects = {index: wording.object(task, index) for index in self.subjects}
+        self._mask = mask_of(self.subjects)
+        self._objects: dict[int, str] = {}
         sight = self._sight(task.initial)
-        shown = [self._state(each.facts(task.initial, sight)) for each in wording.listings]
+        shown = [self._state(self._facts(each, task.initial, sight)) for each in wording.listings]
         self.first = _Look(task.initial, sight, shown)
 
     def objects(self, chosen: Collection[int]) -> str:
         """Objects with their kinds and properties, one a line."""
-        return "\n".join([text for index, text in self._objects.items() if index in chosen])
+        return "\n".join([self._object(index) for index in self.subjects if index in chosen])
+
+    def names(self, chosen: Sequence[int]) -> str:
+        """The names of objects."""
+        return ", ".join([self._wording.object_name(self._task, index) for index in chosen])
+
+    def about(self, look: _Look, chosen: AbstractSet[int]) -> list[str]:
+        """The lines of the facts that are seen about some objects."""
+        return [
+            self._line(fact)
+            for shown in look.shown
+            for fact in shown.facts
+            if not chosen.isdisjoint(fact.arguments)
+        ]
 
     def next(self, look: _Look, state: State) -> _Look:
         """What is seen of a state of the same episode; most actions leave most of it as it was."""
@@ -93,13 +126,24 @@ class _View:
         shown = [
             before
             if sight == look.sight and changed.isdisjoint(listing.sources)
-            else self._state(listing.facts(state, sight))
+            else self._state(self._facts(listing, state, sight))
             for listing, before in zip(self._wording.listings, look.shown, strict=True)
         ]
         return _Look(state, sight, shown)
 
     def changes(self, before: _Look, after: _Look) -> str:
         """Return visible facts that became true, as ``+`` lines, and those that became false, as ``-``."""
+        return "\n".join([f"{sign} {self._line(fact)}" for sign, fact in self._changes(before, after)])
+
+    def since(self, before: _Look, after: _Look, chosen: AbstractSet[int]) -> list[str]:
+        """Return those lines of the changes that are about some objects and not about the agent."""
+        return [
+            f"{sign} {self._line(fact)}"
+            for sign, fact in self._changes(before, after)
+            if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
+        ]
+
+    def _changes(self, before: _Look, after: _Look) -> list[tuple[str, Fact]]:
         added: list[Fact] = []
         removed: list[Fact] = []
         changed = _changed(before.state, after.state)
@@ -109,22 +153,33 @@ class _View:
             if before.sight == after.sight:
                 was, remains = old.facts, new.facts
             else:
-                was = listing.facts(before.state, after.sight)
-                remains = listing.facts(after.state, before.sight)
+                was = self._facts(listing, before.state, after.sight)
+                remains = self._facts(listing, after.state, before.sight)
             added += _without(new.facts, was)
             removed += _without(old.facts, remains)
-        lines = [*["+ " + self._line(fact) for fact in added], *["- " + self._line(fact) for fact in removed]]
-        return "\n".join(lines)
+        return [*[("+", fact) for fact in added], *[("-", fact) for fact in removed]]
 
     def _sight(self, state: State) -> Sight:
         """The objects that are seen in a state."""
         if self._is_full:
             return self.subjects
-        sees = self._wording.domain.sees
-        return tuple([index for index in self.subjects if sees(state, index)])
+        return tuple(bits(self._wording.domain.seen(state, self._mask)))
+
+    def _facts(self, listing: Listing, state: State, sight: Sight) -> Sequence[Fact]:
+        """The facts of one predicate about what is seen."""
+        facts = listing.facts(state, sight)
+        if listing.predicate in self._of_agent:
+            return [fact for fact in facts if self.agent in fact.arguments]
+        return facts
 
     def _state(self, facts: Sequence[Fact]) -> _Shown:
-        return _Shown(facts, "\n".join(map(self._line, facts)))
+        return _Shown(facts, self._line)
+
+    def _object(self, index: int) -> str:
+        text = self._objects.get(index)
+        if text is None:
+            text = self._objects[index] = self._wording.object(self._task, index)
+        return text
 
     def _line(self, fact: Fact) -> str:
         line = self._lines.get(fact)
@@ -158,8 +213,8 @@ class _Info(TypedDict, total=False):
     """Everything known about one turn besides the observation.
 
     ``goals`` says of each goal whether it is reached now, and ``won`` whether the episode ended with all of
-    them. ``fault`` is the kind of error of the action, or None; ``repairs`` are those that reading it took.
-    ``admissible_commands`` are there if they were asked for.
+    them, by `DONE` where that ends it. ``fault`` is the kind of error of the action, or None; ``repairs`` are
+    those that reading it took. ``admissible_commands`` are there if they were asked for.
     """
 
     task_id: str
@@ -199,9 +254,33 @@ class Stage:
         self.benchmark = benchmark
         self.domain = benchmark.domain
         self.commands = Commands(task, benchmark.domain, benchmark.plans, wording.object_name)
-        self.view = _View(task, wording, rules.observe)
+        self.view = _View(task, wording, rules.observe, rules.view)
         self.goals = GoalTest(task)
         self.opening = _opening(task, wording, rules)
+
+    @cached_property
+    def reference(self) -> Reference:
+        """The shortest plan known, and commands that win in this view."""
+        from eai.envs.reference import reference_of
+
+        return reference_of(self)
+
+    @cached_property
+    def limit(self) -> int | None:
+        """After how many actions a game is cut off; None for never."""
+        most = [] if self.rules.max_steps is None else [self.rules.max_steps]
+        if self.rules.budget is not None:
+            most.append(self.reference.budget(self.rules.budget))
+        return min(most, default=None)
+
+    def endless(self) -> Stage:
+        """The same task seen in the same way, without slips or limits, until `DONE`."""
+        stage = copy(self)
+        stage.rules = self.rules.model_copy(
+            update={"slip": 0.0, "max_steps": None, "budget": None, "until": Until.DONE}
+        )
+        stage.__dict__.pop("limit", None)
+        return stage
 
 
 def _opening(task: Task, wording: Wording, rules: Rules) -> str:
@@ -224,6 +303,14 @@ class _Tried(NamedTuple):
     slipped: bool = False
 
 
+class Ended(str, Enum):
+    """How a game has ended: with its goals reached, by `DONE`, or cut off after so many actions."""
+
+    GOAL = "goal"
+    DONE = "done"
+    STEPS = "steps"
+
+
 class Game:
     """One game.
 
@@ -233,7 +320,11 @@ class Game:
         epoch: which of the games with this seed it is.
 
     Attributes:
-        over: whether it has ended.
+        ended: how it has ended; None while it lasts.
+        won: whether it has ended with all goals reached; where `DONE` ends it, that was said.
+        taken: the operators of the actions that were carried out.
+        known: the objects that have been seen, and landmarks.
+        reached: which goals are reached now.
         worth: what it is worth if it ends now; 0 where nothing can be earned.
     """
 
@@ -242,20 +333,43 @@ class Game:
         self._stage = stage
         self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)
-        self._taken: list[str] = []
+        self.taken: list[str] = []
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
         self._look = stage.view.first
-        self._known = {*self._look.sight, *stage.view.landmarks}
-        self._at_start = self._reached = self._goals_reached()
-        self.over = False
+        self.known = {*self._look.sight, *stage.view.landmarks}
+        self._left: dict[int, _Look] = {}
+        self._has_looked = False
+        self._at_start = self.reached = self._goals_reached()
+        self.ended: Ended | None = None
+        self.won = False
         self.worth = 0.0
 
     @property
     def task(self) -> Task:
         """The task that is played."""
         return self._stage.task
+
+    @property
+    def stage(self) -> Stage:
+        """What it shares with the other games of its task."""
+        return self._stage
+
+    @property
+    def over(self) -> bool:
+        """Whether it has ended."""
+        return self.ended is not None
+
+    @property
+    def undeclared(self) -> bool:
+        """Whether it was cut off with all goals reached, as nobody had said `DONE`."""
+        return self.ended is Ended.STEPS and all(self.reached)
+
+    @property
+    def state(self) -> State:
+        """The state of the world now, seen or not."""
+        return self._episode.state
 
     @property
     def look(self) -> _Look:
@@ -268,44 +382,81 @@ class Game:
         return metrics_of(self._earned())
 
     def _earned(self) -> Merit | None:
-        return merit_of_actions(self._reached, self._at_start, ended=self._failed, faults=self._faults)
+        return merit_of_actions(self.reached, self._at_start, ended=self._failed, faults=self._faults)
 
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
-        return f"{manual(self._stage.benchmark, self._rules.feedback)}\n\n{self.opening()[0]}"
+        return (
+            f"{manual(self._stage.benchmark, self._rules.feedback, self._rules.view)}\n\n{self.opening()[0]}"
+        )
 
     def opening(self) -> tuple[str, _Info]:
         """The first observation, and what there is to know besides."""
-        objects = self._stage.view.objects(self._known)
-        text = f"{self._stage.opening}\n\nObjects [kind]: properties\n{objects}"
-        return f"{text}\n\nNow:\n{self._look.text or '-'}", self._info(_Tried(""), ())
+        text = self._stage.opening
+        if self._rules.budget is not None:
+            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self._stage.limit)})}"
+        return f"{text}\n\n{self._described(self.known)}", self._info(_Tried(""), ())
+
+    def look_around(self) -> str:
+        """All that is seen now; no more than once between two actions."""
+        if self._has_looked:
+            return "You have looked already: nothing has changed since."
+        self._has_looked = True
+        return self._described(self._look.sight)
+
+    def _described(self, objects: Collection[int]) -> str:
+        things = self._stage.view.objects(objects)
+        return f"Objects [kind]: properties\n{things}\n\nNow:\n{self._look.text or '-'}"
 
     def act(self, text: str) -> _Turn:
-        """Play one turn. Whatever the text, it is a turn.
+        """Play one turn. Whatever the text, it is a turn and costs an action, but the first `LOOK` after one.
 
         Raises:
             InputError: the episode has ended.
         """
         if self.over:
             raise InputError("the episode is over")
+        if self._rules.feedback is Feedback.CHANGES and is_look(text, self._stage.domain):
+            self._turns += self._has_looked
+            return self._turn(_Tried(self.look_around()), ())
         command = self._stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
+        self._has_looked = False
+        self._turns += command.meant is not None
+        if self._is_late:
+            return self._turn(_Tried("No actions are left."), ())
         tried = self._try(command.meant)
-        self._turns += 1
         if command.meant is not None:
             self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
         if tried.fault is not None:
             self._faults[tried.fault] += 1
-        self._reached = self._goals_reached()
-        complete = all(self._reached)
-        terminated = (self._rules.until is Until.GOAL and complete) or command.meant is None
-        truncated = not terminated and self._turns == self._rules.max_steps
-        self.over = terminated or truncated
+        self.reached = self._goals_reached()
+        return self._turn(tried, command.repairs, done=command.meant is None)
+
+    def _turn(self, tried: _Tried, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
+        """What follows from what became of a command."""
+        complete, limit = all(self.reached), self._stage.limit
+        if done:
+            self.ended = Ended.DONE
+        elif self._rules.until is Until.GOAL and complete:
+            self.ended = Ended.GOAL
+        elif self._is_late or (self._turns == limit and self._rules.until is Until.GOAL):
+            self.ended = Ended.STEPS
+        truncated = self.ended is Ended.STEPS
+        self.won = self.over and complete and not truncated
         observation = tried.text
         if self.over:
-            observation += "\nAll goals are reached." if complete else "\nThe episode is over."
+            observation += "\nAll goals are reached." if self.won else "\nThe episode is over."
+        elif self._rules.budget is not None and limit is not None:
+            observation += f"\n{limit - self._turns} of {limit} actions left."
         if self._rules.feedback is Feedback.FACTS:
             observation += f"\n\nNow:\n{self._look.text or '-'}"
-        return _Turn(observation, self._pay(), terminated, truncated, self._info(tried, command.repairs))
+        terminated = self.over and not truncated
+        return _Turn(observation, self._pay(), terminated, truncated, self._info(tried, repairs))
+
+    @property
+    def _is_late(self) -> bool:
+        """Whether more is tried than is allowed; after the last action that is, `DONE` may still be said."""
+        return self._stage.limit is not None and self._turns > self._stage.limit
 
     def _pay(self) -> float:
         """The reward of the turn: by how much it changes what the episode is worth."""
@@ -316,7 +467,7 @@ class Game:
     def _nameable(self) -> Collection[int]:
         """The objects that a command may name."""
         if self._rules.observe is Observe.PARTIAL:
-            return self._known
+            return self.known
         return range(len(self._stage.task.scene.objects))
 
     def _try(self, meant: Action | ErrorReport | None) -> _Tried:
@@ -335,7 +486,7 @@ class Game:
             case Slip():
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
-                self._taken.append(meant.operator)
+                self.taken.append(meant.operator)
                 news = "" if self._rules.feedback is Feedback.OUTCOME else f"\n{self._news(outcome)}"
                 return _Tried(f"{line}: done.{news}")
             case _:
@@ -346,37 +497,60 @@ class Game:
         view, before = self._stage.view, self._look
         self._look = view.next(before, state)
         news = view.changes(before, self._look) or "No fact that you see has changed."
-        new = [index for index in self._look.sight if index not in self._known]
+        new = [index for index in self._look.sight if index not in self.known]
+        is_brief = self._rules.feedback is Feedback.CHANGES and before.sight != self._look.sight
+        if is_brief:
+            news += "".join([f"\n{line}" for line in self._moved(before, new)])
         if new:
-            self._known.update(new)
+            self.known.update(new)
             news += f"\n\nYou see for the first time:\n{view.objects(new)}"
+        if new and is_brief:
+            facts = [line for line in view.about(self._look, {*new}) if f"+ {line}\n" not in f"{news}\n"]
+            news += f"\n\nOf these:\n{_lines(facts)}"
         return news
 
+    def _moved(self, before: _Look, new: Sequence[int]) -> Iterator[str]:
+        """Return what went out of sight and what came back, with what has changed of that since."""
+        view, after = self._stage.view, self._look
+        gone = [index for index in before.sight if index not in after.sight]
+        back = [index for index in after.sight if index not in before.sight and index not in new]
+        if gone:
+            self._left.update(dict.fromkeys(gone, before))
+            yield f"Gone out of sight: {view.names(gone)}."
+        if back:
+            yield f"In sight again: {view.names(back)}."
+        looks = {id(look): look for index in back if (look := self._left.get(index)) is not None}
+        for look in looks.values():
+            chosen = {index for index in back if self._left.get(index) is look}
+            yield from view.since(look, after, chosen)
+
     def _goals_reached(self) -> tuple[bool, ...]:
-        return self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory)
+        return self._stage.goals.reached(self._episode.state, self.taken, self._episode.trajectory)
 
     def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> _Info:
         info = _Info(
             task_id=self._stage.task.id,
-            goals=list(self._reached),
-            won=self.over and all(self._reached),
+            goals=list(self.reached),
+            won=self.won,
             fault=None if tried.fault is None else tried.fault.value,
             slipped=tried.slipped,
             repairs=list(repairs),
         )
         if self._rules.admissible:
-            info["admissible_commands"] = self._admissible()
+            info["admissible_commands"] = self.admissible_commands()
         return info
 
-    def _admissible(self) -> list[str]:
-        """All commands for actions that are possible now, about objects that the agent has seen."""
-        objects = [index for index in self._stage.view.subjects if index in self._known]
+    def admissible_commands(self) -> list[str]:
+        """All commands for possible actions about what has been seen, and `DONE` where that is one."""
+        commands = [self._stage.commands.write(action) for action in self.admissible()]
+        return [*commands, DONE] if self._rules.until is Until.DONE else commands
+
+    def admissible(self) -> Iterator[Action]:
+        """Return all actions that are possible now, about objects that the agent has seen."""
+        objects = [index for index in self._stage.view.subjects if index in self.known]
         domain, state = self._stage.domain, self._episode.state
-        return [
-            self._stage.commands.write(action)
-            for operator in domain.operators
-            for action in applicable_actions(domain, operator, state, objects)
-        ]
+        for operator in domain.operators:
+            yield from applicable_actions(domain, operator, state, objects)
 
 
 _AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
@@ -390,16 +564,23 @@ _OBSERVED: Mapping[Feedback, str] = {
 }
 
 
-def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
+def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS, view: View = View.TASK) -> str:
     """Return the manual of a world: its predicates, and its actions."""
+    egocentric = benchmark.domain.egocentric if view is View.SCENE else ()
+    names = " and ".join([each.name for each in egocentric])
+    told = f"{_OBSERVED[feedback]} {names}: of yourself alone." if names else _OBSERVED[feedback]
     wording = benchmark.observed_wording()
     values = {
-        "told": _OBSERVED[feedback],
+        "told": told,
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
         "of_each": wording.contents_of("each"),
     }
     return Templates().fill("environment.txt", values)
+
+
+def _lines(texts: Sequence[str]) -> str:
+    return "\n".join(texts) or "-"
 
 
 def _words(kind: FaultKind) -> str:

@@ -13,8 +13,19 @@ from eai.scoring.reward import Shaping
 from eai.world.episode import Until
 
 
+class View(str, Enum):
+    """The objects that an observation is about: those of the task, or all of the scene.
+
+    Which objects a task is about is a hint, which prompts give too. In the view of the scene, relations that
+    a domain declares as `egocentric` are shown of the agent alone.
+    """
+
+    TASK = "task"
+    SCENE = "scene"
+
+
 class Observe(str, Enum):
-    """How much of the world an observation shows: all that the task is about, or what the agent can see."""
+    """How much of these objects an observation shows: all, or what the agent can see."""
 
     FULL = "full"
     PARTIAL = "partial"
@@ -39,10 +50,15 @@ class Rules(Options):
     """The rules of a game: options of `eai.envs.make`, and of the packages that play games.
 
     Raises:
-        InputError: a partial view is to be described otherwise than by facts.
+        InputError: a partial view is to be told the outcome of actions alone.
     """
 
     slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
+    view: View = option(
+        "Which objects observations are about: task (those that the task is about, a hint that prompts give "
+        "too), or scene (all).",
+        View.TASK,
+    )
     observe: Observe = option(
         "How much of the world is shown: full, or partial: what the agent can see, as the domain declares "
         "it. Then actions may name only what has been seen.",
@@ -65,10 +81,16 @@ class Rules(Options):
         Until.GOAL,
     )
     max_steps: int | None = option("After how many actions an episode is cut off; None for never.", 100, ge=1)
+    budget: float | None = option(
+        "Cut an episode off after this many times the shortest plan known and 8 actions more, or after the "
+        "actions of the reference if these are more; None for no such limit.",
+        None,
+        ge=0,
+    )
     admissible: bool = option("List all actions that are possible now, about what has been seen.", False)
     feedback: Feedback = option(
         "What is told of each turn: all facts that are seen, changes alone, or the outcome of the action "
-        "alone; a partial view tells facts.",
+        "alone. In a partial view changes say also what comes into sight, with its facts, and what goes.",
         Feedback.FACTS,
     )
 
@@ -81,6 +103,17 @@ class Rules(Options):
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
-        if self.observe is Observe.PARTIAL and self.feedback is not Feedback.FACTS:
-            raise InputError(f"a partial view is told by its facts, not by {self.feedback.value}")
+        if self.observe is Observe.PARTIAL and self.feedback is Feedback.OUTCOME:
+            raise InputError("a partial view is told by its facts or changes, not by the outcome alone")
         return self
+
+
+STANDARD = Rules(
+    view=View.SCENE,
+    observe=Observe.PARTIAL,
+    until=Until.DONE,
+    feedback=Feedback.CHANGES,
+    max_steps=None,
+    budget=2.0,
+)
+"""The standard setting of acting: the scene is seen from where one is, and won only by `DONE` in time."""

@@ -73,6 +73,23 @@ class GreedySearch:
         self.effort.used += effort.used
         return found
 
+    def estimate(self, node: PlanNode, target: Target) -> tuple[float, tuple[Action, ...]]:
+        """How far a state looks from the target, and its preferred actions."""
+        subgoals, taken = target
+        estimates = self.estimates(node, subgoals)
+        preferred = _PreferredOperators(self.heuristic, estimates)
+        total = 0.0
+        for condition in subgoals:
+            cost = estimates.to(condition)
+            total += cost
+            if 0.0 < cost < INFINITE:
+                preferred.towards(condition)
+        for names in self.successors.goals[node.met : taken]:
+            supporter = estimates.to_action(names)
+            total += supporter.cost
+            preferred.along(supporter)
+        return total, tuple(preferred.actions)
+
 
 class _Expansion(NamedTuple):
     """A state to be expanded, where it comes, and by which actions; by all that are applicable if None."""
@@ -121,30 +138,13 @@ class _Run:
     def _reach(self, node: PlanNode) -> PlanNode | None:
         """Estimate a state that was reached and queue it; the node itself if the target is reached in it."""
         self._effort.used += 1
-        ahead, preferred = self._estimate(node)
+        ahead, preferred = self._searches.estimate(node, self._target)
         if ahead == 0.0:
             return node
         cost = ahead + _STEP_COST * (node.depth - self._start.depth)
         rank = (cost, -self._effort.used)
         self._open.push(_Expansion(node, rank, preferred), _UNEXPANDED, *rank)
         return None
-
-    def _estimate(self, node: PlanNode) -> tuple[float, tuple[Action, ...]]:
-        """How far a state looks from the target, and its preferred actions."""
-        subgoals, taken = self._target
-        estimates = self._searches.estimates(node, subgoals)
-        preferred = _PreferredOperators(self._searches.heuristic, estimates)
-        total = 0.0
-        for condition in subgoals:
-            cost = estimates.to(condition)
-            total += cost
-            if 0.0 < cost < INFINITE:
-                preferred.towards(condition)
-        for names in self._successors.goals[node.met : taken]:
-            supporter = estimates.to_action(names)
-            total += supporter.cost
-            preferred.along(supporter)
-        return total, tuple(preferred.actions)
 
 
 class _PreferredOperators:

@@ -62,23 +62,26 @@ class Planner:
         carry_out: what is done when an action is chosen in a state: a fixed sequence around it, say, where
             plans are not made of single actions. An empty sequence means that it cannot be chosen. A step of
             `SearchResult.plan` is an action that was chosen.
+
+    Attributes:
+        heuristic: guides it.
     """
 
     def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
         self._domain = domain
         self._carry_out = carry_out
-        self._heuristic = AdditiveHeuristic(domain)
+        self.heuristic = AdditiveHeuristic(domain)
 
     def holds(self, condition: Formula, state: State) -> bool:
         """Whether a closed condition holds in a state. It is read once, and kept as long as the planner."""
-        return self._heuristic.readings.holds(condition, {}, state)
+        return self.heuristic.readings.holds(condition, {}, state)
 
     def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int]) -> bool:
         """Whether a closed condition may be brought about by actions on some objects, at first sight.
 
         That it looks out of reach is no proof that it is; but no search is spent on it.
         """
-        estimates = Estimates(self._heuristic, state, objects)
+        estimates = Estimates(self.heuristic, state, objects)
         return estimates.to(Subgoal(condition, {}, True)) < INFINITE
 
     def plan(
@@ -98,7 +101,7 @@ class Planner:
         """
         successors = SuccessorGenerator(self._domain, self._carry_out, objects, goal.actions)
         limits = limits or Limits()
-        search = GreedySearch(self._heuristic, successors, limits.states)
+        search = GreedySearch(self.heuristic, successors, limits.states)
         return _PlanSearch(search, goal, limits).run(Node(initial))
 
 

@@ -11,11 +11,11 @@ from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.condition import Conditions
 from eai.world.executable import Arguments, CompiledOperator, applicability
 from eai.world.fault import FaultKind
-from eai.world.frame import Frame
+from eai.world.frame import UNBOUND, Frame
 from eai.world.history import HistoryRule, each_held_before
 from eai.world.operator import Operator
 from eai.world.state import State
-from eai.world.vocabulary import Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
 
 PRECEDENCE = (
     FaultKind.UNCATEGORISED,
@@ -41,6 +41,7 @@ class Domain:
             its only free variable. None where whoever acts sees all there is.
         landmarks: what such an agent knows of from the start without seeing it: the objects that make this
             true as ``x``. None where there is nothing.
+        egocentric: the relations that such an agent perceives of itself alone, not between other things.
 
     Raises:
         DomainError: two operators have one name, or a formula or effect uses what is not declared.
@@ -53,6 +54,7 @@ class Domain:
     precedence: tuple[FaultKind, ...] = PRECEDENCE
     visible: Formula | None = None
     landmarks: Formula | None = None
+    egocentric: tuple[Predicate, ...] = ()
 
     def __post_init__(self) -> None:
         names = [operator.name for operator in self.operators]
@@ -96,6 +98,14 @@ class Domain:
     def sees(self) -> Callable[[State, int], bool]:
         """Whether an object, by index, is visible in a state."""
         return self._about_one(self.visible)
+
+    @cached_property
+    def seen(self) -> Callable[[State, int], int]:
+        """The visible ones among some objects in a state, both as masks."""
+        frame = Frame((Variable("x"),))
+        conditions = Conditions(self.vocabulary, frame)
+        visible = conditions.extension(self.visible or TRUE, frame.scope["x"], frame.scope)
+        return lambda state, among: visible(state, frame.bind(state.scene, (UNBOUND,)), among)
 
     @cached_property
     def is_landmark(self) -> Callable[[State, int], bool]:

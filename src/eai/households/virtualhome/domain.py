@@ -6,7 +6,16 @@ from dataclasses import replace
 from functools import cache
 
 from eai.households.virtualhome.operators import declared_operators, switch_hands
-from eai.households.virtualhome.predicates import VOCABULARY, X, held, in_same_room, room, shut_in
+from eai.households.virtualhome.predicates import (
+    VOCABULARY,
+    X,
+    facing,
+    held,
+    in_same_room,
+    next_to,
+    room,
+    shut_in,
+)
 from eai.world.domain import Domain
 from eai.world.operator import in_paper_order
 
@@ -28,6 +37,7 @@ def as_declared() -> Domain:
     """The domain with the reference's order of checks.
 
     The character sees what it holds and what is in its room but in nothing closed; it knows all rooms.
+    What is near or faced it is told of itself alone: between things, these are most of a scene's facts.
     """
     return Domain(
         "virtualhome",
@@ -35,4 +45,5 @@ def as_declared() -> Domain:
         declared_operators(),
         visible=held(X) | (in_same_room(X) & ~shut_in(X)),
         landmarks=room(X),
+        egocentric=(next_to, facing),
     )

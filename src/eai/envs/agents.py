@@ -1,0 +1,300 @@
+"""Agents that need no model: nulls, which know nothing of the goals, and upper lines, which plan.
+
+An agent is made for one game and returns its next command whenever it is called. The nulls take random
+actions: possible ones, possible ones that lead to new states, or any. The upper lines read facts about what
+has been seen from the state itself, and know the goals: they show how much the setting allows.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import TypeAlias
+
+from eai.abilities.goal_test import remaining_goals
+from eai.abilities.planning import find_plan, planning_goal
+from eai.abilities.task import Goal
+from eai.envs.command import DONE
+from eai.envs.game import Game
+from eai.generator.measures import lids
+from eai.logic.formula import Atom, Constant, Formula, Not, Variable
+from eai.logic.rewriting import rewrite, with_terms
+from eai.logic.traversal import objects
+from eai.planning.greedy_search import GreedySearch, Target
+from eai.planning.planner import Planner, PlanningGoal, alone
+from eai.planning.search import Limits, Node
+from eai.planning.subgoal import Subgoal, conjuncts
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.state import State
+
+Agent: TypeAlias = Callable[[], str]
+"""Returns the next command in the game that it was made for."""
+
+_TRIES = 60
+"""How many possible actions the novel agent looks at for one that leads to a new state."""
+
+_BREADTH = 12
+"""How many actions the greedy agent looks ahead along."""
+
+_GOAL = Limits(200, thorough=False)
+"""How much the explorer searches for a plan with what it has seen."""
+
+_LAST = Limits(2_000)
+"""How much it does so when nothing is left to look at."""
+
+_SIGHT = Limits(50)
+"""How much it searches for a way to see more."""
+
+
+@lru_cache(16)
+def planner_of(domain: Domain) -> Planner:
+    """The planner of a domain, made once."""
+    return Planner(domain)
+
+
+def _after(domain: Domain, state: State, action: Action) -> State:
+    """The state after a possible action."""
+    compiled = domain.compiled[action.operator]
+    return compiled.apply(state, compiled.bind(state, action.arguments))
+
+
+def random_agent(game: Game, seed: int = 0) -> Agent:
+    """`eai/random`: any possible action about what has been seen, or `DONE`, all with the same chance."""
+    rng = _rng(game, seed)
+
+    def command() -> str:
+        actions = [*game.admissible()]
+        chosen = rng.randrange(len(actions) + 1)
+        return DONE if chosen == len(actions) else game.stage.commands.write(actions[chosen])
+
+    return command
+
+
+def novel_agent(game: Game, seed: int = 0) -> Agent:
+    """`eai/novel`: as the random one, but of the actions one that leads to a state where it has not been."""
+    rng, visited = _rng(game, seed), set[State]()
+
+    def command() -> str:
+        visited.add(game.state)
+        actions = [*game.admissible()]
+        if not rng.randrange(len(actions) + 1):
+            return DONE
+        rng.shuffle(actions)
+        domain, state = game.stage.domain, game.state
+        new = (each for each in actions[:_TRIES] if _after(domain, state, each) not in visited)
+        return game.stage.commands.write(next(new, actions[0]))
+
+    return command
+
+
+def blind_agent(game: Game, seed: int = 0) -> Agent:
+    """`eai/blind`: any operator with any objects that have been seen, possible or not, or `DONE`."""
+    rng = _rng(game, seed)
+
+    def command() -> str:
+        operators, known = game.stage.domain.operators, sorted(game.known)
+        chosen = rng.randrange(len(operators) + 1)
+        if chosen == len(operators):
+            return DONE
+        operator = operators[chosen]
+        arguments = tuple([rng.choice(known) for _ in range(operator.arity)])
+        return game.stage.commands.write(Action(operator.name, arguments))
+
+    return command
+
+
+def _rng(game: Game, seed: int) -> random.Random:
+    return random.Random(f"{seed} {game.task.id}")  # noqa: S311 - chance, not secrets
+
+
+def reference_agent(game: Game, seed: int = 0) -> Agent:
+    """The reference that can be played in this view, then `DONE`."""
+    pending = deque(game.stage.reference.commands or ())
+    return lambda: pending.popleft() if pending else DONE
+
+
+def gold_agent(game: Game, seed: int = 0) -> Agent:
+    """The data set's own plan, or else the planner's, then `DONE`."""
+    return _following(game, game.task.script) if game.task.script else planner_agent(game)
+
+
+def planner_agent(game: Game, seed: int = 0) -> Agent:
+    """`eai/planner`: a plan by who knows the whole scene, then `DONE`."""
+    return _following(game, find_plan(game.task, planner_of(game.stage.domain)).plan)
+
+
+def _following(game: Game, plan: Sequence[Action]) -> Agent:
+    pending = deque(plan)
+    return lambda: game.stage.commands.write(pending.popleft()) if pending else DONE
+
+
+def greedy_agent(game: Game, seed: int = 0) -> Agent:
+    """`eai/greedy`: of the possible actions the one after which the planner's heuristic is least.
+
+    It is an upper line, no null: one step of planning wins most of the public tasks.
+    """
+    task, domain, visited = game.task, game.stage.domain, set[State]()
+    goal, heuristic = planning_goal(task), planner_of(domain).heuristic
+    subgoals = [Subgoal(condition, {}, True) for condition in goal.conditions]
+    goals = tuple([part for each in subgoals for part in conjuncts(each, task.scene)])
+    target = Target(goals, len(goal.actions))
+
+    def command() -> str:
+        visited.add(game.state)
+        if all(game.reached):
+            return DONE
+        successors = SuccessorGenerator(domain, alone, sorted(game.known), goal.actions)
+        search = GreedySearch(heuristic, successors, 0)
+        met = len(task.goals) - len(remaining_goals(task, game.taken))
+        node: PlanNode = Node(game.state, met)
+        actions = search.estimate(node, target)[1] or [*successors.applicable(node)]
+        costs: dict[Action, float] = {}
+        for action in actions[:_BREADTH]:
+            after = successors.successor(node, action)
+            if after is not None:
+                costs[action] = search.estimate(after, target)[0] + 1000 * (after.state in visited)
+        return game.stage.commands.write(min(costs, key=costs.__getitem__)) if costs else DONE
+
+    return command
+
+
+class Explorer:
+    """`eai/explorer`: plans over what it has seen, and looks further where that does not reach the goals.
+
+    Looking further is to go where it has not been, landmark by landmark, and then to open what may hide
+    something: to change what the domain's `visible` says must not be so. It says `DONE` when all goals hold,
+    or when nothing is left to try.
+
+    Args:
+        game: the game, which it plays from now on.
+    """
+
+    def __init__(self, game: Game) -> None:
+        self._game = game
+        self._domain = game.stage.domain
+        self._planner = planner_of(self._domain)
+        self._plan: deque[Action] = deque()
+        self._expected: State | None = None
+        self._planned_with = _GOAL, 0
+        self._been: set[int] = set()
+        self._opened: tuple[str, int] | None = None
+        self._fruitless: Counter[str] = Counter()
+        self._tried: set[tuple[Formula, bool]] = set()
+        self._lids = tuple(dict.fromkeys(lids(self._domain)))
+
+    def __call__(self) -> str:
+        """The next command."""
+        game = self._game
+        self._been.update(game.look.sight)
+        if all(game.reached):
+            return DONE
+        if self._expected != game.state:
+            self._plan.clear()
+        if not self._plan:
+            self._plan.extend(self._to_goals() or self._to_sight() or self._to_goals(_LAST))
+        if not self._plan:
+            return DONE
+        action = self._plan.popleft()
+        self._expected = _after(self._domain, game.state, action)
+        return game.stage.commands.write(action)
+
+    def _kind(self, index: int) -> str:
+        return self._game.task.scene.objects[index].category
+
+    def _named(self, goals: Iterable[Goal]) -> set[int]:
+        """The objects that goals name."""
+        return {self._game.task.scene.index[name] for goal in goals for name in objects(goal.formula)}
+
+    def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
+        """A plan to the goals, if all that they name and do not have yet has been seen.
+
+        It is looked for with what they name, and else with all that is known.
+        """
+        game, task = self._game, self._game.task
+        pending = [goal for goal, reached in zip(task.goals, game.reached, strict=True) if not reached]
+        if not self._named(pending) <= game.known or (limits, len(game.known)) == self._planned_with:
+            return ()
+        self._planned_with = limits, len(game.known)
+        now = replace(task, initial=game.state, goals=remaining_goals(task, game.taken))
+        for usable in (self._named(task.goals) & game.known, game.known):
+            plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
+            if plan:
+                return plan
+        return ()
+
+    def _to_sight(self) -> Sequence[Action]:
+        """A plan to see what may be hidden: by actions about one thing, or else about all that is known."""
+        known = tuple(sorted(self._game.known))
+        if self._opened is not None and len(known) == self._opened[1]:
+            self._fruitless[self._opened[0]] += 1
+        self._opened = None
+        for by_itself in (True, False):
+            for index, condition in self._hopes():
+                if (condition, by_itself) not in self._tried:
+                    self._tried.add((condition, by_itself))
+                    goal, usable = PlanningGoal((condition,)), (index,) if by_itself else known
+                    limits = replace(_SIGHT, thorough=by_itself)
+                    plan = self._planner.plan(self._game.state, goal, usable, limits).plan
+                    if plan:
+                        self._opened = self._kind(index), len(known)
+                        return plan
+        return ()
+
+    def _hopes(self) -> Iterator[tuple[int, Formula]]:
+        """Conditions under which it may see more: in new places, then behind what is opened.
+
+        First come things that goals name, then kinds that hid something or are new, and near things.
+        """
+        game, visible, names = self._game, self._domain.visible, self._game.task.scene.objects
+        for place in game.stage.view.landmarks:
+            if visible is not None and place not in self._been:
+                yield place, _about(visible, Constant(names[place].name))
+        near = set(game.look.sight)
+        named = self._named(game.task.goals)
+
+        def rank(index: int) -> tuple[bool, int, bool, int]:
+            return index not in named, self._fruitless[self._kind(index)], index not in near, index
+
+        for index in sorted(game.known, key=rank):
+            for predicate, truth in self._lids:
+                if game.state.has(predicate, index) is not truth:
+                    atom = Atom(predicate, (Constant(names[index].name),))
+                    yield index, atom if truth else Not(atom)
+
+
+def _about(formula: Formula, thing: Constant) -> Formula:
+    """A formula about ``x``, said of a thing."""
+    x = Variable("x")
+    return rewrite(
+        formula,
+        lambda leaf, bound: (
+            leaf if "x" in bound else with_terms(leaf, lambda term: thing if term == x else term)
+        ),
+    )
+
+
+def explorer_agent(game: Game, seed: int = 0) -> Agent:
+    """`eai/explorer`."""
+    return Explorer(game)
+
+
+NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
+    "random": random_agent,
+    "novel": novel_agent,
+    "blind": blind_agent,
+}
+"""The agents that know nothing of the goals."""
+
+UPPER: Mapping[str, Callable[[Game, int], Agent]] = {
+    "reference": reference_agent,
+    "gold": gold_agent,
+    "planner": planner_agent,
+    "explorer": explorer_agent,
+    "greedy": greedy_agent,
+}
+"""The agents that plan."""
