@@ -163,12 +163,28 @@ def greedy_agent(game: Game, seed: int = 0) -> Agent:
     return command
 
 
-class Explorer:
+def _about(formula: Formula, thing: Constant) -> Formula:
+    """A formula about ``x``, said of a thing."""
+    x = Variable("x")
+    return rewrite(
+        formula,
+        lambda leaf, bound: (
+            leaf if "x" in bound else with_terms(leaf, lambda term: thing if term == x else term)
+        ),
+    )
+
+
+def explorer_agent(game: Game, seed: int = 0) -> Agent:
     """`eai/explorer`: plans over what it has seen, and looks further where that does not reach the goals.
 
     Looking further is to go where it has not been, landmark by landmark, and then to open what may hide
-    something: to change what the domain's `visible` says must not be so. It says `DONE` when all goals hold,
-    or when nothing is left to try.
+    something, as the domain's `visible` says. It says `DONE` when all goals hold, or nothing is left to try.
+    """
+    return _Explorer(game)
+
+
+class _Explorer:
+    """The agent of `explorer_agent`.
 
     Args:
         game: the game, which it plays from now on.
@@ -265,22 +281,6 @@ class Explorer:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))
                     yield index, atom if truth else Not(atom)
-
-
-def _about(formula: Formula, thing: Constant) -> Formula:
-    """A formula about ``x``, said of a thing."""
-    x = Variable("x")
-    return rewrite(
-        formula,
-        lambda leaf, bound: (
-            leaf if "x" in bound else with_terms(leaf, lambda term: thing if term == x else term)
-        ),
-    )
-
-
-def explorer_agent(game: Game, seed: int = 0) -> Agent:
-    """`eai/explorer`."""
-    return Explorer(game)
 
 
 NULLS: Mapping[str, Callable[[Game, int], Agent]] = {

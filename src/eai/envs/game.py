@@ -7,9 +7,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from collections.abc import Set as AbstractSet
 from copy import copy
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
 
@@ -38,6 +37,9 @@ if TYPE_CHECKING:
 
 Sight: TypeAlias = tuple[int, ...]
 """The objects that are seen, in the order in which they are listed."""
+
+Ended: TypeAlias = Literal["goal", "done", "steps"]
+"""How a game has ended: with its goals reached, by `DONE`, or cut off after so many actions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -303,14 +305,6 @@ class _Tried(NamedTuple):
     slipped: bool = False
 
 
-class Ended(str, Enum):
-    """How a game has ended: with its goals reached, by `DONE`, or cut off after so many actions."""
-
-    GOAL = "goal"
-    DONE = "done"
-    STEPS = "steps"
-
-
 class Game:
     """One game.
 
@@ -364,7 +358,7 @@ class Game:
     @property
     def undeclared(self) -> bool:
         """Whether it was cut off with all goals reached, as nobody had said `DONE`."""
-        return self.ended is Ended.STEPS and all(self.reached)
+        return self.ended == "steps" and all(self.reached)
 
     @property
     def state(self) -> State:
@@ -436,12 +430,12 @@ class Game:
         """What follows from what became of a command."""
         complete, limit = all(self.reached), self._stage.limit
         if done:
-            self.ended = Ended.DONE
+            self.ended = "done"
         elif self._rules.until is Until.GOAL and complete:
-            self.ended = Ended.GOAL
+            self.ended = "goal"
         elif self._is_late or (self._turns == limit and self._rules.until is Until.GOAL):
-            self.ended = Ended.STEPS
-        truncated = self.ended is Ended.STEPS
+            self.ended = "steps"
+        truncated = self.ended == "steps"
         self.won = self.over and complete and not truncated
         observation = tried.text
         if self.over:
