@@ -9,6 +9,7 @@ import pytest
 
 from cli.conftest import Command
 from eai.data.store import Store
+from processes import eai as run_eai
 
 HERE = ("--domain", "virtualhome", "--ability", "action_sequencing")
 ANSWERS = {
@@ -223,6 +224,13 @@ def test_the_readme_shows_what_the_command_prints(
     monkeypatch.setenv("COLUMNS", "80")
     lines = [line.rstrip() for line in eai("explain", "mine", "27_2", *here).out.splitlines()]
     assert shown in "\n".join(lines) + "\n"
+
+
+def test_the_readme_shows_what_a_run_prints(data_store: Store) -> None:
+    page = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    pattern = r"^\$ eai (run [^\n]*)\n```\n\n```text\n(.*?)^```$"
+    command, shown = re.findall(pattern, page, re.MULTILINE | re.DOTALL)[0]
+    assert shown in run_eai(*command.split(), "--data", data_store.folder).out
 
 
 def test_an_answer_and_a_model_with_odd_characters_are_shown_as_their_escapes(eai: Command) -> None:
