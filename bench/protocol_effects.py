@@ -1,7 +1,7 @@
-"""What each difference between the protocols does to the numbers of VirtualHome action sequencing.
+"""The effect of each difference between the protocols on the numbers of VirtualHome action sequencing.
 
 Scores response files under both protocols, then under ``strict`` with one rule of ``eai-1.0.5`` at a time,
-and prints the tables of docs/protocols.md. Run with ``python bench/protocol_effects.py FILE_OR_FOLDER...`` on
+and prints the tables of rates (bench/README.md) and effects (docs/protocols.md). Run with ``python bench/protocol_effects.py FILE_OR_FOLDER...`` on
 files that ``eai score`` reads.
 """
 

@@ -64,12 +64,12 @@ _GOALS, _SUBGOALS, _PLANS, _OPERATORS = FOUR
 _F1, _SUCCESS, _PLANNER = "overall.f1", "task_success", "overall.planner_success"
 
 FLOORS: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] = {
-    ("docs/protocols.md", "| model | task success: "): [
+    ("bench/README.md", "| model | task success: "): [
         ("virtualhome", _PLANS, metric, protocol)
         for metric in (_SUCCESS, "execution_success")
         for protocol in (_R, _S)
     ],
-    ("docs/protocols.md", "| model | VirtualHome goals, F1 "): [
+    ("bench/README.md", "| model | VirtualHome goals, F1 "): [
         (domain, ability, metric, protocol)
         for domain, ability, metric in (
             ("virtualhome", _GOALS, _F1),
@@ -80,13 +80,13 @@ FLOORS: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] =
         )
         for protocol in (_R, _S)
     ],
-    ("docs/protocols.md", "| model | VirtualHome: planner success "): [
+    ("bench/README.md", "| model | VirtualHome: planner success "): [
         (domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_PLANNER, "overall.plan_works")
     ],
-    ("docs/protocols.md", "| model | VirtualHome: clauses "): [
+    ("bench/README.md", "| model | VirtualHome: clauses "): [
         (domain, _OPERATORS, metric, _S) for domain in FIRST for metric in (_F1, "literals.f1")
     ],
-    ("docs/behavior.md", "| model | sequencing: "): [
+    ("bench/README.md", "| model | sequencing: "): [
         ("behavior", ability, metric, protocol)
         for ability, metric in ((_PLANS, _SUCCESS), (_SUBGOALS, _SUCCESS), (_GOALS, _F1))
         for protocol in (_R, _S)
