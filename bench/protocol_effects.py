@@ -1,8 +1,8 @@
 """The effect of each difference between the protocols on the numbers of VirtualHome action sequencing.
 
 Scores response files under both protocols, then under ``strict`` with one rule of ``eai-1.0.5`` at a time,
-and prints the tables of rates (bench/README.md) and effects (docs/protocols.md). Run with ``python bench/protocol_effects.py FILE_OR_FOLDER...`` on
-files that ``eai score`` reads.
+and prints the tables of rates (bench/README.md) and of effects (docs/protocols.md). Run with
+``python bench/protocol_effects.py FILE_OR_FOLDER...`` on files that ``eai score`` reads.
 """
 
 from __future__ import annotations
