@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -9,15 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import eai
+from eai.benchmark.benchmark import Benchmark
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
-from eai.envs.game import stage_of
-from eai.envs.rules import Feedback, Observe, Rules, View
+from eai.envs.game import Game, Stage, stage_of
+from eai.envs.rules import STANDARD, Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.episode import Until
-from envs.switches import SWITCHES, WON
+from envs.switches import SWITCHES, WON, at
 
 
 def play(*commands: str, task_id: str = "both", **options: Any) -> list[tuple[str, float, bool, bool, Any]]:
@@ -449,3 +451,112 @@ def test_the_manual_names_every_action_and_predicate() -> None:
     manual = make(SWITCHES).manual
     for words in ("at(x, y)", "lit(x)", "GO(x)", "not yet possible while: the robot is not beside x"):
         assert words in manual
+
+
+STANDARD_OPENING = """\
+You are robot. You do not see everything: an action may name only what is listed below or seen later.
+
+You may try 14 actions. You win only if you say DONE while all goals hold. LOOK tells all that you see, and \
+costs no action once between two actions.
+
+Objects [kind]: properties
+"""
+
+
+def standard(*commands: str, benchmark: Benchmark = SWITCHES, **options: Any) -> list[Any]:
+    """All turns of a game in the standard setting."""
+    environment = make(benchmark, "both", rules=STANDARD, **options)
+    opening = environment.reset(seed=0)[0]
+    assert STANDARD_OPENING in opening or options
+    return [environment.step(command) for command in commands]
+
+
+def observed(*commands: str, **options: Any) -> str:
+    """The observation of the last of these commands in the standard setting."""
+    observation: str = standard(*commands, **options)[-1][0]
+    return observation
+
+
+def test_changes_in_a_partial_view_say_what_comes_into_sight_and_what_goes() -> None:
+    assert observed("GO(shed)") == (
+        "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\nGone out of sight: hall, lamp.\n"
+        "In sight again: shed.\n\nYou see for the first time:\nbox [box]: -\n\n"
+        "Of these:\nat(box, shed)\nshut(box)\n13 of 14 actions left."
+    )
+    back = observed("GO(shed)", "GO(hall)")
+    assert "\nGone out of sight: shed, box.\nIn sight again: hall, lamp.\n12 of 14" in back
+    assert "lit(torch)" not in observed("GO(shed)", "GO(hall)", "PRESS(lamp)")
+
+
+def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:
+    game = Game(Stage(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
+    view, here = game.stage.view, game.look
+    game.act("PRESS(lamp)")
+    index = game.task.scene.index
+    assert view.since(here, game.look, {index["lamp"]}) == ["+ lit(lamp)"]
+    game.act("GO(shed)")
+    assert view.since(here, game.look, {index["robot"]}) == [], "of the agent all is told at once"
+
+
+def test_all_that_is_seen_is_told_once_between_two_actions() -> None:
+    turns = standard("LOOK", "LOOK()", "WAVE()", "LOOK")
+    assert turns[0][0] == (
+        "Objects [kind]: properties\nrobot [robot]: -\nhall [room]: room\nlamp [lamp]: -\n\n"
+        "Now:\nat(robot, hall)\nat(lamp, hall)\n14 of 14 actions left."
+    )
+    assert turns[1][0] == "You have looked already: nothing has changed since.\n13 of 14 actions left."
+    assert turns[3][0].endswith("\n12 of 14 actions left.")
+    assert {turn[4]["fault"] for turn in turns} == {None}
+    assert "LOOK is not an action" in told("LOOK"), "facts are told anyway"
+
+
+def test_the_standard_setting_is_won_by_who_says_so_in_time() -> None:
+    assert standard(*WON, "DONE")[-1][4]["won"]
+    assert not standard("DONE")[-1][4]["won"]
+    just = standard(*WON, "DONE", max_steps=len(WON))
+    assert (just[-1][2:4], just[-1][4]["won"]) == ((True, False), True)
+    late = standard(*WON, "WAVE()", max_steps=len(WON))[-1]
+    assert (late[0], late[2:4], late[4]["won"]) == (
+        "No actions are left.\nThe episode is over.",
+        (False, True),
+        False,
+    )
+
+
+def test_who_is_cut_off_with_all_goals_reached_has_not_declared_it() -> None:
+    rules = STANDARD.model_copy(update={"max_steps": len(WON)})
+    game = Game(Stage(SWITCHES.tasks(Source())["both"], SWITCHES, rules))
+    for command in (*WON, "WAVE()"):
+        game.act(command)
+    assert (game.ended, game.won, game.undeclared) == ("steps", False, True)
+
+
+def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
+    game = Game(Stage(SWITCHES.tasks(Source())["both"], SWITCHES, STANDARD))
+    assert game.admissible_commands() == [
+        "GO(shed)",
+        "OPEN(robot)",
+        "OPEN(lamp)",
+        "PRESS(lamp)",
+        "WAVE()",
+        "DONE",
+    ]
+    assert "admissible_commands" not in standard("WAVE()")[0][4]
+
+
+def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
+    task = replace(SWITCHES.tasks(Source())["both"], relevant=())
+    shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening()[0] for view in View}
+    assert "lamp [lamp]" in shown[View.SCENE]
+    assert "lamp [lamp]" not in shown[View.TASK]
+
+
+def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
+    own = replace(SWITCHES, domain=replace(SWITCHES.domain, egocentric=(at,)))
+    task = own.tasks(Source())["both"]
+    for view, lamp in ((View.TASK, True), (View.SCENE, False)):
+        stage = Stage(task, own, Rules(view=view))
+        facts = Game(stage).opening()[0].partition("Now:")[2]
+        assert "at(robot, hall)" in facts
+        assert ("at(lamp, hall)" in facts) is lamp
+        assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp

@@ -1,0 +1,114 @@
+"""What agents that need no model win in the standard setting: nulls, and upper lines that plan.
+
+    python bench/acting.py [SUITE ...] [--sample 40] [--seeds 1] [--agents random ...] [--view task]
+
+A suite is a benchmark or a file of tasks; by default both households. Of each, `--sample` tasks are played,
+evenly spaced (0: all). Tasks without a reference in this view are left out and counted. The share is printed
+of games won within so many times the shortest plan known, and within the budget of the setting. It is told
+twice: by `DONE`, as the setting has it, and by the last state (of those who never said `DONE` in time, too).
+Nulls draw `DONE` with the same chance as any other command, and act on after it for the second number.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability
+from eai.benchmark.registry import FIRST, find_benchmark
+from eai.envs.agents import NULLS, UPPER, Agent
+from eai.envs.command import DONE
+from eai.envs.game import Game, Stage
+from eai.envs.rules import STANDARD, Rules, View
+from eai.tasks.source import Source
+
+TIMES = (1, 2, 4)
+AGENTS = {**NULLS, **UPPER}
+
+
+class Course(NamedTuple):
+    """A game: whether all goals held after each number of actions, and after how many `DONE` was said."""
+
+    held: Sequence[bool]
+    done: int | None
+
+    def by_done(self, budget: int) -> bool:
+        return self.done is not None and self.done <= budget and self.held[self.done]
+
+    def by_last_state(self, budget: int) -> bool:
+        return self.held[min(budget, len(self.held) - 1)]
+
+
+def course(stage: Stage, make: Callable[[Game, int], Agent], seed: int, *, acts_on: bool) -> Course:
+    """What becomes of an agent in as many actions as any budget has."""
+    game = Game(stage.endless())
+    agent, held, done = make(game, seed), [all(game.reached)], None
+    most = max(TIMES[-1] * (stage.reference.shortest or 0), stage.limit or 0)
+    while True:
+        command, tried = agent(), len(held) - 1
+        if command == DONE and done is None:
+            done = tried
+        if tried == most or (command == DONE and not acts_on):
+            return Course(held, done)
+        if command != DONE:
+            game.act(command)
+        held.append(all(game.reached))
+
+
+def stages(name: str, rules: Rules, sample: int) -> tuple[list[Stage], int]:
+    """The tasks of a sample that have a reference, and how many have none."""
+    benchmark = find_benchmark(name)
+    tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
+    ids = [task_id for task_id in tasks if tasks[task_id].left_out is None]
+    chosen = ids[:: max(1, len(ids) // sample)] if sample else ids
+    made = [Stage(tasks[task_id], benchmark, rules) for task_id in chosen]
+    playable = [stage for stage in made if stage.reference.commands is not None]
+    return playable, len(made) - len(playable)
+
+
+def cell(courses: Sequence[tuple[Course, int]]) -> str:
+    """The shares of games that are won within budgets, by `DONE` and by the last state."""
+    done = sum(course.by_done(budget) for course, budget in courses)
+    state = sum(course.by_last_state(budget) for course, budget in courses)
+    return f"{100 * done / len(courses):.1f} / {100 * state / len(courses):.1f}"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("suites", nargs="*", default=list(FIRST))
+    parser.add_argument("--sample", type=int, default=40, help="tasks of each suite, about; 0: all")
+    parser.add_argument("--seeds", type=int, default=1, help="games of each null in each task")
+    parser.add_argument("--agents", nargs="+", choices=AGENTS, default=list(AGENTS))
+    parser.add_argument("--view", type=View, choices=list(View), default=View.SCENE)
+    arguments = parser.parse_args()
+    rules = STANDARD.model_copy(update={"view": arguments.view})
+    print("| suite | agent | games |", *[f"{times} L |" for times in TIMES], "budget | CPU ms a game |")
+    print("|---|---|--:|", *["--:|" for _ in TIMES], "--:|--:|")
+    for name in arguments.suites:
+        playable, left_out = stages(name, rules, arguments.sample)
+        lengths = sorted([stage.reference.shortest or 0 for stage in playable])
+        for called in arguments.agents:
+            seeds, start = range(arguments.seeds if called in NULLS else 1), time.process_time()
+            games = [
+                (stage, course(stage, AGENTS[called], seed, acts_on=called in NULLS))
+                for stage in playable
+                for seed in seeds
+            ]
+            spent = 1000 * (time.process_time() - start) / len(games)
+            shown = [
+                cell([(game, times * (stage.reference.shortest or 0)) for stage, game in games])
+                for times in TIMES
+            ]
+            shown.append(cell([(game, stage.limit or 0) for stage, game in games]))
+            print(f"| {name} | {called} | {len(games)} |", *[f"{each} |" for each in shown], f"{spent:.0f} |")
+        middle = lengths[len(lengths) // 2]
+        print(f"{name}: L {lengths[0]} to {lengths[-1]}, median {middle}; left out: {left_out}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

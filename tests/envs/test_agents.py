@@ -1,0 +1,88 @@
+"""Agents that need no model, and the references that they make, in the standard setting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.benchmark.registry import find_benchmark
+from eai.data.store import Store
+from eai.envs.agents import NULLS, UPPER
+from eai.envs.command import DONE
+from eai.envs.game import Game, Stage
+from eai.envs.rules import STANDARD, Rules
+from eai.tasks.source import Source
+from envs.switches import SWITCHES
+
+TASKS: Mapping[str, Task] = SWITCHES.tasks_for(Ability.ACTION_SEQUENCING, Source())
+EVERY = {"virtualhome": 24, "behavior": 14}
+"""Which tasks of a household are played."""
+
+
+def played(agent: str, stage: Stage, seed: int = 0) -> tuple[Game, list[str]]:
+    """A game of an agent, and its commands."""
+    game = Game(stage)
+    command, commands = {**NULLS, **UPPER}[agent](game, seed), list[str]()
+    while not game.over:
+        commands.append(command())
+        game.act(commands[-1])
+    return game, commands
+
+
+def stages(name: str, store: Store, rules: Rules = STANDARD) -> list[Stage]:
+    """Some tasks of a household."""
+    benchmark = find_benchmark(name)
+    tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(store))
+    ids = [task_id for task_id in tasks if tasks[task_id].left_out is None]
+    return [Stage(tasks[task_id], benchmark, rules) for task_id in ids[:: EVERY[name]]]
+
+
+@pytest.mark.parametrize("task_id", ["both", "greet", "half", "done"])
+def test_the_explorer_finds_what_is_hidden_and_says_so(task_id: str) -> None:
+    game, commands = played("explorer", Stage(TASKS[task_id], SWITCHES, STANDARD))
+    assert (game.won, game.ended, commands[-1]) == (True, "done", DONE)
+    if task_id == "both":
+        assert commands == ["GO(shed)", "OPEN(box)", "PRESS(torch)", "GO(hall)", "PRESS(lamp)", DONE]
+
+
+def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> None:
+    stage = Stage(TASKS["both"], SWITCHES, STANDARD)
+    shortest, commands = stage.reference
+    assert shortest == 3, "the torch can be pressed in its box, which who does not know of it cannot do"
+    assert commands is not None
+    assert stage.limit == 2 * 3 + 8 == stage.reference.budget(2)
+    assert stage.reference.budget(0) == 8
+    assert stage.reference._replace(commands=("WAVE()",) * 30).budget(2) == 30
+    assert Stage(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
+    assert Stage(TASKS["both"], SWITCHES, Rules()).limit == 100
+
+
+@pytest.mark.parametrize("agent", NULLS)
+def test_nulls_play_by_their_seed(agent: str) -> None:
+    stage = Stage(TASKS["both"], SWITCHES, STANDARD)
+    games = [played(agent, stage, seed)[1] for seed in (0, 0, 1, 2, 3)]
+    assert games[0] == games[1]
+    assert len({tuple(commands) for commands in games}) > 1
+
+
+def test_of_possible_actions_the_novel_agent_takes_new_ones_and_the_blind_one_any() -> None:
+    stage = Stage(TASKS["both"], SWITCHES, STANDARD)
+    for seed in range(5):
+        for agent in ("random", "novel"):
+            game, commands = played(agent, stage, seed)
+            replay = Game(stage)
+            assert all(replay.act(command).info["fault"] is None for command in commands[: len(game.taken)])
+    assert any(len(game.taken) < len(commands) - 1 for game, commands in [played("blind", stage)])
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_upper_lines_win_and_chance_does_not(name: str, data_store: Store) -> None:
+    tasks = stages(name, data_store)
+    assert [stage.task.id for stage in tasks if not played("reference", stage)[0].won] == []
+    assert sum(played("explorer", stage)[0].won for stage in tasks) >= 0.95 * len(tasks)
+    assert sum(played("blind", stage)[0].won for stage in tasks) == 0
+    assert sum(played("random", stage)[0].won for stage in tasks[::3]) == 0
+    assert played("greedy", min(tasks, key=lambda stage: stage.reference.shortest or 0))[0].won
