@@ -479,8 +479,8 @@ def observed(*commands: str, **options: Any) -> str:
 
 def test_changes_in_a_partial_view_say_what_comes_into_sight_and_what_goes() -> None:
     assert observed("GO(shed)") == (
-        "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\nGone out of sight: hall, lamp.\n"
-        "In sight again: shed.\n\nYou see for the first time:\nbox [box]: -\n\n"
+        "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\nGone out of sight: hall, lamp.\n\n"
+        "You see for the first time:\nshed [room]: room\nbox [box]: -\n\n"
         "Of these:\nat(box, shed)\nshut(box)\n13 of 14 actions left."
     )
     back = observed("GO(shed)", "GO(hall)")

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
 import random
+import re
 
 import pytest
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.envs.game import _View
-from eai.envs.rules import Observe
+from eai.envs.game import Game, Stage, _View
+from eai.envs.rules import STANDARD, Observe
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source
 from eai.world.episode import Episode
@@ -57,3 +58,25 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
             if len({*fact.arguments}) == len(fact.arguments)
         }
         assert {line for line in told if line[2:].partition("(")[0] in stored} == expected
+
+
+@pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
+def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
+    name: str, task_id: str, data_store: Store
+) -> None:
+    benchmark = find_benchmark(name)
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
+    game, rng = Game(Stage(task, benchmark, STANDARD.model_copy(update={"budget": None}))), random.Random(1)
+    believed = {*game.opening()[0].partition("Now:\n")[2].splitlines()}
+    for turn in range(60):
+        walks = [each for each in game.admissible() if each.operator == "WALK"]
+        action = rng.choice(walks if walks and turn % 4 == 0 else [*game.admissible()])
+        for line in game.act(game.stage.commands.write(action)).observation.splitlines():
+            if line[:2] == "- ":
+                believed.discard(line[2:])
+            elif line.endswith(")"):
+                believed.add(line.removeprefix("+ "))
+        holds = {*game.look.text.splitlines()}
+        seen = {*game.stage.view.names(game.look.sight).split(", ")}
+        assert holds <= believed
+        assert [each for each in believed - holds if {*re.findall(r"[\w.]+", each)[1:]} <= seen] == []

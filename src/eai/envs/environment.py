@@ -139,6 +139,17 @@ class TextEnvironment(gymnasium.Env[str, str]):
         """The manual for an agent: the predicates of the world, and its actions."""
         return manual(self.benchmark, self.rules.feedback, self.rules.view)
 
+    @property
+    def game(self) -> Game:
+        """The game that is played, for agents that know it (`eai.envs.agents`).
+
+        Raises:
+            ResetNeeded: none has begun.
+        """
+        if self._game is None:
+            raise ResetNeeded("no game has begun: call reset")
+        return self._game
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[str, dict[str, Any]]:
@@ -182,9 +193,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         """
         if self.render_mode is None:
             return None
-        if self._game is None:
-            raise ResetNeeded("there is nothing to see before reset")
-        return pixels(self._game.task, self.benchmark, self._game.look.state, self._game.look.sight)
+        look = self.game.look
+        return pixels(self.game.task, self.benchmark, look.state, look.sight)
 
     def _chosen(self) -> str:
         """One of the tasks at random; those without goals are passed over where there are others."""

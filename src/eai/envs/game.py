@@ -333,6 +333,7 @@ class Game:
         self._faults: Counter[FaultKind] = Counter()
         self._look = stage.view.first
         self.known = {*self._look.sight, *stage.view.landmarks}
+        self._seen = {*self._look.sight}
         self._left: dict[int, _Look] = {}
         self._has_looked = False
         self._at_start = self.reached = self._goals_reached()
@@ -492,11 +493,13 @@ class Game:
         self._look = view.next(before, state)
         news = view.changes(before, self._look) or "No fact that you see has changed."
         new = [index for index in self._look.sight if index not in self.known]
+        self.known.update(new)
         is_brief = self._rules.feedback is Feedback.CHANGES and before.sight != self._look.sight
         if is_brief:
+            new = [index for index in self._look.sight if index not in self._seen]
+            self._seen.update(new)
             news += "".join([f"\n{line}" for line in self._moved(before, new)])
         if new:
-            self.known.update(new)
             news += f"\n\nYou see for the first time:\n{view.objects(new)}"
         if new and is_brief:
             facts = [line for line in view.about(self._look, {*new}) if f"+ {line}\n" not in f"{news}\n"]
