@@ -1,4 +1,4 @@
-"""Shortcuts to the suites of the registered benchmarks, by name."""
+"""Shortcuts to the suites of the paper's households, by name."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.data.store import Store
 from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
 from eai.tasks.source import ErrataChoice, Source
 
-SUITES = tuple((name, ability) for name in registered() for ability in FOUR)
-"""Every registered benchmark with each ability."""
+SUITES = tuple((name, ability) for name in of_the_paper() for ability in FOUR)
+"""Each household of the paper with each ability."""
 
 
 def official_prompts(

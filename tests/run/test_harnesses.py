@@ -14,13 +14,14 @@ import eai
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR
 from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import of_the_paper
 from eai.data.store import Store
 from eai.run.registry import TASKS
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples/lm_eval"
-OF_HOUSEHOLDS = {name for name in TASKS if name.endswith(tuple(FOUR))}
-"""The examples have the four abilities: no file of questions, and no pictures."""
+OF_HOUSEHOLDS = {f"{name}_{ability.value}" for name in of_the_paper() for ability in FOUR} & set(TASKS)
+"""The examples have the four abilities of the paper's households: no file of questions, and no pictures."""
 
 
 def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:

@@ -42,12 +42,14 @@ class Wording:
         predicates: what goals are made of: stored or derived predicates, by name.
         written_as: how answers name a predicate, where it is not its declared name.
         object_name: what objects are called.
+        conventions: what nobody can know of a task's world and is told; None if there is nothing.
     """
 
     domain: Domain
     predicates: tuple[str, ...]
     written_as: Mapping[str, str] = field(default_factory=dict)
     object_name: ObjectName = declared_name
+    conventions: Callable[[Task], str] | None = None
 
     @staticmethod
     def of(domain: Domain) -> Wording:
@@ -74,8 +76,10 @@ class Wording:
         return _operator_text(operator)
 
     def objects(self, task: Task) -> str:
-        """The objects of a task with their properties, each once."""
-        return _lines(dict.fromkeys([self.object(task, index) for index in subjects(task)]))
+        """The objects of a task with their properties, each once, and what conventions there are."""
+        listed = _lines(dict.fromkeys([self.object(task, index) for index in subjects(task)]))
+        known = self.conventions(task) if self.conventions is not None else ""
+        return f"{listed}\n\n{known}" if known else listed
 
     def object(self, task: Task, index: int) -> str:
         """An object with its kind and its properties."""

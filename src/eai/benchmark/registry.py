@@ -32,8 +32,8 @@ PDDL = "pddl"
 """The word before the colon in a reference to PDDL files."""
 
 REFERENCES = (
-    "virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, or task files, FILE.jsonl "
-    "or DIR/"
+    "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:FILE,DIR, or task "
+    "files, FILE.jsonl or DIR/"
 )
 """How a benchmark is named, in words."""
 
@@ -44,10 +44,10 @@ RULES = "rules"
 """The word before the colon in a reference to a benchmark in its own words, with the rules of its twin."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
-"""How identifiers with capitals spell the benchmarks that come with the package."""
+"""How identifiers with capitals spell the benchmarks of the paper."""
 
 FIRST = tuple(CAPITALISED)
-"""These benchmarks in the order of the paper; the others follow by name."""
+"""These benchmarks are the paper's, in its order; the others follow by name."""
 
 
 @cache
@@ -63,6 +63,11 @@ def _place(name: str) -> int:
 def registered() -> tuple[str, ...]:
     """The names of all registered benchmarks."""
     return tuple(_entry_points())
+
+
+def of_the_paper() -> tuple[str, ...]:
+    """The names of the paper's two households, as far as they are registered: the default of commands."""
+    return tuple([name for name in registered() if name in FIRST])
 
 
 def find_benchmark(reference: str) -> Benchmark:

@@ -10,12 +10,12 @@ import typer
 
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store
 from eai.data import dataset
 from eai.data.files import write_whole
-from eai.households.packs import fetch_published, published_packs
+from eai.households.packs import all_packs, fetch_all
 from eai.households.packs import validate as check
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
@@ -44,7 +44,7 @@ def fetch(
     Example: eai data fetch
     """
     with data_progress() as report:
-        made = fetch_published(store(data), place=place, force=force, report=report)
+        made = fetch_all(store(data), place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     folder = store(data).folder
     tell(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)
@@ -56,7 +56,7 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
 
     Example: eai data info
     """
-    packs = dataset.info(store(data), packs=published_packs())
+    packs = dataset.info(store(data), packs=all_packs())
     if as_json:
         found: list[Json] = [
             {
@@ -86,7 +86,7 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
 @app.command()
 def stats(
     domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} The paper's two if not given.")
     ] = None,
     by_task: Annotated[
         bool, typer.Option("--by-task", help="Write what each task is like, a line a task.")
@@ -102,7 +102,7 @@ def stats(
 
     Example: eai data stats --by-task --distributions
     """
-    benchmarks = [find_benchmark(name) for name in domain or registered()]
+    benchmarks = [find_benchmark(name) for name in domain or of_the_paper()]
     with opened_source(data, errata=ErrataChoice.NONE) as source:
         tables = [table_of(each, source) for each in benchmarks]
     written: list[Path] = []
@@ -183,7 +183,7 @@ def validate(
         typer.Option("--annotations", help="Carry out plans, test goals, solve planning problems instead."),
     ] = False,
     domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} Of --annotations: all registered if not given.")
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
     ] = None,
     errata: Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
@@ -203,7 +203,7 @@ def validate(
     with opened_source(data, PlannerChoice.BUILT_IN, errata) as source:
         found = [
             each
-            for name in domain or registered()
+            for name in domain or of_the_paper()
             for each in check_annotations(find_benchmark(name), source)
         ]
     tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)

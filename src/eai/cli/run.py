@@ -11,7 +11,7 @@ import typer
 
 from eai.abilities.protocol import FOUR, Ability, Protocol, ability_of, place_of, protocol_of
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import registered
+from eai.benchmark.registry import of_the_paper
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, need_inspect, note_planner, print_markdown, say
 from eai.cli.flags import HELP, RunCommand, check_models, check_replay, flag, listing, specification
@@ -121,7 +121,7 @@ def run(
     with opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
-            for name in spec.tasks.domain or registered()
+            for name in spec.tasks.domain or of_the_paper()
             for each in wanted
         ]
         suites = suites if target is None else adaptive_suites(suites, spec.tasks.ability)

@@ -11,7 +11,7 @@ import typer
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmark.registry import PDDL, find_benchmark, registered
+from eai.benchmark.registry import PDDL, find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, opened_source
 from eai.errors import InputError
@@ -85,7 +85,7 @@ def write(
     ],
     domain: Annotated[
         list[str] | None,
-        typer.Option(help=f"{DOMAIN_HELP} With --croissant several, all registered ones if not given."),
+        typer.Option(help=f"{DOMAIN_HELP} With --croissant several, the paper's two if not given."),
     ] = None,
     problems: Annotated[
         list[Path] | None,
@@ -106,7 +106,7 @@ def write(
     Example: eai tasks write --domain pddl:domain.pddl,problems --out problems.jsonl
     """
     if croissant:
-        _write_croissant(domain or registered(), out, data, as_json=as_json)
+        _write_croissant(domain or of_the_paper(), out, data, as_json=as_json)
         return
     if domain is None or len(domain) != 1:
         raise InputError("--domain: expected one benchmark")

@@ -290,6 +290,8 @@ def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     parts = [f"{task.title}\n{task.instruction}", f"Goals:\n{wording.goals(task)}"]
     if any(goal.is_over_time for goal in task.goals):
         parts.append(Templates().text("over_time.txt"))
+    known = "" if wording.conventions is None else wording.conventions(task)
+    parts += [known] if known else []
     agent = task.scene.agent
     notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
     if rules.observe is Observe.PARTIAL:

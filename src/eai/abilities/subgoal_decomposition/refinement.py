@@ -181,11 +181,10 @@ class Refinement:
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
         if not self._repertoire.movement:
             return
-        if need.wider is not None:
-            wider = need.wider()
-            _, movement = self._repertoire.serving(_operators(wider))
+        wider = need.wanted if need.wider is None else need.wider()
+        _, movement = self._repertoire.serving(_operators(wider))
+        if movement or len(wider) > len(need.wanted):
             moves, changes = self._split(wider, need)
-        if movement:
             touched = need.touched_by(movement)
             moving = self._grounded(self._moves(movement, need.objects), need)
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)

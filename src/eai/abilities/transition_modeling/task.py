@@ -89,12 +89,16 @@ def declared_tasks(
 ) -> dict[str, TransitionTask]:
     """The tasks of transition modeling of a domain, by id, in the order of the tasks.
 
+    Tasks that are known to have no plan are left out: there no operators lead to the goal.
+
     Args:
         domain: the declaration.
         tasks: its tasks.
         categories: those of some predicates, by name in PDDL; others have what `default_categories` says.
     """
-    asked = {task_id: task for task_id, task in tasks.items() if _conditions(task)}
+    asked = {
+        task_id: task for task_id, task in tasks.items() if _conditions(task) and task.unsolvable is None
+    }
     if not asked:
         return {}
     sources = [

@@ -10,10 +10,11 @@ from eai.abilities.task import Task
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.english.english import English, english_of
+from eai.households.behavior_1k.conventions import conventions
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.predicates import GOAL_PREDICATES
 from eai.households.behavior_1k.tasks import Evidence, open_tasks
-from eai.tasks.source import OpenTasks, Source, TaskSet, once_per_store
+from eai.tasks.source import Source, TaskSet, once_per_store
 from eai.world.domain import Domain
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
@@ -30,34 +31,35 @@ def _english() -> English:
     return english_of("eai.households.behavior_1k")
 
 
-def _wording(ability: Ability) -> Wording:
+def _plain(ability: Ability) -> Wording:
     return Wording(_domain(), GOAL_PREDICATES)
 
 
-def _opener(*, told: bool) -> OpenTasks[Task]:
-    @once_per_store
-    def opened(source: Source) -> TaskSet[Task]:
-        return open_tasks(_english(), source.store, told=told, report=source.report)
+def _with_conventions(ability: Ability) -> Wording:
+    """The words, with the conventions where an ability takes plans; what an instruction asks for does not."""
+    plain = _plain(ability)
+    acts = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+    return replace(plain, conventions=conventions) if acts else plain
 
-    return opened
 
-
-_TOLD, _UNTOLD = _opener(told=True), _opener(told=False)
+@once_per_store
+def _activities(source: Source) -> TaskSet[Task]:
+    return open_tasks(_english(), source.store, report=source.report)
 
 
 def _challenge(source: Source) -> TaskSet[Task]:
-    tasks = _TOLD(source)
+    tasks = _activities(source)
     return TaskSet(Evidence.load().subsets["challenge_2025"], tasks.__getitem__, tasks.sha256)
 
 
 def behavior_1k() -> Benchmark:
-    """The benchmark: instructions tell the conventions that matter."""
+    """The benchmark: prompts tell the conventions that matter."""
     return Benchmark(
         name=NAME,
         title="BEHAVIOR-1K",
         domain=_domain(),
-        open_tasks=_TOLD,
-        wordings=_wording,
+        open_tasks=_activities,
+        wordings=_with_conventions,
         also_observed=("held", "robot_on"),
         english=_english(),
         planner_seconds=200,
@@ -66,7 +68,7 @@ def behavior_1k() -> Benchmark:
 
 def untold() -> Benchmark:
     """The same without: what a model knows of tools, heat and recipes counts."""
-    return replace(behavior_1k(), name=UNTOLD, title="BEHAVIOR-1K, conventions untold", open_tasks=_UNTOLD)
+    return replace(behavior_1k(), name=UNTOLD, title="BEHAVIOR-1K, conventions untold", wordings=_plain)
 
 
 def challenge_2025() -> Benchmark:

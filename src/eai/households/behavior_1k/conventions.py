@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from eai.abilities.task import Task
 from eai.households.behavior_1k import predicates as p
 from eai.world.relation import bits
 from eai.world.state import State
@@ -23,18 +24,20 @@ _NEEDS: Mapping[Predicate, str] = {
 }
 
 
-def conventions(initial: State, nameable: int) -> str:
-    """Return the conventions that matter in a scene, one a line; empty if there are none."""
-    return "\n".join(_Conventions(initial, nameable).lines())
+def conventions(task: Task) -> str:
+    """Return the conventions that matter in a task, one a line below the heading; empty if there are none."""
+    lines = list(_Conventions(task.initial).lines())
+    return "\n".join((HEADING, *lines)) if lines else ""
 
 
 class _Conventions:
     """Reads the static facts of a scene."""
 
-    def __init__(self, initial: State, nameable: int) -> None:
+    def __init__(self, initial: State) -> None:
         self._state = initial
         self._names = [thing.name for thing in initial.scene.objects]
-        self._things = self._names[:nameable]
+        recipes = initial.those(p.recipe.name)
+        self._things = [name for i, name in enumerate(self._names) if not recipes >> i & 1]
 
     def lines(self) -> Iterator[str]:
         """One line for each convention."""
@@ -73,7 +76,7 @@ class _Conventions:
             substance = self._names[index]
             ways = []
             for manner, how in (
-                (p.removes_dry, "just so"),
+                (p.removes_dry, "dry"),
                 (p.removes_running, "switched on"),
                 (p.removes_soaked, "soaked with a solvent"),
             ):
@@ -84,6 +87,11 @@ class _Conventions:
             if washing:
                 ways.append(f"by washing or rinsing in {_listed(washing)}")
             solvents = self._of(p.dissolved_by, substance)
+            machines = [one for one in (*self._those(p.washer), *self._those(p.sink)) if one not in washing]
+            if solvents and machines:
+                ways.append(
+                    f"by washing or rinsing in {_listed(machines)} with a solvent in it or on the thing"
+                )
             dissolved = f" Its solvents here: {_listed(solvents)}." if solvents else ""
             if ways or solvents:
                 yield f"- {substance} is removed {'; '.join(ways) or 'with its solvents'}.{dissolved}"
@@ -104,6 +112,7 @@ class _Conventions:
                 else []
             )
             effects += [f"melts {_listed(molten)}"] if molten else []
+            effects += ["cools and freezes what can be frozen"] if self._of(p.chills, source) else []
             does = f"; it {' and '.join(effects)}" if effects else ""
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
@@ -139,7 +148,9 @@ class _Conventions:
         over = f", with {_listed(toppings)} on top" if toppings else ""
         alone = "" if self._has(p.relaxed, recipe) else ", and nothing else"
         how = how.replace(" vessel,", " vessel, of") if self._has(p.by_stirring, recipe) else how
-        return f"- {_listed(self._of(p.makes, recipe))} is made {how} {_listed(taken)}{over}{alone}."
+        made = self._of(p.makes, recipe)
+        are = "are" if len(made) > 1 else "is"
+        return f"- {_listed(made)} {are} made {how} {_listed(taken)}{over}{alone}."
 
     def _taken(self, recipe: str, name: str, is_base: bool) -> str:
         if name in self._of(p.raw, recipe):

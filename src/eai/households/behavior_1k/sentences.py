@@ -62,7 +62,8 @@ class Sentences:
             case f.Not(part):
                 return f"it is not so that {self.clause(part, names)}"
             case f.And(parts):
-                return " and ".join(self.clause(part, names) for part in parts)
+                comma = ", and " if any(isinstance(part, f.Or) for part in parts) else " and "
+                return comma.join(self.clause(part, names) for part in parts)
             case f.Or(parts):
                 return f"either {' or '.join(self.clause(part, names) for part in parts)}"
             case f.Implies(premise, conclusion):

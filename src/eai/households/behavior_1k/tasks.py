@@ -13,7 +13,6 @@ from eai.abilities.task import Task, goal
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.english.english import English
-from eai.households.behavior_1k.conventions import HEADING, conventions
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.pack import open_activities
@@ -58,16 +57,14 @@ class ActivityTasks(TaskSet[Task]):
     Args:
         pack: the pack.
         english: the sentences of predicates.
-        told: whether instructions tell the conventions.
     """
 
-    def __init__(self, pack: PackFile, english: English, *, told: bool) -> None:
+    def __init__(self, pack: PackFile, english: English) -> None:
         self._pack = pack
         self._english = english
-        self._told = told
         self._evidence = Evidence.load()
         self._texts = _lines(pack, ACTIVITIES)
-        digest = f"{pack.manifest.sha256}{self._evidence.sha256}{READING}{told}"
+        digest = f"{pack.manifest.sha256}{self._evidence.sha256}{READING}"
         super().__init__(self._texts, self._task, hashlib.sha256(digest.encode()).hexdigest())
 
     @cached_property
@@ -86,11 +83,10 @@ class ActivityTasks(TaskSet[Task]):
         instruction = Sentences(activity.objects, self._english).instruction(
             title, [each.formula for each in goals]
         )
-        known = conventions(setting.state, setting.nameable) if self._told else ""
         return Task(
             id=task_id,
             title=title,
-            instruction=f"{instruction}\n\n{HEADING}\n{known}" if known else instruction,
+            instruction=instruction,
             initial=setting.state,
             goals=goals,
             relevant=tuple(range(setting.nameable)),
@@ -103,12 +99,10 @@ def _lines(pack: PackFile, member: str) -> Mapping[str, str]:
     return dict(line.split("\t") for line in pack.read(member).decode().splitlines())
 
 
-def open_tasks(
-    english: English, store: Store | None = None, *, told: bool = True, report: Report = silent
-) -> ActivityTasks:
+def open_tasks(english: English, store: Store | None = None, *, report: Report = silent) -> ActivityTasks:
     """The tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return ActivityTasks(open_activities(store, report=report), english, told=told)
+    return ActivityTasks(open_activities(store, report=report), english)
