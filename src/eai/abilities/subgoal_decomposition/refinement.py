@@ -167,7 +167,8 @@ class Refinement:
         """The permitted actions, widened step by step.
 
         First what is about nothing but the objects that are named; then releasing any object; then going to
-        any object, and changes of any where the literal leaves open about which.
+        any object, and changes of any where the literal leaves open about which. Where nothing depends on
+        where the agent is, that is only by means of any tool.
         """
         helping, movement = self._repertoire.serving(_operators(need.wanted))
         moves, changes = self._split(need.wanted, need)
@@ -183,6 +184,9 @@ class Refinement:
             return
         wider = need.wanted if need.wider is None else need.wider()
         _, movement = self._repertoire.serving(_operators(wider))
+        if not movement:
+            tools = self._repertoire.with_tools
+            wider = {a: p for a, p in wider.items() if a in need.wanted or a.operator in tools}
         if movement or len(wider) > len(need.wanted):
             moves, changes = self._split(wider, need)
             touched = need.touched_by(movement)

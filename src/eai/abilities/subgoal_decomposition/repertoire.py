@@ -85,6 +85,7 @@ class Repertoire:
     Attributes:
         known: the operators by name.
         movement: the operators that move the agent; of those that do the same the first.
+        with_tools: the names of the others with an argument that no effect speaks of.
     """
 
     def __init__(self, domain: Domain) -> None:
@@ -97,6 +98,9 @@ class Repertoire:
             for name, effects in self._effects.items()
         }
         self.movement = _without_doubles([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
+        self.with_tools = frozenset(
+            [o.name for o in domain.operators if role_of(o) is not Role.MOVEMENT and self._tools(o)]
+        )
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
         self.known = {operator.name: self._known(operator) for operator in domain.operators}
@@ -104,6 +108,12 @@ class Repertoire:
         self.serving = cache(self._serving)
         self._ways_of = cache(self._find_ways)
         self._compiled = cache(self._compile)
+
+    def _tools(self, operator: Operator) -> set[Variable]:
+        """The parameters that no effect changes anything of."""
+        return {*operator.parameters}.difference(
+            *[each.atom.arguments for each in self._effects[operator.name]]
+        )
 
     def _writers(self, predicate: str) -> Sequence[Operator]:
         """The operators that change what a predicate comes down to, in the order of their declaration."""
