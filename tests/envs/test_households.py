@@ -18,6 +18,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
+from eai.envs.rules import STANDARD
 from eai.scoring.reward import Reward, Shaping, gain
 from eai.tasks.source import Source
 from suites import answer_book
@@ -89,6 +90,16 @@ def test_gold_plans_win_with_what_they_see(name: str, data_store: Store) -> None
     plans = gold_plans(name, data_store)
     won = [plan for plan in plans if play(environment, plan.task_id, plan.lines)[1]["won"]]
     assert len(won) == SOLVED_IN_SIGHT[name]
+
+
+@names
+def test_an_opening_of_the_standard_setting_has_at_most_12_000_characters(
+    name: str, data_store: Store
+) -> None:
+    environment = make(name, source=Source(data_store), rules=STANDARD, budget=None)
+    plans = gold_plans(name, data_store)
+    openings = [environment.reset(seed=0, options={"task_id": plan.task_id})[0] for plan in plans]
+    assert max(map(len, openings)) <= 12_000
 
 
 @names

@@ -15,6 +15,7 @@ from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
 from eai.envs.game import RULES, Game, stage_of
+from eai.envs.rules import Rules
 from eai.scoring.reward import METRICS, Grade, Shaping, reward_of
 from eai.tasks.source import TaskReference
 
@@ -95,11 +96,11 @@ class TrlHousehold:
     """An environment of TRL, played action by action: ``GRPOTrainer(environment_factory=TrlHousehold, ...)``.
 
     The data set has a column ``task``, of action sequencing. The tool is `act`; an episode ends when all
-    goals are reached or 50 actions are tried.
+    goals are reached or 50 actions are tried, or as other rules say, such as `eai.envs.rules.STANDARD`.
     """
 
-    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS) -> None:
-        self._rules = RULES.model_copy(update={"reward": member(Shaping, shaping, "shaping")})
+    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS, rules: Rules = RULES) -> None:
+        self._rules = rules.model_copy(update={"reward": member(Shaping, shaping, "shaping")})
         self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
