@@ -40,7 +40,9 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "scoring",
         "reference",
         "studies",
-        "run envs report",
+        "envs",
+        "acting",
+        "run report",
         "cli",
         "__main__",
     )
@@ -49,8 +51,8 @@ ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
 IMPORTED_BY_NONE = frozenset({"reference"})
 """Packages that are found by an entry point, so that the rest works without them."""
 ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "ray": "envs"}
-OF_EXTRAS = frozenset(ONLY_IMPORTER.values())
-"""Packages that load a library that not everybody installs."""
+OF_EXTRAS = frozenset({*ONLY_IMPORTER.values(), "acting"})
+"""Packages that load a library that not everybody installs, be it through another one of them."""
 
 
 def rank(part: str) -> int | None:
@@ -149,7 +151,8 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
         ("results/bad.py", "import eai.studies", "eai/results/bad.py:1: results must not import studies"),
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
         ("run/bad.py", "import gymnasium.spaces", "eai/run/bad.py:1: only envs imports gymnasium"),
-        ("run/bad.py", "import eai.envs", "eai/run/bad.py:1: run must not import envs"),
+        ("envs/bad.py", "import eai.run", "eai/envs/bad.py:1: envs must not import run"),
+        ("report/bad.py", "import eai.run", "eai/report/bad.py:1: report must not import run"),
         (
             "cli/bad.py",
             "def f():\n    from eai.reference import protocol",

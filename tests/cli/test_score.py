@@ -356,7 +356,7 @@ def test_answers_in_parquet_give_the_same_bytes(eai: Command) -> None:
     ("option", "name", "complaint"),
     [
         ("--ability", "action_sequence", "no ability: .*; did you mean action_sequencing?"),
-        ("--ability", "cooking", "no ability: expected one of goal_interpretation, .*, scene_graph"),
+        ("--ability", "cooking", "no ability: expected one of .*, scene_graph, acting; did you mean acting?"),
         ("--protocol", "strickt", "no protocol: expected one of strict, eai-1.0.5; did you mean strict?"),
         ("--planner", "fast", "no planner: expected one of auto, full, built_in, fast_downward, none"),
     ],

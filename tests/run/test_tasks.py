@@ -6,7 +6,8 @@ import pytest
 from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import FOUR, Ability, registered_abilities
+from eai.benchmark.registry import registered
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.run.registry import TASKS
@@ -16,8 +17,8 @@ SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for abilit
 
 
 def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
-    ours = {f"{domain}_scene_graph" for domain in ("virtualhome", "behavior")}
-    names = {"world_model", *ours, *(f"{domain}_{ability.value}" for domain, ability in SUITES)}
+    abilities = [ability.value for ability in registered_abilities() if ability != "world_model"]
+    names = {"world_model", *(f"{domain}_{ability}" for domain in registered() for ability in abilities)}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
 

@@ -97,6 +97,7 @@ class AskedWorld:
         make_planner: makes the planner of operators, of which None says that none is to be asked.
         wording: how prompts of an ability name things.
         observed: how observations do.
+        benchmark: the benchmark, for abilities that know what that is.
     """
 
     domain: Domain
@@ -107,6 +108,7 @@ class AskedWorld:
     make_planner: Callable[[], PddlPlanner | None]
     wording: Callable[[Ability], Wording]
     observed: Callable[[], Wording]
+    benchmark: object = None
 
 
 class Posed(NamedTuple):

@@ -146,6 +146,7 @@ BUILT_IN = {
     **{ability.value: f"eai.abilities.{ability}.declaration:{ability.upper()}" for ability in FOUR},
     "world_model": "eai.questions.declaration:WORLD_MODEL",
     "scene_graph": "eai.studies.perception.declaration:SCENE_GRAPH",
+    "acting": "eai.acting.declaration:ACTING",
 }
 """The abilities that come with the package, as its metadata have them, too."""
 

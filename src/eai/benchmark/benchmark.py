@@ -217,6 +217,7 @@ class Benchmark:
             planner,
             self.wording,
             self.observed_wording,
+            self,
         )
 
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:

@@ -15,6 +15,7 @@ import typer
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
+from eai.acting.setting import AGENT
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.suite import Suite
 from eai.cli import options
@@ -70,7 +71,7 @@ def moved() -> dict[str, str]:
         "--noise": "perception.noise.NAME=RATE",
     }
     for key in keys():
-        if key.name not in FLAGS.values():
+        if key.name not in FLAGS.values() and not key.name.startswith(f"{AGENT}."):
             name = key.name.partition(".")[2].replace("_", "-")
             if key.default in ("true", "false"):
                 found |= {f"--{name}": f"{key.name}=true", f"--no-{name}": f"{key.name}=false"}

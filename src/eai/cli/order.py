@@ -16,6 +16,8 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import PlanVerdict
+from eai.acting.declaration import ActingVerdict
+from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say
 from eai.cli.progress import run_progress, scoring_progress
@@ -69,6 +71,13 @@ def obtain_and_score(
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
+    about = {} if believed is None else believed.about
+    prompt_name = spec.prompts.name
+    if suite.ability is ACTING:
+        from eai.acting.play import in_setting
+
+        asked, about = in_setting(spec.agent, asked, suite)
+        prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
     job = Job(
         endpoint,
         asked,
@@ -79,7 +88,7 @@ def obtain_and_score(
         benchmark=suite.benchmark,
         ability=suite.ability,
         source=suite.source,
-        about={} if believed is None else believed.about,
+        about=about,
     )
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
@@ -87,8 +96,8 @@ def obtain_and_score(
         folder /= trials.experiment.label
     if believed is not None:
         folder /= believed.experiment.label
-    if spec.prompts.name is not None:
-        folder /= Experiment(prompt_name=spec.prompts.name).label
+    if prompt_name is not None:
+        folder /= Experiment(prompt_name=prompt_name).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder):
         answers = _obtain(order, job, title, folder)
@@ -98,7 +107,7 @@ def obtain_and_score(
             answers,
             failures={**answers.failures, **lacking},
             believed=believed,
-            prompt_name=spec.prompts.name,
+            prompt_name=prompt_name,
         )
         with collecting_seldom():
             with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
@@ -125,6 +134,10 @@ def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> Non
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
                 f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}"
             )
+        verdicts = [record.verdict for record in outcome.records]
+        again = sum(isinstance(verdict, ActingVerdict) and verdict.begun > 1 for verdict in verdicts)
+        if again:
+            note(f"{outcome.model}: {counted(again, 'episode')} had been interrupted and began anew")
     if not order.quiet:
         for line in map(_effort, outcomes):
             say(line)

@@ -17,8 +17,10 @@ from eai.abilities.options import misfit
 from eai.abilities.protocol import DEFAULT_PROTOCOL
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
+from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
 from eai.errors import EaiError, InputError, InterruptError
+from eai.run.acting import act
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Desk, Journal, Watch
 from eai.run.scorer import score_of
@@ -187,7 +189,7 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         job.benchmark,
         job.ability,
         job.prompts,
-        ask(desk),
+        act(desk) if job.ability is ACTING else ask(desk),
         DEFAULT_PROTOCOL if job.trials is None else job.trials.suite.protocol,
         source=job.source,
         metadata={JOB: job.sha256},

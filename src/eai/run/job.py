@@ -14,6 +14,7 @@ from eai.abilities.answer_schema import Schema
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
+from eai.acting.setting import AGENT
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import answer_form
 from eai.errors import InputError, did_you_mean
@@ -28,7 +29,13 @@ PROVIDER = "eai"
 CAPTIONER = "captioner"
 """The built-in model that lists what is in pictures, and the role in Inspect of one that does."""
 
-MODELS = ("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER)
+EXPLORERS = ("explorer", "greedy", "novel", "blind")
+"""The built-in models that only act."""
+
+MODELS = (
+    *("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", CAPTIONER),
+    *EXPLORERS,
+)
 """The built-in models."""
 
 
@@ -171,5 +178,6 @@ class Job:
             *sorted(decoding.sampling.items()),
             *((attempt,) if attempt > 1 else ()),
             *((form,) if form is not None else ()),
+            *((setting,) if (setting := self.about.get(task_id, {}).get(AGENT)) else ()),
         )
         return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()

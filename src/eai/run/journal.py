@@ -24,6 +24,9 @@ from eai.scoring.trials import Answer, Inquiry, Place, Tried
 JOURNAL = "answers.jsonl"
 """Name of the journal in the folder of a run."""
 
+BEGUN = "begun.jsonl"
+"""Name of the file beside it that says which episodes have begun, as often as they have."""
+
 
 class Journal:
     """The answers of one run in a file that is only ever appended to.
@@ -64,6 +67,23 @@ class Journal:
         except OSError as error:
             raise self._unwritten(error) from error
         self._keep(answer)
+
+    def begin(self, place: Place, request_sha256: str) -> int:
+        """Note that an episode begins, in a file beside this one; returns how often it has begun.
+
+        Raises:
+            InputError: the file cannot be read or written.
+        """
+        path, line = self._path.with_name(BEGUN), json.dumps([*place, request_sha256])
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("a+", encoding="utf-8") as file:
+                file.seek(0)
+                before = file.read().split("\n").count(line)
+                file.write(f"{line}\n")
+        except OSError as error:
+            raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+        return before + 1
 
     def close(self) -> None:
         """Close the file; another answer would open it again.
@@ -175,6 +195,10 @@ class Desk:
         """Digest of all that decides the next answer."""
         attempt = len(self.given.get(place, ())) + 1
         return self.job.request_sha256(place[0], self.inquiries[place].question, attempt)
+
+    def begin(self, place: Place, request_sha256: str) -> int:
+        """Note that an episode begins; returns how often it has begun."""
+        return self._journal.begin(place, request_sha256)
 
     def take(self, answer: Answer) -> None:
         """Write an answer down.

@@ -26,6 +26,8 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
+from eai.acting.play import AGENTS, Arena, commands_of
+from eai.acting.setting import ACTING, AGENT, STANDARD, Setting
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book
@@ -34,6 +36,7 @@ from eai.benchmark.gold_answers import (
     WrittenAnswer,
     believing,
     heeding_answer,
+    no_answer,
     noisy_answer,
     open_answer_book,
     open_planned_book,
@@ -42,9 +45,10 @@ from eai.benchmark.gold_answers import (
 from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
+from eai.envs.command import DONE
 from eai.errors import InputError, did_you_mean
 from eai.planning.search import Limits
-from eai.run.job import CAPTIONER, PROVIDER, check_model
+from eai.run.job import CAPTIONER, EXPLORERS, PROVIDER, check_model
 from eai.run.solver import ERRATA
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
@@ -75,6 +79,9 @@ _BOOKS = {
 }
 """The models that have answers of their own."""
 
+_NEEDED = frozenset({"domain", "ability", "task_id"})
+"""What a built-in model needs to know of a question."""
+
 _ARGUMENTS = ("rate", "seed", "heed", "path")
 
 
@@ -88,6 +95,7 @@ class _Question(NamedTuple):
         stated: the answer whose goals it states in the place of the task's; None for the task's.
         scene: the scene graph that it tells of in the place of the task's scene; None for the task's.
         source: what the task's own answers are read from.
+        setting: how the task is played, if it is.
     """
 
     benchmark: Benchmark
@@ -100,6 +108,7 @@ class _Question(NamedTuple):
     stated: str | None = None
     scene: str | None = None
     source: Source = Source()
+    setting: str | None = None
 
 
 @modelapi(name=PROVIDER)
@@ -149,6 +158,7 @@ class BuiltInModel(ModelAPI):
             if model_name == "replay" and self._path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_BOOKS.get(model_name, open_answer_book))
+        self._episodes: dict[tuple[str, str, str, int], list[str]] = {}
         self._random = cache(open_random_answers)
         self._recorded = cache(self._read_recorded)
 
@@ -159,9 +169,10 @@ class BuiltInModel(ModelAPI):
         tool_choice: ToolChoice,
         config: GenerateConfig,
     ) -> ModelOutput:
-        """Answer the last message."""
-        about = input[-1].metadata or {}
-        if not {"domain", "ability", "task_id"} <= about.keys():
+        """Answer the last question; where actions are asked for, take the next one of the answer."""
+        known = [n for n, message in enumerate(input) if (message.metadata or {}).keys() >= _NEEDED]
+        about = (input[known[-1]].metadata or {}) if known else {}
+        if not known or (about["ability"] != ACTING and known[-1] != len(input) - 1):
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         question = _Question(
             find_benchmark(str(about["domain"])),
@@ -174,12 +185,43 @@ class BuiltInModel(ModelAPI):
             about.get(STATED),
             about.get(SCENE),
             Source(errata=errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))),
+            about.get(AGENT),
         )
+        if question.ability is ACTING:
+            commands = await _off_the_loop(partial(self._played, question))
+            taken = sum(message.role == "assistant" for message in input[known[-1] :])
+            return self._output(input, commands[taken] if taken < len(commands) else DONE, tools)
         return self._output(input, await _off_the_loop(partial(self._answer, question)))
 
-    def _output(self, input: Sequence[ChatMessage], answer: str) -> ModelOutput:
-        """An answer, with words for tokens."""
-        output = ModelOutput.from_content(f"{PROVIDER}/{self.model_name}", answer)
+    def _played(self, asked: _Question) -> list[str]:
+        """The commands of an episode: a recorded one, or the model's answer to action sequencing."""
+        place = (asked.benchmark.reference, asked.source.errata.value, asked.task_id, asked.epoch)
+        if place not in self._episodes:
+            self._episodes[place] = self._commands(asked)
+        return self._episodes[place]
+
+    def _commands(self, asked: _Question) -> list[str]:
+        task = asked.benchmark.tasks(asked.source)[asked.task_id]
+        if self.model_name in AGENTS:
+            setting = Setting.model_validate_json(asked.setting or STANDARD.model_dump_json())
+            return Arena(asked.benchmark, setting).commands(self.model_name, task, self._seed, asked.epoch)
+        of_plan = asked._replace(ability=Ability.ACTION_SEQUENCING)
+        answer = self._answer(asked if self.model_name == "replay" else of_plan)
+        return commands_of(task, asked.benchmark, answer)
+
+    def _output(
+        self, input: Sequence[ChatMessage], answer: str, tools: Sequence[ToolInfo] = ()
+    ) -> ModelOutput:
+        """An answer, or a command as a call of a tool, with words for tokens."""
+        name = f"{PROVIDER}/{self.model_name}"
+        if not tools:
+            output = ModelOutput.from_content(name, answer)
+        elif answer == DONE:
+            output = ModelOutput.for_tool_call(name, "done", {})
+        else:
+            action, _, objects = answer.removesuffix(")").partition("(")
+            listed = [each.strip() for each in objects.split(",") if each.strip()]
+            output = ModelOutput.for_tool_call(name, "act", {"action": action, "objects": listed})
         # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
         prompt_words = sum(len(message.text.split()) for message in input)
         words = len(answer.split())
@@ -189,6 +231,8 @@ class BuiltInModel(ModelAPI):
         return output
 
     def _answer(self, asked: _Question) -> str:
+        if self.model_name in EXPLORERS:
+            raise no_answer(self.model_name, asked.benchmark, asked.ability)
         if self.model_name == CAPTIONER:
             return self._list(asked)
         if self.model_name == "replay":

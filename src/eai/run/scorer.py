@@ -37,10 +37,12 @@ from eai.abilities.protocol import Ability, ability_of, protocol_of, registered_
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.verdict import Verdict
+from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.breakdown import outcome
 from eai.results.summary import summarise
+from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
 from eai.scoring.batch import Scoring, Settings, score_run
 from eai.scoring.epochs import majority
@@ -167,7 +169,8 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
         as_in_question = suite.over([state.input_text])
         attempts = replay(as_in_question, experiment, task_id, state.metadata[ANSWERS], state.epoch)
         return record_of_trial(suite, experiment, model, task_id, attempts)
-    answers = [Response(task_id, state.output.completion)]
+    text = episode_text(state) if suite.ability is ACTING else state.output.completion
+    answers = [Response(task_id, text)]
     (record,) = Scoring().records(suite, model, answers, explanations=True)
     if experiment is not None and experiment.scene is not None:
         if SCENE not in state.metadata:

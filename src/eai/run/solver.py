@@ -156,7 +156,7 @@ def _url(image: Image) -> str:
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""
 
-_FINAL = (401, 404)
+FINAL = (401, 404)
 """The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
 
 FORM_LEFT_OUT = "form_left_out"
@@ -194,7 +194,7 @@ def ask(desk: Desk) -> Solver:
             try:
                 reply = await _obtain(messages, restrictions(place[0], question.stop))
             except Exception as error:
-                if _status(error) in _FINAL:
+                if status(error) in FINAL:
                     desk.stop(reason(error))
                 desk.give_up(*place, reason(error))
                 raise
@@ -267,7 +267,7 @@ class _Transcript:
 
     def remember(self, answer: Answer) -> None:
         """Write down an answer that was given before."""
-        _remember(self._state, answer)
+        remember(self._state, answer)
         self._keep(answer.text)
 
     def hear(self, reply: _Reply) -> None:
@@ -282,7 +282,7 @@ class _Transcript:
         self._state.metadata[ANSWERS] = list(self._answers)
 
 
-def _remember(state: TaskState, answer: Answer) -> None:
+def remember(state: TaskState, answer: Answer) -> None:
     """Bring a state to what it was after a reply that was written down before."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
@@ -309,7 +309,7 @@ def _last(error: BaseException) -> BaseException:
     return error
 
 
-def _status(error: BaseException) -> int | None:
+def status(error: BaseException) -> int | None:
     """The HTTP status with which a request failed, if it is known."""
     status = getattr(_last(error), "status_code", None)
     return status if isinstance(status, int) else None
@@ -353,7 +353,7 @@ async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | No
     try:
         reply = await _request(messages, restrictions)
     except Exception as error:
-        if _status(error) in _REFUSED_PARAMETERS:
+        if status(error) in _REFUSED_PARAMETERS:
             return await _ask_without(messages, restrictions, Usage())
         raise
     if not reply.parts.answer.strip() and reply.output.stop_reason == "stop":
@@ -376,7 +376,7 @@ async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) ->
         raise RuntimeError(output.error or "the provider returned no choice")
     if output.stop_reason == "model_length" and output.usage is None:  # nothing was written: it is refused
         raise RuntimeError(f"the question is too long: {output.completion}")
-    return _Reply(output, _parts(output, restrictions.stop_seqs or ()), _usage(output))
+    return _Reply(output, _parts(output, restrictions.stop_seqs or ()), usage_of(output))
 
 
 def _parts(output: ModelOutput, stop: Sequence[str]) -> _Parts:
@@ -389,7 +389,7 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> _Parts:
     return parts._replace(reasoning="\n\n".join(text for text in (*thoughts, parts.reasoning) if text))
 
 
-def _usage(output: ModelOutput) -> Usage:
+def usage_of(output: ModelOutput) -> Usage:
     """Return the usage of a reply; nothing where that is not known, or negative."""
     usage = output.usage
     if usage is None:

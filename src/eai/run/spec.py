@@ -19,6 +19,7 @@ from typing_extensions import Self
 
 from eai.abilities.options import Arguments, Options, option
 from eai.abilities.protocol import FOUR, Ability
+from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.registry import REFERENCES
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
@@ -134,6 +135,7 @@ class RunSpec(Options):
         generation: how models answer.
         requests: how requests are made.
         scoring: how answers are scored.
+        agent: how an agent acts, in the ability ``acting``.
         studies: the options of the studies that are chosen, by name.
 
     Raises:
@@ -146,6 +148,7 @@ class RunSpec(Options):
     generation: Decoding = Decoding()
     requests: Pace = Pace()
     scoring: ScoringOptions = ScoringOptions()
+    agent: Setting = STANDARD
     studies: Mapping[str, Options] = {}
 
     @model_validator(mode="after")

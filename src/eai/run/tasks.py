@@ -25,6 +25,8 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.verdict import Json
+from eai.acting.play import in_setting
+from eai.acting.setting import ACTING, AGENT, Setting
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
@@ -34,6 +36,7 @@ from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
+from eai.run.acting import enter, player
 from eai.run.job import CAPTIONER
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ERRATA, ask_as_published, messages_of, part
@@ -178,7 +181,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 {
                     "prompts": {"set": prompts, "folder": prompt_folder},
                     "scoring": {"protocol": protocol, "planner": planner, "errata": errata},
-                    **_of_studies(studies),
+                    **_of_sections(ability, studies),
                 }
             )
             scoring, goals, shown = spec.scoring, spec.of(Pipeline).goals, spec.of(Perception)
@@ -188,7 +191,9 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             library = Library(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
-            if shown.scene is not Scene.TEXT:
+            if ability is ACTING:
+                asked = _playing(spec.agent, asked, suite)
+            elif shown.scene is not Scene.TEXT:
                 asked = _showing(shown, asked, library, suite)
             elif goals is not None:
                 asked = _stating(Path(goals), asked, library, suite)
@@ -208,6 +213,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         )
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
+        task.setup = enter() if ability is ACTING else None
         return task
 
     name = f"{reference}_{ability.value}".lstrip("_")
@@ -217,14 +223,17 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     return registered
 
 
-def _of_studies(arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """The options of studies as the sections of a specification; Inspect knows the captioner by its role.
+def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The options of agents and studies as sections of a specification; the captioner is known by its role.
 
     Raises:
-        InputError: no study has such an option.
+        InputError: there is no such option.
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
+        if ability is ACTING and name in Setting.model_fields:
+            tables.setdefault(AGENT, {})[name] = value
+            continue
         if name.startswith("scene_"):
             raise InputError(
                 f"{name}: in Inspect the model that lists scenes is --model-role {CAPTIONER}=MODEL"
@@ -245,6 +254,7 @@ class _Asked(NamedTuple):
         experiment: what they are an experiment of.
         trials: how answers are carried out in it.
         first: what comes before them.
+        asking: what asks them, if not one question after the other.
     """
 
     prompts: Mapping[str, Prompt]
@@ -252,12 +262,19 @@ class _Asked(NamedTuple):
     experiment: Experiment | None = None
     trials: Trials | None = None
     first: Solver | None = None
+    asking: Solver | None = None
 
     @property
     def solver(self) -> Solver:
         """The solver."""
-        asking = ask_as_published(self.trials)
+        asking = self.asking or ask_as_published(self.trials)
         return asking if self.first is None else chain(self.first, asking)
+
+
+def _playing(setting: Setting, asked: _Asked, suite: Suite) -> _Asked:
+    """The same tasks, which are played in a setting."""
+    prompts, about = in_setting(setting, asked.prompts, suite)
+    return _Asked(prompts, about, asking=player())
 
 
 def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _Asked:
@@ -308,7 +325,7 @@ def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Ma
     for task_id in named - prompts.keys():
         hint = did_you_mean(task_id, prompts)
         raise InputError(f"tasks: {task_id!r} is not a task of this suite{hint}")
-    return {task_id: prompt for task_id, prompt in prompts.items() if task_id in named}
+    return {task_id: prompts[task_id] for task_id in prompts if task_id in named}
 
 
 def _sample(prompt: Prompt, gold: str, about: Mapping[str, str], experiment: Experiment | None) -> Sample:

@@ -1,0 +1,194 @@
+"""Acting as a registered ability: an episode is an answer, and these are its measures.
+
+Their definitions, with sources, are in ``docs/acting.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import floor
+from typing import TYPE_CHECKING
+
+from eai.abilities.declaration import (
+    GOAL_METRICS,
+    SATISFIED,
+    SUCCESS,
+    AbilityDeclaration,
+    AskedWorld,
+    MetricColumn,
+    Posed,
+    SingleTurn,
+    goal_shares,
+    label_of,
+    plan_outcome,
+)
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import NOTHING, PlanVerdict, Share, of_all
+from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.task import Task
+
+UNREPLAYABLE = "unreplayable"
+"""How the reason begins why an episode is excluded whose observations are not those of its replay."""
+
+WITHIN = {"within_1x": 1.0, "within_1_5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
+"""Successes within so many times the actions of the shortest known plan."""
+
+KINDS = tuple(
+    kind.value
+    for kind in (
+        FaultKind.PARSING,
+        FaultKind.HALLUCINATION,
+        FaultKind.ARGUMENT_NUMBER,
+        FaultKind.WRONG_ORDER,
+        FaultKind.MISSING_STEP,
+        FaultKind.AFFORDANCE,
+        FaultKind.UNCATEGORISED,
+    )
+)
+"""The kinds of impossible actions; an action that is not needed is counted apart."""
+
+_SOON = 2
+"""Within how many turns a possible action follows a fault that is recovered from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One turn of an episode.
+
+    Attributes:
+        said: the command.
+        told_sha256: digest of the observation.
+        is_action: whether an action was tried, and it was not to look, to end the episode or too late.
+        fault: the kind of error of the action, or None.
+        slipped: whether the action was possible and did not work.
+        goals: for each goal of the task a 1 if it is reached then, else a 0.
+        same_as: the number of the first turn, from 1 on, after which the world was the same; 0 is the start,
+            None that it was new.
+    """
+
+    said: str
+    told_sha256: str
+    is_action: bool
+    fault: FaultKind | None
+    slipped: bool
+    goals: str
+    same_as: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class ActingVerdict(PlanVerdict):
+    """The verdict on an episode; it is executable if no action was impossible.
+
+    Attributes:
+        turns: what was done, and what became of it.
+        ended: why it ended: ``done`` (the agent said so), ``steps``, ``tokens``, ``time``, ``turns`` (of the
+            model, many without an action), ``stopped`` (the agent did).
+        declared: whether the agent said that it is done.
+        reached: whether all goals hold at the end, be it said or not.
+        shortest: the actions of the shortest known plan; None where none is known.
+        budget: the most actions.
+        view: which objects are seen, and how much of them.
+        harness: what acted; empty where that is unknown.
+        begun: how often the episode was begun; the last time counts.
+    """
+
+    turns: tuple[Turn, ...] = ()
+    ended: str = "stopped"
+    declared: bool = False
+    reached: bool = False
+    shortest: int | None = None
+    budget: int | None = None
+    view: str = ""
+    harness: str = ""
+    begun: int = 1
+
+    @property
+    def actions(self) -> tuple[Turn, ...]:
+        """The turns at which an action was tried."""
+        return tuple([turn for turn in self.turns if turn.is_action])
+
+
+def contributions(verdict: ActingVerdict) -> dict[str, Share]:
+    """The contributions of one episode to each rate."""
+    won, actions, shortest = bool(verdict.success), verdict.actions, verdict.shortest
+    tried = len(actions)
+    kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
+    faulty = [i for i, kind in enumerate(kinds) if kind in KINDS]
+    mended = sum(any(_is_possible(turn) for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
+    return {
+        "success": of_all(won),
+        **{
+            name: NOTHING if shortest is None else of_all(won and tried <= max(1, floor(most * shortest)))
+            for name, most in WITHIN.items()
+        },
+        "spl": NOTHING if shortest is None else of_all(_path_length_share(won, tried, shortest)),
+        "impossible": Share(len(faulty), tried),
+        **{kind: Share(kinds.count(kind), tried) for kind in KINDS},
+        "additional_step": Share(kinds.count(FaultKind.ADDITIONAL_STEP.value), tried),
+        "won_after_fault": of_all(won) if faulty else NOTHING,
+        "recovered": Share(mended, len(faulty)),
+        "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
+        "undeclared": of_all(verdict.reached and not verdict.declared),
+        "declared_early": of_all(verdict.declared and not verdict.reached),
+        **goal_shares(verdict.goals),
+    }
+
+
+def _is_possible(turn: Turn) -> bool:
+    return turn.fault is None
+
+
+def _path_length_share(won: bool, tried: int, shortest: int) -> float:
+    """The part of one episode in SPL: the shortest plan's share of what it took, 0 if it is lost."""
+    return float(won) if tried <= shortest else won * shortest / tried
+
+
+def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """The maker of scorers, imported where it is needed, so that reports load no engine."""
+    from eai.acting.scorer import scorers
+
+    return scorers(world)
+
+
+def _pose(world: AskedWorld, task: Task) -> Posed:
+    from eai.acting.scorer import pose
+
+    return pose(world, task)
+
+
+_WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for name, most in WITHIN.items())
+
+ACTING = AbilityDeclaration(
+    ability=Ability("acting"),
+    asked=SingleTurn(_scorers, _pose),
+    title="Acting",
+    short="acting",
+    verdict=ActingVerdict,
+    contributions=contributions,
+    outcome=plan_outcome,
+    columns=(
+        MetricColumn("success", SUCCESS, "Success"),
+        *_WITHIN,
+        MetricColumn("spl", SUCCESS, "SPL"),
+        MetricColumn("impossible", "Impossible actions", "All", False),
+        *(MetricColumn(kind, "Impossible actions", label_of(kind), False) for kind in KINDS),
+        MetricColumn("additional_step", "Actions", "Not needed", False),
+        MetricColumn("loops", "Actions", "Loops", False),
+        MetricColumn("won_after_fault", "After a fault", "Success"),
+        MetricColumn("recovered", "After a fault", "Recovered"),
+        MetricColumn("undeclared", "The end", "Undeclared", False),
+        MetricColumn("declared_early", "The end", "Declared early", False),
+        *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
+    ),
+    terminal=(
+        *("success", *WITHIN, "spl", "impossible", "recovered", "loops", "undeclared", "declared_early"),
+        "total_goal",
+    ),
+    main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
+    averaged=(),
+    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early"}),
+)

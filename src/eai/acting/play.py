@@ -1,0 +1,209 @@
+"""Episodes: a task ready to be played, an episode under way, and the text of an episode that is over."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from pydantic import TypeAdapter, ValidationError
+
+from eai.abilities.action_sequencing.notation import resolve
+from eai.abilities.codec import sha256_of
+from eai.abilities.options import misfit
+from eai.abilities.task import Task
+from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.acting.setting import AGENT, STANDARD, Harness, Setting
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.suite import Suite
+from eai.envs.agents import NULLS, UPPER
+from eai.envs.command import DONE, LOOK, Commands
+from eai.envs.game import Game, Stage, manual
+from eai.envs.rules import Feedback, Rules
+from eai.errors import InputError
+from eai.prompts.prompt import Prompt
+from eai.world.episode import Until
+
+_UNKNOWN = 100
+"""How many actions a game without a limit is expected to take at most."""
+
+AGENTS = {
+    "oracle": UPPER["reference"],
+    **NULLS,
+    **{name: UPPER[name] for name in ("planner", "explorer", "greedy")},
+}
+"""The built-in models that choose each action when its turn has come."""
+
+_HOW = {
+    Harness.REACT: (
+        "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
+    ),
+    Harness.TEXT: "Write one command a message, on its last line: an action, LOOK or DONE.",
+}
+
+
+def rules_of(setting: Setting) -> Rules:
+    """The rules of the game in a setting.
+
+    Raises:
+        InputError: there is no such view or feedback, or they contradict each other.
+    """
+    chosen = setting.model_dump(include={"view", "observe", "feedback", "slip", "budget"})
+    return Rules.read(AGENT, {**chosen, "until": Until.DONE, "max_steps": setting.steps})
+
+
+class Arena:
+    """The tasks of a benchmark, each made ready to be played when it is asked for.
+
+    Args:
+        benchmark: the benchmark.
+        setting: how its tasks are played.
+    """
+
+    def __init__(self, benchmark: Benchmark, setting: Setting = STANDARD) -> None:
+        self.benchmark = benchmark
+        self.setting = setting
+        self._rules = rules_of(setting)
+        self._stages: dict[str, Stage] = {}
+
+    def stage(self, task: Task) -> Stage:
+        """The task as it is played in the setting."""
+        known = self._stages.get(task.id)
+        if known is None:
+            known = self._stages[task.id] = Stage(task, self.benchmark, self._rules)
+        return known
+
+    def prompt(self, task: Task) -> Prompt:
+        """The question: the world, the task, and how to act in it.
+
+        A task that is left out of all statistics is not played, and its question says why.
+        """
+        if task.left_out is not None:
+            return Prompt(f"{manual(self.benchmark)}\n\n{task.left_out}")
+        return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{_HOW[self.setting.harness]}")
+
+    def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
+        """A new episode of a task."""
+        setting = self.setting
+        return Play(self.stage(task), setting.slip_seed, epoch, harness=setting.harness.value, begun=begun)
+
+    def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
+        """The commands of one of `AGENTS` in an episode."""
+        play = self.play(task, epoch)
+        agent, commands = AGENTS[model](play.game, seed + epoch - 1), list[str]()
+        while not play.game.over:
+            commands.append(agent())
+            play.act(commands[-1])
+        return commands
+
+
+def in_setting(
+    setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
+) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
+    """The questions of tasks that are played in a setting, and the metadata that says which, by task."""
+    about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
+    if setting == STANDARD:
+        return prompts, about
+    arena = Arena(suite.benchmark, setting)
+    return {task_id: arena.prompt(suite.tasks[task_id]) for task_id in prompts}, about
+
+
+def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
+    """The commands that carry an answer out, and the end: of an episode, of a plan, or lines as they are."""
+    if '"turns"' in answer:
+        episode = read_episode(answer)
+        return [turn.said for turn in episode.turns] if isinstance(episode, Episode) else []
+    plan = benchmark.plans.read(answer)
+    if isinstance(plan, Unreadable):
+        return [*filter(str.strip, answer.splitlines()), DONE]
+    actions = resolve(plan, benchmark.domain, benchmark.plans, benchmark.plans.objects(task))
+    if isinstance(actions, ErrorReport):
+        return [*(f"{step.action}({', '.join(map(str, step.objects))})" for step in plan.steps), DONE]
+    names = benchmark.observed_wording().object_name
+    return [*map(Commands(task, benchmark.domain, benchmark.plans, names).write, actions), DONE]
+
+
+@dataclass(frozen=True, slots=True)
+class _Command:
+    """A command of an episode, and the digest of the observation after it where that is known."""
+
+    said: str
+    told: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Episode:
+    """An episode as an answer.
+
+    Attributes:
+        turns: the commands, in order.
+        rules: how the task was played; None for the standard setting.
+        seed: of the slips.
+        epoch: which of the episodes with this seed it is.
+        harness: what acted; empty where that is unknown.
+        begun: how often it was begun; the last time counts.
+        opening: digest of the first observation.
+        ended: why it ended, as whoever played it says.
+    """
+
+    turns: tuple[_Command, ...]
+    rules: Rules | None = None
+    seed: int = 0
+    epoch: int = 1
+    harness: str = ""
+    begun: int = 1
+    opening: str | None = None
+    ended: str = "stopped"
+
+
+def read_episode(text: str) -> Episode | Unreadable:
+    """The episode in a text: a JSON object as `Play.text` writes it, or commands, one a line."""
+    if not text.lstrip().startswith("{") or '"turns"' not in text:
+        return Episode(tuple([_Command(line.strip()) for line in text.splitlines() if line.strip()]))
+    try:
+        return TypeAdapter(Episode).validate_json(text)
+    except ValidationError as error:
+        return Unreadable(misfit(error, whole="the episode"))
+    except InputError as error:
+        return Unreadable(str(error))
+
+
+class Play:
+    """An episode under way.
+
+    Args:
+        stage: the task, ready to be played.
+        seed: of the slips.
+        epoch: which of the episodes with this seed it is.
+        harness: what acts.
+        begun: how often it was begun, this time included.
+
+    Attributes:
+        game: the game.
+        turns: the commands so far.
+        most: how many actions it has at most.
+    """
+
+    def __init__(self, stage: Stage, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
+        self.game = Game(stage, seed, epoch)
+        self.turns: list[_Command] = []
+        self.most = stage.limit or _UNKNOWN
+        self._about = Episode((), stage.rules, seed, epoch, harness, begun, sha256_of(self.game.opening()[0]))
+
+    def act(self, said: str) -> str:
+        """Carry a command out; returns the observation."""
+        if self.game.over:
+            return "The episode is over."
+        told = self.game.act(said).observation
+        self.turns.append(_Command(said, sha256_of(told)))
+        return told
+
+    def look(self) -> str:
+        """All that is seen; a command of the episode where turns tell changes alone."""
+        is_command = self.game.stage.rules.feedback is Feedback.CHANGES
+        return self.act(LOOK) if is_command else self.game.look_around()
+
+    def text(self, ended: str) -> str:
+        """The episode as an answer."""
+        episode = replace(self._about, turns=tuple(self.turns), ended=self.game.ended or ended)
+        return json.dumps(TypeAdapter(Episode).dump_python(episode, mode="json"), ensure_ascii=False)

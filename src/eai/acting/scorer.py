@@ -1,0 +1,176 @@
+"""Scores episodes: each is replayed, strictly, in a fresh world of its task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from eai.abilities.codec import sha256_of
+from eai.abilities.declaration import AskedWorld, Posed
+from eai.abilities.explanation import EXECUTED, SLIP, Explanation, StepReport, goal_reports
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.task import Task
+from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.acting.declaration import UNREPLAYABLE, ActingVerdict, Turn
+from eai.acting.play import Arena, Episode, read_episode, rules_of
+from eai.acting.setting import STANDARD
+from eai.benchmark.benchmark import Benchmark
+from eai.envs.command import DONE
+from eai.envs.command import is_look as is_look_command
+from eai.envs.game import Game, Stage
+from eai.envs.rules import Feedback, Rules
+from eai.world.fault import FaultKind
+
+_ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
+"""Why an episode may have ended before the game was over."""
+
+
+def _benchmark_of(world: AskedWorld) -> Benchmark:
+    if not isinstance(world.benchmark, Benchmark):
+        raise TypeError("acting needs the benchmark of a world")
+    return world.benchmark
+
+
+def scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """The maker of scorers in a world."""
+    return partial(_ActingScorer, benchmark=_benchmark_of(world))
+
+
+def pose(world: AskedWorld, task: Task) -> Posed:
+    """The question in the standard setting, and the commands of a reference that can be played in it."""
+    arena = Arena(_benchmark_of(world))
+    question = arena.prompt(task).user
+    if task.left_out is not None:
+        return Posed(question, DONE)
+    return Posed(question, "\n".join([*(arena.stage(task).reference.commands or ()), DONE]))
+
+
+class _UnreplayableError(Exception):
+    """An episode is not what its replay is."""
+
+
+class _ActingScorer(Scorer):
+    """The scorer of the episodes of one task.
+
+    Args:
+        task: the task.
+        benchmark: the benchmark that it is of.
+    """
+
+    def __init__(self, task: Task, benchmark: Benchmark) -> None:
+        self.task = task
+        self.benchmark = benchmark
+        self.goals = GoalTest(task)
+        self._stages: dict[Rules, Stage] = {}
+
+    def _stage(self, rules: Rules) -> Stage:
+        """The task as it is played by some rules; it is made once."""
+        known = self._stages.get(rules)
+        if known is None:
+            known = self._stages[rules] = Stage(self.task, self.benchmark, rules)
+        return known
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an episode; one that does not replay is excluded, and says where it differs."""
+        if self.task.left_out is not None:
+            return Assessment(ActingVerdict(excluded=self.task.left_out), Explanation)
+        episode = read_episode(text)
+        if isinstance(episode, Unreadable):
+            error = ErrorReport(FaultKind.PARSING, None, episode.reason)
+            nothing, _ = self._replay(Episode(()))
+            return self._assessment(replace(nothing, error=error, executable=False), [])
+        try:
+            return self._assessment(*self._replay(episode))
+        except _UnreplayableError as error:
+            reason = f"{UNREPLAYABLE}: {error}"
+            return Assessment(ActingVerdict(excluded=reason), lambda: Explanation((reason,)))
+
+    def _replay(self, episode: Episode) -> tuple[ActingVerdict, list[StepReport]]:
+        stage = self._stage(episode.rules or rules_of(STANDARD))
+        game = Game(stage, episode.seed, episode.epoch)
+        opening, info = game.opening()
+        _compare("the first observation", episode.opening, opening)
+        states: dict[Any, int] = {(game.state, tuple(info["goals"])): 0}
+        turns, steps = [], []
+        for number, command in enumerate(episode.turns, 1):
+            if game.over:
+                raise _UnreplayableError(f"turn {number}: the episode is over")
+            told, _, _, _, info = game.act(command.said)
+            _compare(f"turn {number}", command.told, told)
+            first = states.setdefault((game.state, tuple(info["goals"])), number)
+            is_look = stage.rules.feedback is Feedback.CHANGES and is_look_command(command.said, stage.domain)
+            turns.append(
+                Turn(
+                    command.said,
+                    sha256_of(told),
+                    is_action=not (is_look or game.over),
+                    fault=None if info["fault"] is None else FaultKind(info["fault"]),
+                    slipped=info["slipped"],
+                    goals="".join("1" if held else "0" for held in info["goals"]),
+                    same_as=first if first < number else None,
+                )
+            )
+            steps.append(_step(turns[-1], told))
+        claimed = episode.ended if episode.ended in _ENDS else "stopped"
+        verdict = self._verdict(stage, episode, tuple(turns), game.ended or claimed, tuple(info["goals"]))
+        return verdict, steps
+
+    def _verdict(
+        self, stage: Stage, episode: Episode, turns: tuple[Turn, ...], ended: str, goals: tuple[bool, ...]
+    ) -> ActingVerdict:
+        """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
+        held = goals if turns else self.goals.none_reached
+        declared, reached = ended == "done", bool(turns) and all(held)
+        faults = [turn.fault for turn in turns if turn.fault is not None]
+        additional = faults.count(FaultKind.ADDITIONAL_STEP)
+        return ActingVerdict(
+            executable=len(faults) == additional,
+            success=declared and reached,
+            additional_steps=additional,
+            goals=self.goals.tallies(held),
+            goals_satisfied=held,
+            turns=turns,
+            ended=ended,
+            declared=declared,
+            reached=reached,
+            shortest=stage.reference.shortest,
+            budget=stage.limit,
+            view=f"{stage.rules.view.value}, {stage.rules.observe.value}",
+            harness=episode.harness,
+            begun=episode.begun,
+        )
+
+    def _assessment(self, verdict: ActingVerdict, steps: list[StepReport]) -> Assessment:
+        def explain() -> Explanation:
+            notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
+            notes.append(f"ended: {verdict.ended}; {len(verdict.actions)} actions, at most {verdict.budget}")
+            if verdict.shortest is not None:
+                notes.append(f"the shortest known plan has {verdict.shortest}")
+            if verdict.begun > 1:
+                notes.append(f"begun {verdict.begun} times; the last one counts")
+            goals = goal_reports(self.task.goals, verdict.goals_satisfied)
+            return Explanation(tuple(notes), tuple(steps), goals)
+
+        return Assessment(verdict, explain)
+
+
+def _compare(place: str, digest: str | None, told: str) -> None:
+    """Compare an observation with the digest that an episode has of it, if it has one."""
+    if digest is not None and digest != sha256_of(told):
+        raise _UnreplayableError(f"{place}: the observation is another one: {told[:200]}")
+
+
+def _step(turn: Turn, told: str) -> StepReport:
+    """A turn as a step: the first paragraph of an observation says what became of the action."""
+    outcome, *changes = told.partition("\n\n")[0].splitlines()
+    fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
+    return StepReport(
+        turn.said,
+        fault,
+        "" if fault == EXECUTED else outcome,
+        added=tuple([line[2:] for line in changes if line.startswith("+ ")]),
+        removed=tuple([line[2:] for line in changes if line.startswith("- ")]),
+    )

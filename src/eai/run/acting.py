@@ -1,0 +1,257 @@
+"""Agents that act: tools and lines of text below which a task is played, and the solvers that play it.
+
+The state of an episode is in Inspect's store, as JSON, after every command. ``eai_enter`` puts the tools into
+the state of a sample, so that any solver finds them; ``eai/player`` is the one that plays by default.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+from inspect_ai.agent import AgentState, react
+from inspect_ai.event import ModelEvent
+from inspect_ai.log import transcript
+from inspect_ai.model import ChatMessageUser, ModelOutput, StopReason, get_model
+from inspect_ai.solver import Generate, Solver, TaskState, solver
+from inspect_ai.tool import ToolDef, ToolParam, ToolParams
+from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
+from pydantic import Field
+
+from eai.abilities.record import Usage
+from eai.abilities.task import Task
+from eai.acting.play import Arena, Play
+from eai.acting.setting import ACTING, AGENT, STANDARD, Harness, Setting
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.envs.command import DONE, LOOK
+from eai.run.journal import Desk
+from eai.run.solver import ERRATA, FINAL, part, reason, remember, status, usage_of
+from eai.scoring.trials import Answer
+from eai.tasks.source import ErrataChoice, Source, errata_choice
+from eai.world.domain import Domain
+
+BEGUN = "begun"
+"""The field that says how often its episode was begun."""
+
+_PATIENCE = 3
+"""How many replies a model has for each turn of a game."""
+
+_LIMITS = {"token": "tokens", "time": "time", "turn": "turns"}
+
+
+class _Acted(StoreModel):
+    """The episode so far, in Inspect's store."""
+
+    episode: dict[str, Any] = Field(default_factory=dict)
+
+
+def episode_text(state: TaskState) -> str:
+    """The episode in the store of a sample as an answer; the sample's output where none is stored."""
+    episode = state.store_as(_Acted).episode
+    return json.dumps(episode, ensure_ascii=False) if episode else state.output.completion
+
+
+@cache
+def _arena(reference: str, errata: ErrataChoice, setting: str) -> Arena:
+    return Arena(find_benchmark(reference), Setting.model_validate_json(setting))
+
+
+@cache
+def _tasks(reference: str, errata: ErrataChoice) -> dict[str, Task]:
+    return dict(open_suite(find_benchmark(reference), ACTING, source=Source(errata=errata)).tasks)
+
+
+def _begin(state: TaskState) -> Play | None:
+    """The episode of a sample, which resumes from the store; None of a task that is not played."""
+    about = state.metadata
+    where = str(about["domain"]), errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))
+    task = _tasks(*where)[str(state.sample_id)]
+    if task.left_out is not None:
+        return None
+    arena = _arena(*where, about.get(AGENT, STANDARD.model_dump_json()))
+    play = arena.play(task, state.epoch, int(about.get(BEGUN, 1)))
+    for turn in state.store_as(_Acted).episode.get("turns", ()):
+        play.act(turn["said"])
+    return play
+
+
+def _carry_out(state: TaskState, play: Play, command: str) -> str:
+    """Play a command, and write the episode into the store."""
+    told = play.act(command)
+    _write_down(state, play)
+    return told
+
+
+def _write_down(state: TaskState, play: Play, ended: str = "stopped") -> str:
+    text = play.text(ended)
+    state.store_as(_Acted).episode = json.loads(text)
+    return text
+
+
+def tools_of(state: TaskState, play: Play, domain: Domain) -> list[ToolDef]:
+    """The tools of an agent, made from the declaration of the domain.
+
+    A name that there is not is an error of the action, which the world diagnoses, and none of the call.
+    """
+    signatures = [f"{each.name}({', '.join([p.name for p in each.parameters])})" for each in domain.operators]
+
+    async def act(action: str, objects: list[str]) -> str:
+        return _carry_out(state, play, f"{action}({', '.join(objects)})")
+
+    async def look() -> str:
+        told = play.look()
+        _write_down(state, play)
+        return told
+
+    async def done() -> str:
+        return _carry_out(state, play, DONE)
+
+    action = ToolParam(type="string", description=f"One of {'; '.join(signatures)}.")
+    names = "Names of objects, in the order of the action's parameters."
+    objects = ToolParam(type="array", items=ToolParam(type="string"), description=names)
+    taken = ToolParams(properties={"action": action, "objects": objects}, required=["action", "objects"])
+    said = {
+        "act": "Take one action and read what became of it.",
+        "look": "Read again what you see. This costs nothing, once between two actions.",
+        "done": "Say that the task is done. Nothing can be done after it.",
+    }
+    return [
+        ToolDef(act, "act", said["act"], taken, max_output=0),
+        ToolDef(look, "look", said["look"], ToolParams(), max_output=0),
+        ToolDef(done, "done", said["done"], ToolParams(), max_output=0),
+    ]
+
+
+@solver(name="eai_enter")
+def enter() -> Solver:
+    """Offers the tools of a task to whoever solves it."""
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+        play = _begin(state)
+        if play is not None:
+            _write_down(state, play)
+            domain = find_benchmark(str(state.metadata["domain"])).domain
+            state.tools.extend([tool.as_tool() for tool in tools_of(state, play, domain)])
+        return state
+
+    return solve
+
+
+def _player(harness: str | None = None) -> Solver:
+    """Plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
+
+    Args:
+        harness: react or text; that of the task if None.
+    """
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        setting = Setting.model_validate_json(state.metadata.get(AGENT, STANDARD.model_dump_json()))
+        play = _begin(state)
+        if play is None:
+            state.output = ModelOutput.from_content(str(state.model), DONE)
+            return state
+        by_text = Harness(harness or setting.harness) is Harness.TEXT
+        agent = AgentState(messages=state.messages)
+        limits = [
+            turn_limit(_PATIENCE * (play.most + 1)),
+            token_limit(setting.tokens),
+            time_limit(setting.seconds),
+        ]
+        with apply_limits(limits, catch_errors=True) as scope:
+            await (_by_text(state, agent, play) if by_text else _by_tools(state, agent))
+        state.messages = agent.messages
+        ended = "stopped" if scope.limit_error is None else _LIMITS[scope.limit_error.type]
+        _end(state, agent.output.stop_reason, ended)
+        return state
+
+    return solve
+
+
+player = solver(name="player")(_player)
+if registry_info(player).name == "player":  # Inspect names the package only where it is not editable
+    player = solver(name="eai/player")(_player)
+
+
+def _end(state: TaskState, stop_reason: StopReason, ended: str) -> None:
+    """Make the episode the output of a sample."""
+    acted = state.store_as(_Acted)
+    if acted.episode["ended"] == "stopped":
+        acted.episode = {**acted.episode, "ended": ended}
+    state.output = ModelOutput.from_content(str(state.model), episode_text(state), stop_reason)
+
+
+async def _by_tools(state: TaskState, agent: AgentState) -> None:
+    """Let the model call tools, until the episode is over or it calls none."""
+
+    async def resumes(agent: AgentState) -> bool:
+        is_over = state.store_as(_Acted).episode["ended"] in ("done", "steps")
+        return bool(agent.output.message.tool_calls) and not is_over
+
+    await react(prompt=None, tools=state.tools, submit=False, on_continue=resumes)(agent)
+
+
+async def _by_text(state: TaskState, agent: AgentState, play: Play) -> None:
+    """Read a command of each message of the model, until the episode is over."""
+    while not play.game.over:
+        agent.output = await get_model().generate(agent.messages)
+        if agent.output.empty:
+            raise RuntimeError(agent.output.error or "the provider returned no choice")
+        agent.messages.append(agent.output.message)
+        command = command_in(part(agent.output.completion).answer)
+        told = play.look() if command == LOOK else play.act(command)
+        _write_down(state, play)
+        agent.messages.append(ChatMessageUser(content=told))
+
+
+def command_in(text: str) -> str:
+    """The command of a message: a JSON answer as a whole, or else its last line."""
+    text = text.strip()
+    return text if text.startswith(("{", "[")) else (text.splitlines() or [""])[-1].strip()
+
+
+@solver(name="eai_act")
+def act(desk: Desk) -> Solver:
+    """Plays what is not played yet; episodes that are over go to the desk, and the others begin anew."""
+    begin, perform = enter(), player()
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        place = (str(state.sample_id), state.epoch)
+        given = desk.given.get(place)
+        if given:
+            remember(state, given[-1])
+            return state
+        if desk.stopped is not None:
+            return state
+        question, request = desk.inquiries[place].question, desk.request(place)
+        state.metadata[BEGUN] = desk.begin(place, request)
+        try:
+            state = await perform(await begin(state, generate), generate)
+        except Exception as error:
+            if status(error) in FINAL:
+                desk.stop(reason(error))
+            desk.give_up(*place, reason(error))
+            raise
+        answer = Answer(
+            task_id=place[0],
+            epoch=place[1],
+            request_sha256=request,
+            prompt_sha256=question.sha256,
+            text=state.output.completion,
+            reasoning="",
+            stop_reason=state.output.stop_reason,
+            repairs=(),
+            usage=_usage_of_sample(),
+        )
+        desk.take(answer)
+        return state
+
+    return solve
+
+
+def _usage_of_sample() -> Usage:
+    """The usage of all replies of an episode."""
+    replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
+    return sum(map(usage_of, replies), Usage())

@@ -1,0 +1,132 @@
+"""Episodes are replayed strictly; their measures, and what an episode has in common with a plan."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from eai import Benchmark
+from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import Response
+from eai.acting.declaration import ActingVerdict, Turn, contributions
+from eai.acting.play import Arena
+from eai.acting.setting import ACTING, Setting
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite, open_suite
+from eai.scoring.batch import Scoring
+from eai.world.fault import FaultKind
+from envs.switches import SWITCHES
+
+
+@pytest.fixture
+def suite() -> Suite:
+    return open_suite(SWITCHES, ACTING)
+
+
+def episode(benchmark: Benchmark, task_id: str, commands: list[str], setting: Setting | None = None) -> str:
+    """The text of an episode of these commands."""
+    arena = Arena(benchmark, setting or Setting())
+    play = arena.play(open_suite(benchmark, ACTING).tasks[task_id])
+    for command in commands:
+        play.act(command)
+    return play.text("stopped")
+
+
+def verdict_of(suite: Suite, text: str) -> ActingVerdict:
+    verdict = suite.score(suite.task_ids[0], text)
+    assert isinstance(verdict, ActingVerdict)
+    return verdict
+
+
+def reference(suite: Suite) -> list[str]:
+    stage = Arena(suite.benchmark).stage(suite.tasks[suite.task_ids[0]])
+    return [*(stage.reference.commands or ())]
+
+
+def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
+    commands = reference(suite)
+    said = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], [*commands, "DONE"]))
+    assert (said.success, said.ended, said.declared, said.executable) == (True, "done", True, True)
+    assert len(said.actions) == len(commands)
+    unsaid = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
+    assert (unsaid.success, unsaid.ended, unsaid.reached) == (False, "stopped", True)
+    assert contributions(unsaid)["undeclared"].numerator == 1
+    early = verdict_of(suite, "DONE")
+    assert (early.success, early.ended) == (False, "done")
+    assert contributions(early)["declared_early"].numerator == 1
+
+
+def test_lines_of_commands_are_an_episode_in_the_standard_setting(suite: Suite) -> None:
+    commands = [*reference(suite), "DONE"]
+    by_line = verdict_of(suite, "\n".join(commands))
+    assert by_line == replace(verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands)), harness="")
+
+
+def test_what_does_not_replay_is_called_so(suite: Suite) -> None:
+    text = episode(SWITCHES, suite.task_ids[0], [*reference(suite), "DONE"])
+    told = json.loads(text)["turns"][0]["told"]
+    other = verdict_of(suite, text.replace(told, "0" * 64))
+    assert str(other.excluded).startswith("unreplayable: turn 1: the observation is another one")
+    after = json.loads(text)
+    after["turns"].append({"said": "DONE"})
+    assert str(verdict_of(suite, json.dumps(after)).excluded).endswith("the episode is over")
+    broken = verdict_of(suite, '{"turns": 3}')
+    assert broken.error is not None
+    assert (broken.excluded, broken.error.kind, broken.success) == (None, FaultKind.PARSING, False)
+
+
+def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
+    commands = ["FLY(box)", *reference(suite), "DONE"]
+    verdict = verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands))
+    assert verdict.turns[0].fault is FaultKind.HALLUCINATION
+    assert verdict.turns[0].same_as == 0
+    shares = contributions(verdict)
+    tried = len(commands) - 1
+    assert shares["hallucination"] == shares["impossible"] == shares["loops"] == (1, tried)
+    assert shares["recovered"] == shares["won_after_fault"] == (1, 1)
+
+
+def test_measures_of_length_follow_their_definitions() -> None:
+    turn = Turn("", "", is_action=True, fault=None, slipped=False, goals="", same_as=None)
+    verdict = ActingVerdict(success=True, turns=(turn,) * 6, shortest=4)
+    shares = {name: share.numerator for name, share in contributions(verdict).items()}
+    assert shares["spl"] == pytest.approx(4 / 6)
+    within = [shares[name] for name in ("within_1x", "within_1_5x", "within_2x", "within_4x")]
+    assert within == [0, 1, 1, 1]
+    unknown = contributions(replace(verdict, shortest=None))
+    assert unknown["spl"] == unknown["within_2x"] == (0, 0)
+
+
+def test_a_record_keeps_the_turns(suite: Suite) -> None:
+    text = episode(SWITCHES, suite.task_ids[0], [*reference(suite), "DONE"])
+    answers = [Response(suite.task_ids[0], text)]
+    (record,) = Scoring().records(suite, "model", answers, explanations=True)
+    assert record_from_json(json.loads(json.dumps(record_to_json(record)))) == record
+    assert record.explanation is not None
+    assert [step.action for step in record.explanation.steps] == [*reference(suite), "DONE"]
+
+
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
+    benchmark = find_benchmark(name)
+    suite, plans = open_suite(benchmark, ACTING), open_suite(benchmark, Ability.ACTION_SEQUENCING)
+    arena = Arena(benchmark, Setting(view="task", observe="full", feedback="facts"))
+    for task_id in suite.task_ids[1::40]:
+        task = suite.tasks[task_id]
+        write = arena.stage(task).commands.write
+        for plan in (task.script, task.script[:-1], task.script[1:]):
+            text = benchmark.plans.join(benchmark.plans.write(plan, task.scene))
+            as_plan = plans.score(task_id, text)
+            play = arena.play(task)
+            for command in [*map(write, plan), "DONE"]:
+                play.act(command)
+            played = suite.score(task_id, play.text("stopped"))
+            assert isinstance(played, ActingVerdict)
+            if as_plan.error is None:
+                assert (played.success, played.goals) == (as_plan.success, as_plan.goals)  # type: ignore[attr-defined]
+            else:
+                faults = [turn.fault for turn in played.turns if turn.fault is not None]
+                assert as_plan.error.kind in faults

@@ -1,0 +1,160 @@
+"""Models act through Inspect: by scripted calls of tools, by lines of text, and the built-in ones."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import inspect_ai
+import pytest
+from inspect_ai.log import EvalLog
+from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
+
+from eai.acting.play import Arena
+from eai.acting.setting import ACTING
+from eai.benchmark.suite import open_suite
+from eai.data.store import Store
+from eai.run.acting import command_in
+from eai.run.registry import TASKS
+from eai.scoring.records import read_records
+from processes import eai
+
+pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
+TASK = "27_2"
+
+
+def scripted(outputs: Sequence[ModelOutput]) -> Model:
+    for output in outputs:
+        output.usage = ModelUsage(input_tokens=1, output_tokens=1, total_tokens=2)
+    return get_model("mockllm/model", custom_outputs=list(outputs))
+
+
+def call(command: str) -> ModelOutput:
+    name, _, objects = command.removesuffix(")").partition("(")
+    arguments = {"action": name, "objects": objects.split(", ") if objects else []}
+    return ModelOutput.for_tool_call("mockllm/model", "act", arguments)
+
+
+def tool(name: str) -> ModelOutput:
+    return ModelOutput.for_tool_call("mockllm/model", name, {})
+
+
+def gold() -> list[str]:
+    suite = open_suite("virtualhome", ACTING)
+    return [*(Arena(suite.benchmark).stage(suite.tasks[TASK]).reference.commands or ())]
+
+
+def play(model: Model | str, folder: Path, **arguments: object) -> EvalLog:
+    task = TASKS["virtualhome_acting"](tasks=[TASK], **arguments)
+    (log,) = inspect_ai.eval(task, model=model, log_dir=str(folder), display="none")
+    assert log.status == "success"
+    return log
+
+
+def outcome_of(log: EvalLog) -> dict[str, object]:
+    (sample,) = log.samples or ()
+    assert sample.error is None
+    return dict((sample.scores or {})["acting"].metadata or {})
+
+
+def test_a_model_acts_by_calls_of_tools(data_store: Store, tmp_path: Path) -> None:
+    outputs = [tool("look"), call("FLY(moon)"), *map(call, gold()), tool("done"), tool("look")]
+    about = outcome_of(play(scripted(outputs), tmp_path))
+    assert (about["success"], about["ended"], about["harness"]) == (True, "done", "react")
+    turns = about["turns"]
+    assert isinstance(turns, list)
+    assert [turn["said"] for turn in turns] == ["LOOK", "FLY(moon)", *gold(), "DONE"]
+    assert [turn["fault"] for turn in turns][1] == "hallucination"
+
+
+def test_a_model_that_calls_no_tool_has_stopped(data_store: Store, tmp_path: Path) -> None:
+    outputs = [*map(call, gold()), ModelOutput.from_content("mockllm/model", "I am done.")]
+    about = outcome_of(play(scripted(outputs), tmp_path))
+    assert (about["success"], about["ended"], about["reached"]) == (False, "stopped", True)
+
+
+def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path) -> None:
+    said = ["LOOK", *gold(), "DONE"]
+    outputs = [ModelOutput.from_content("mockllm/model", f"I think.\n{command}") for command in said]
+    log = play(scripted(outputs), tmp_path, harness="text")
+    about = outcome_of(log)
+    assert (about["success"], about["harness"]) == (True, "text")
+    (sample,) = log.samples or ()
+    assert [turn["said"] for turn in json.loads(sample.output.completion)["turns"]] == said
+    assert sample.store  # the commands are there for who reads the log
+
+
+def test_a_model_that_only_looks_comes_to_its_end(data_store: Store, tmp_path: Path) -> None:
+    looks = [tool("look") for _ in range(200)]
+    about = outcome_of(play(scripted(looks), tmp_path, steps=2))
+    assert (about["success"], about["ended"]) == (False, "steps")
+
+
+def test_a_command_is_the_last_line_or_a_json_answer() -> None:
+    assert command_in("First I look.\n\nOPEN(jar_0) \n") == "OPEN(jar_0)"
+    assert command_in('{"OPEN": ["jar"],\n "x": []}') == '{"OPEN": ["jar"],\n "x": []}'
+    assert command_in("") == ""
+
+
+def run(out: Path, *words: object) -> None:
+    done = eai("run", "--ability", "acting", "--domain", "virtualhome", "--tasks", TASK, "--out", out, *words)
+    assert done.status == 0, done.err
+
+
+def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
+    models = ("oracle", "explorer", "random", "planner", "empty", "lookup")
+    run(tmp_path, *[word for name in models for word in ("--model", f"eai/{name}")])
+    won = {}
+    for name in models:
+        (record,) = read_records(tmp_path / "virtualhome" / "acting" / f"eai_{name}" / "records.jsonl")
+        won[name] = record.verdict.success  # type: ignore[attr-defined]
+    assert (won["oracle"], won["explorer"], won["random"], won["empty"]) == (True, True, False, False)
+    replayed = tmp_path / "virtualhome" / "acting" / "eai_oracle" / "eai_oracle_outputs.json"
+    done = eai(
+        "score", replayed, "--ability", "acting", "--domain", "virtualhome", "--out", tmp_path / "again"
+    )
+    assert done.status == 0, done.err
+    run(tmp_path, "--model", "eai/oracle", "--with", "agent.harness=text")
+    (by_text,) = read_records(
+        tmp_path / "virtualhome" / "acting" / "eai_oracle" / "prompt-harness-text" / "records.jsonl"
+    )
+    assert by_text.verdict.harness == "text"  # type: ignore[attr-defined]
+
+
+def test_a_killed_run_keeps_what_is_over_and_begins_the_rest_anew(data_store: Store, tmp_path: Path) -> None:
+    words = (
+        "run --ability acting --domain virtualhome --model eai/oracle --limit 6 --with requests.max_retries=0"
+    )
+    command = [
+        sys.executable,
+        "-c",
+        "from eai.cli import main; main()",
+        *words.split(),
+        "--out",
+        str(tmp_path),
+    ]
+    folder = tmp_path / "virtualhome" / "acting" / "eai_oracle"
+    begun, journal = folder / "begun.jsonl", folder / "answers.jsonl"
+    first = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    deadline = time.monotonic() + 300
+    while time.monotonic() < deadline and not (journal.exists() and journal.read_bytes().count(b"\n") >= 2):
+        time.sleep(0.01)
+    first.send_signal(signal.SIGKILL)
+    first.communicate()
+    finished = journal.read_text().splitlines(keepends=True)
+    if len(finished) == len(begun.read_text().splitlines()):  # it was killed between two: lose the last one
+        journal.write_text("".join(finished[:-1]))
+    kept = [json.loads(line)["task_id"] for line in journal.read_text().splitlines()]
+    (unfinished,) = {json.loads(line)[0] for line in begun.read_text().splitlines()}.difference(kept)
+    done = eai(*words.split(), "--out", tmp_path)
+    assert done.status == 0, done.err
+    records = read_records(folder / "records.jsonl")
+    times = {record.task_id: record.verdict.begun for record in records}  # type: ignore[attr-defined]
+    assert all(times[task_id] == 1 for task_id in kept)
+    assert times[unfinished] == 2
+    assert "1 episode had been interrupted and began anew" in done.err
