@@ -247,7 +247,8 @@ def _plans(
     @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        plan = (scripts and task.script) or find(task, planner, limits).plan
+        known = scripts and (task.script or task.unsolvable is not None)
+        plan = task.script if known else find(task, planner, limits).plan
         return WrittenAnswer(notation.write(plan, task.scene), notation.join)
 
     return AnswerBook(tuple(tasks), answer)
@@ -262,7 +263,8 @@ def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerB
     @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        plan = (scripts and task.script) or find_plan(task, planner).plan
+        known = scripts and (task.script or task.unsolvable is not None)
+        plan = task.script if known else find_plan(task, planner).plan
         return WrittenAnswer(notation.write(task, plan), notation.join)
 
     return AnswerBook(tuple(tasks), answer)

@@ -32,18 +32,8 @@ MENDED: Mapping[str, tuple[str, str]] = {
 """Two slips of the pen and what is meant: a goal beside the conjunction, a stray backslash."""
 
 _PLAIN = {
-    *(
-        "sceneObject",
-        "openable",
-        "toggleable",
-        "slicer",
-        "fillable",
-        "cloth",
-        "drapeable",
-        "rope",
-        "mixingTool",
-    ),
-    *("substance", "liquid", "visualSubstance", "flammable", "freezable"),
+    *("openable", "toggleable", "slicer", "fillable", "cloth", "drapeable", "rope", "mixingTool"),
+    *("sceneObject", "substance", "liquid", "visualSubstance", "flammable", "freezable"),
 }
 """Abilities of which only matters whether a kind has them."""
 

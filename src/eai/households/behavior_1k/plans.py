@@ -25,29 +25,19 @@ from eai.world.state import State
 ROUNDS = 4
 """How often goals are gone through of which one undoes another."""
 
-_ORDER: Mapping[str, float] = {
-    "real": 0,
-    "cooked": 1,
-    "covered": 2,
-    "contains": 3,
-    "filled": 3,
-    "saturated": 4,
-    "folded": 4,
-    "unfolded": 4,
-    "frozen": 5,
-    "hot": 5,
-    "attached": 6,
-    "draped": 6,
-    "ontop": 6.5,
-    "inside": 7,
-    "nextto": 8,
-    "under": 8,
-    "touching": 8,
-    "overlaid": 9,
-    "toggled_on": 10,
-    "on_fire": 10,
-    "open": 11,
-}
+_ORDERED = (
+    *("real", "cooked", "covered", "contains filled", "saturated folded unfolded", "frozen hot"),
+    *(
+        "attached draped",
+        "ontop",
+        "inside",
+        "nextto under touching",
+        "overlaid",
+        "toggled_on on_fire",
+        "open",
+    ),
+)
+_ORDER = {name: place for place, names in enumerate(_ORDERED) for name in names.split(" ")}
 """Which of several goals comes first: what things are made of before where they go, doors last."""
 
 _PLACED_BY: Mapping[str, str] = {

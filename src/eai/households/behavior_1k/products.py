@@ -19,13 +19,6 @@ class Products(Ways):
         elif self._is("real", name):
             return
         self._first_of(self._ways_to_make(name, inside), f"there is no way to make {name}")
-        if not self._is("real", name):
-            raise NoWayError(f"{name} was not made")
-        if inside is not None and self._is_substance(name) and not self._has(p.has_in, inside, name):
-            source = self._supply(name, inside)
-            self._get(source)
-            self._opened(inside, source)
-            self._do("POUR", source, inside)
 
     def _ways_to_make(self, name: str, inside: str | None) -> Iterator[Way]:
         yield from (lambda w=w: self._slice(w) for w in self._of(p.part_of, name))
@@ -46,8 +39,6 @@ class Products(Ways):
     def _cut(self, operator: str, name: str) -> None:
         knife = self._knife()
         self._reach(name)
-        if self._has(p.held, name):
-            self._put_down(name)
         self._get(knife)
         self._reach(name, knife)
         self._do(operator, name, knife)

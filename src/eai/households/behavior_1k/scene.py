@@ -173,15 +173,11 @@ class Setting:
         state: the state.
         declared: how many of the scene's objects the definition declares; they are the first.
         nameable: how many an answer may name, those first; the others are recipes.
-        recipes: the recipes, each with the name of its object.
-        unmakeable: categories that the goal or the definition wants and that cannot be made.
     """
 
     state: State
     declared: int
     nameable: int
-    recipes: Mapping[str, Recipe]
-    unmakeable: tuple[str, ...]
 
 
 def set_up(activity: Activity, kinds: Kinds, containers: frozenset[str]) -> Setting:
@@ -216,7 +212,6 @@ class _SceneMaker:
         asked = (self._activity.synsets[c] for c in self._activity.asked_for())
         there = {kind for name, kind in self._kind.items() if name not in self._future}
         wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
-        unmakeable = [kind for kind in sorted(wanted) if not self._can_be_made(kind, there, ())]
         self._add_products(sorted(wanted), there)
         declared = [WorldObject(name, category) for name, category in self._activity.objects.items()]
         made = [WorldObject(name, f"made__{lemma(kind)}") for name, kind in self._made.items()]
@@ -228,7 +223,7 @@ class _SceneMaker:
             for each, names in dict.fromkeys((*self._facts(), *self._recipe_facts(recipes)))
         ]
         nameable = len(declared) + len(made)
-        return Setting(scene.state(facts), len(declared), nameable, recipes, tuple(map(lemma, unmakeable)))
+        return Setting(scene.state(facts), len(declared), nameable)
 
     # Which objects there are.
 

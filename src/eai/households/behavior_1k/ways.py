@@ -169,11 +169,7 @@ class Ways:
         self._put_down(free[0])
 
     def _put_down(self, name: str) -> None:
-        if self._those(p.robot_on):
-            self._do("RELEASE", name)
-            return
-        places = [o for o in self._names if self._has(p.fixed, o) and not self._has(p.openable, o)]
-        self._first_of((partial(self._do, "PLACE_ONTOP", name, place) for place in places), "no place")
+        self._do("RELEASE", name)
 
     def _reach(self, name: str, *keep: str) -> None:
         """Open whatever the thing is shut in, from the outside."""
@@ -264,13 +260,8 @@ class Ways:
             return found[0]
         for tap in self._taps(substance):
             for vessel in self._vessels(*without):
-                before = self._moment()
-                try:
-                    self._fill(vessel, tap)
-                except NoWayError:
-                    self._go_back(before)
-                else:
-                    return vessel
+                self._fill(vessel, tap)
+                return vessel
         self._produce(substance)
         found = [name for name in self._holders(substance) if name not in without]
         if not found:
@@ -318,20 +309,8 @@ class Ways:
         self._first_of(map(done, ways), f"{substance} cannot be brought into {vessel}")
 
     def _cover(self, name: str, substance: str) -> None:
-        """Cover a thing with a substance, which may melt on it."""
-
-        def apply() -> None:
-            self._put_with("APPLY", self._supply(substance, name), name)
-
-        def melt(thing: str) -> Way:
-            def go() -> None:
-                self._put_with("PLACE_ONTOP", thing, name)
-                self._heat(name, p.melts, of=thing)
-
-            return go
-
-        melted = [] if self._has(p.fillable, name) else map(melt, self._to(p.melts_to, substance))
-        self._first_of((apply, *melted), f"nothing covers {name} with {substance}")
+        """Cover a thing with a substance."""
+        self._put_with("APPLY", self._supply(substance, name), name)
         if not self._has(p.has_cover, name, substance):
             raise NoWayError(f"{name} is not covered with {substance}")
 
@@ -347,19 +326,7 @@ class Ways:
             ways += [partial(self._wash, name, substance, machine) for machine in self._those(p.washer)]
             ways += [partial(self._rinse, name, substance, sink) for sink in self._those(p.sink)]
             ways += [partial(self._dry, name, machine) for machine in self._those(p.dryer)]
-        self._first_of(
-            (self._cleaning(way, name, substance) for way in ways), f"nothing here removes {substance}"
-        )
-
-    def _cleaning(self, way: Way, name: str, substance: str) -> Way:
-        """The way, if the substance is gone after it."""
-
-        def go() -> None:
-            way()
-            if self._has(p.has_cover, name, substance):
-                raise NoWayError(f"{substance} is still on {name}")
-
-        return go
+        self._first_of(ways, f"nothing here removes {substance}")
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
         """Bring some solvent of a substance."""
@@ -396,8 +363,6 @@ class Ways:
         self._run_closed(machine, "DRY")
 
     def _run_closed(self, machine: str, operator: str) -> None:
-        while len(self._those(p.held)) > 1:
-            self._put_down(self._those(p.held)[0])
         self._shut(machine)
         self._switch_on(machine)
         self._do(operator, machine)
