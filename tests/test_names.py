@@ -63,3 +63,8 @@ def test_the_patterns_find_what_they_look_for(pattern: re.Pattern[str]) -> None:
         for home in HOMES
         for path in (SOURCE / home).rglob("*.py")
     )
+
+
+def test_no_docstring_begins_with_what() -> None:
+    """A docstring says what a thing is or does; its first word is a noun, a verb or a number."""
+    assert mentions(re.compile(r'^\s*r?"""What\b'), frozenset()) == []

@@ -122,7 +122,7 @@ class _View:
         ]
 
     def next(self, look: _Look, state: State) -> _Look:
-        """What is seen of a state of the same episode; most actions leave most of it as it was."""
+        """Return the view of a state of the same episode; most actions leave most of it as it was."""
         sight = self._sight(state)
         changed = _changed(look.state, state)
         shown = [
@@ -350,7 +350,7 @@ class Game:
 
     @property
     def stage(self) -> Stage:
-        """What it shares with the other games of its task."""
+        """The values that it shares with the other games of its task."""
         return self._stage
 
     @property
@@ -430,7 +430,7 @@ class Game:
         return self._turn(tried, command.repairs, done=command.meant is None)
 
     def _turn(self, tried: _Tried, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
-        """What follows from what became of a command."""
+        """Return the turn that follows from the outcome of a command."""
         complete, limit = all(self.reached), self._stage.limit
         if done:
             self.ended = "done"

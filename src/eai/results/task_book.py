@@ -1,4 +1,4 @@
-"""What the data set knows of the tasks of records: their features, and where wrong goals come from.
+"""Facts of the data set about the tasks of records: their features, and where wrong goals come from.
 
 The paper says that models report what is on the way to a goal, or at the start, instead of the goal (section
 "Goal interpretation"). A stated goal that is none is followed along the data set's own plan, as far as that

@@ -80,7 +80,7 @@ _BOOKS = {
 """The models that have answers of their own."""
 
 _NEEDED = frozenset({"domain", "ability", "task_id"})
-"""What a built-in model needs to know of a question."""
+"""The metadata of a question that a built-in model needs."""
 
 _ARGUMENTS = ("rate", "seed", "heed", "path")
 

@@ -1,4 +1,4 @@
-"""What is convention in a scene of BEHAVIOR-1K, in words: tools, solvents, heat, products and recipes.
+"""The conventions of a scene of BEHAVIOR-1K, in words: tools, solvents, heat, products and recipes.
 
 Nobody can know which tool removes what, how hot a toaster is or what a recipe takes, but it is the same for
 all. Prompts tell what matters for the activity, unless what is to be seen is whether a model knows it.
@@ -100,7 +100,7 @@ class _Conventions:
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(index))]
 
     def _heat(self) -> Iterator[str]:
-        """What sources of heat and cold need, and what they do to things here."""
+        """Yield the needs of sources of heat and cold, and their effects on things here."""
         sources = self._those(p.heat_source)
         food = {name for source in sources for name in self._of(p.cooks, source)}
         for source in (*sources, *self._those(p.cold_source)):
@@ -117,7 +117,7 @@ class _Conventions:
             yield f"- {source} works {', '.join(needs) or 'always'}{does}."
 
     def _cutting(self) -> Iterator[str]:
-        """What things become."""
+        """Yield the products of cutting and heating."""
         for index, name in enumerate(self._things):
             halves = self._to(p.part_of, index)
             if halves:

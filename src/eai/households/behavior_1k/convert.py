@@ -193,7 +193,7 @@ def _read_rules(files: Bundle) -> dict[str, object]:
 
 
 def _pairs(rules: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """What becomes what; boiled water, which some need besides, is no part of it."""
+    """Return the products by kind; boiled water, which some need besides, is no part of it."""
     return {
         next(name for name in rule["input_synsets"] if not name.startswith("cooked__")): next(
             iter(rule["output_synsets"])

@@ -1,4 +1,4 @@
-"""What the annotations of BEHAVIOR-1K say of kinds of objects, and the rules by which they become others."""
+"""The annotations of BEHAVIOR-1K: kinds of objects, and the rules by which they become others."""
 
 from __future__ import annotations
 

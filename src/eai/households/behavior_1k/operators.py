@@ -127,7 +127,7 @@ def release() -> Operator:
 def _places(
     name: str, text: str, effects: tuple[Effect, ...], *checks: Check, third: bool = False
 ) -> Operator:
-    """What is in a hand is put somewhere."""
+    """Return an action that puts what is in a hand somewhere."""
     others = (Y, Z) if third else (Y,)
     needed = [solid(X), in_hand(X)]
     for other in others:

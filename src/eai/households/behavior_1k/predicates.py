@@ -180,7 +180,7 @@ GOAL_RELATIONS = (
     _relation("saturated", soaked_with),
 )
 GOAL_PREDICATES = (*(each.name for each in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
-"""What goals and prompts speak of."""
+"""The predicates of goals and prompts."""
 
 VOCABULARY = Vocabulary(
     predicates=(

@@ -34,7 +34,7 @@ from eai.world.vocabulary import Predicate
 
 AGENT, ANY_OTHER = "agent", "_*"
 GROUND = ("floor", "lawn", "driveway")
-"""What an agent stands on somewhere."""
+"""The kinds that an agent stands on somewhere."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _STORED: Mapping[str, Predicate] = {
@@ -133,7 +133,7 @@ class Activity:
         return found
 
     def _places(self) -> Iterator[tuple[str, f.Term, f.Term]]:
-        """What the goal says of two things: the predicate, and both."""
+        """Yield the atoms of the goal about two things: the predicate, and both."""
         for part in walk(self.problem.goal):
             if isinstance(part, f.Atom) and len(part.arguments) == 2:
                 yield part.predicate, *part.arguments
@@ -323,7 +323,7 @@ class _SceneMaker:
         yield from self._situation()
 
     def _nature(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
-        """What an object is and can do."""
+        """Yield the kind and the abilities of an object."""
         has, rules = self._kinds.has, self._kinds.rules
         for predicate, abilities in _PLAIN.items():
             if has(kind, *abilities):
@@ -351,7 +351,7 @@ class _SceneMaker:
                 yield _NEEDS[need], (name,)
 
     def _temperatures(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
-        """What a source heats, cooks, melts or chills."""
+        """Yield the things that a source heats, cooks, melts or chills."""
         heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
         if heat is None and cold is None:
             return
@@ -395,7 +395,7 @@ class _SceneMaker:
             yield from ((p.dissolved_by, (name, solvent)) for solvent in self._of_kind(kind))
 
     def _becoming(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
-        """What an object becomes, and what it fits."""
+        """Yield the things that an object becomes, and those that it fits."""
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
         is_substance = self._kinds.has(kind, "substance")
@@ -485,7 +485,7 @@ class _SceneMaker:
     def _taken(
         self, name: str, recipe: Recipe, kind: str, number: int, *, bakes: bool
     ) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
-        """What a recipe takes of a kind. What is baked need not hold the substances of its dough again."""
+        """Yield the things of a kind that a recipe takes; baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
         is_substance = self._kinds.has(kind, "substance")
         if is_substance and bakes and not related:

@@ -33,7 +33,7 @@ class Sentences:
         self._english = english
 
     def instruction(self, title: str, goals: Sequence[f.Formula]) -> str:
-        """What is to be done: the title, and a sentence for each goal."""
+        """Return the title, and a sentence for each goal."""
         said = "; ".join(self.clause(goal, {}) for goal in goals)
         return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
 

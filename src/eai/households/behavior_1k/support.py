@@ -54,7 +54,7 @@ def floor_below(state: State, arguments: tuple[int, ...]) -> int:
 
 
 def _support(relations: list[Relation], x: int) -> int:
-    """What a thing rests in or on, as a mask of at most one bit."""
+    """The support of a thing, as a mask of at most one bit."""
     for relation in relations:
         row = relation.row(x)
         if row:

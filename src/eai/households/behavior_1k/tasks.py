@@ -29,7 +29,7 @@ else:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of activities besides their definitions: the table `evidence.toml`.
+    """Facts of activities besides their definitions: the table `evidence.toml`.
 
     Attributes:
         sha256: digest of the table.

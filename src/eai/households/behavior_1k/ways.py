@@ -89,11 +89,11 @@ class Ways:
         return [self._names[i] for i in bits(self._state.those(predicate.name))]
 
     def _of(self, predicate: Predicate, name: str) -> list[str]:
-        """What a thing stands in a relation to."""
+        """The things to which a thing stands in a relation."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
 
     def _to(self, predicate: Predicate, name: str) -> list[str]:
-        """What stands in a relation to a thing."""
+        """The things that stand in a relation to a thing."""
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
     def _support(self, name: str) -> str | None:
@@ -230,7 +230,7 @@ class Ways:
     # Substances.
 
     def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
-        """What a substance can be taken from: what gives or holds it before what it lies on."""
+        """The things from which a substance can be taken: sources and vessels before what it lies on."""
         filled = [
             *self._to(p.gives, substance),
             *self._to(p.full_of, substance),
@@ -245,7 +245,7 @@ class Ways:
         return [source for source in self._to(p.gives, substance) if self._has(p.fixed, source)]
 
     def _vessels(self, *without: str) -> list[str]:
-        """What can be filled and is empty."""
+        """The empty vessels."""
         return [
             name
             for name in self._those(p.fillable)
