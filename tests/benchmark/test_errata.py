@@ -327,7 +327,7 @@ evidence = "e"
     [
         (HEAD + 'exclud = "typo"', "exclud"),
         (HEAD.replace("since = 2", "since = 3") + 'exclude = "x"', "dark is of version 3, the table of 2"),
-        (HEAD.replace("action_sequencing", "acting") + 'exclude = "x"', "abilities"),
+        (HEAD.replace("action_sequencing", "dancing") + 'exclude = "x"', "abilities"),
         (HEAD.replace('wrong = "w"\n', "") + 'exclude = "x"', "wrong"),
         (HEAD, "dark: expected one correction, found none"),
         (
