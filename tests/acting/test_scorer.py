@@ -94,7 +94,7 @@ def test_measures_of_length_follow_their_definitions() -> None:
     verdict = ActingVerdict(success=True, turns=(turn,) * 6, shortest=4)
     shares = {name: share.numerator for name, share in contributions(verdict).items()}
     assert shares["spl"] == pytest.approx(4 / 6)
-    within = [shares[name] for name in ("within_1x", "within_1_5x", "within_2x", "within_4x")]
+    within = [shares[name] for name in ("within_1x", "within_1.5x", "within_2x", "within_4x")]
     assert within == [0, 1, 1, 1]
     unknown = contributions(replace(verdict, shortest=None))
     assert unknown["spl"] == unknown["within_2x"] == (0, 0)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 UNREPLAYABLE = "unreplayable"
 """How the reason begins why an episode is excluded whose observations are not those of its replay."""
 
-WITHIN = {"within_1x": 1.0, "within_1_5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
+WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
 """Successes within so many times the actions of the shortest known plan."""
 
 KINDS = tuple(
