@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from math import floor
 from typing import TYPE_CHECKING
 
+from eai.abilities.action_sequencing.declaration import ENDING_FAULTS
 from eai.abilities.declaration import (
     GOAL_METRICS,
     SATISFIED,
@@ -37,18 +38,7 @@ UNREPLAYABLE = "unreplayable"
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
 """Successes within so many times the actions of the shortest known plan."""
 
-KINDS = tuple(
-    kind.value
-    for kind in (
-        FaultKind.PARSING,
-        FaultKind.HALLUCINATION,
-        FaultKind.ARGUMENT_NUMBER,
-        FaultKind.WRONG_ORDER,
-        FaultKind.MISSING_STEP,
-        FaultKind.AFFORDANCE,
-        FaultKind.UNCATEGORISED,
-    )
-)
+KINDS = tuple(ENDING_FAULTS)
 """The kinds of impossible actions; an action that is not needed is counted apart."""
 
 _SOON = 2

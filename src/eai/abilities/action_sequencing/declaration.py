@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
 
-_ENDING_FAULTS = {
+ENDING_FAULTS = {
     kind.value: kind
     for kind in (
         FaultKind.PARSING,
@@ -36,6 +36,7 @@ _ENDING_FAULTS = {
         FaultKind.UNCATEGORISED,
     )
 }
+"""The kinds of error that make an action impossible, by their names."""
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:
@@ -44,7 +45,7 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     return {
         "task_success": of_all(verdict.success if counted is None else counted.success),
         "execution_success": of_all(verdict.executable),
-        **{name: of_all(times(verdict, kind)) for name, kind in _ENDING_FAULTS.items()},
+        **{name: of_all(times(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
         "additional_step": of_all(times_additional(verdict)),
         **goal_shares(verdict.goals if counted is None else counted.goals),
     }

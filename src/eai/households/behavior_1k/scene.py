@@ -200,7 +200,7 @@ class _SceneMaker:
         self._containers = containers
         self._kind = {name: activity.synsets[c] for name, c in activity.objects.items()}
         self._future = {names[0] for predicate, names in activity.facts() if predicate == "future"}
-        self._made: dict[str, str] = {}
+        self._all = dict(self._kind)  # and then what can come to be
         self._gives = {names for predicate, names in activity.facts() if predicate == "insource"}
         self._rooms = {names[0]: names[1] for predicate, names in activity.facts() if predicate == "inroom"}
         self._recipes: list[Recipe] = []
@@ -210,11 +210,13 @@ class _SceneMaker:
         self._fill_sources()
         wanted = {self._kind[name] for name in self._future}
         asked = (self._activity.synsets[c] for c in self._activity.asked_for())
-        there = {kind for name, kind in self._kind.items() if name not in self._future}
+        there = {kind for name, kind in self._all.items() if name not in self._future}
         wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
         self._add_products(sorted(wanted), there)
         declared = [WorldObject(name, category) for name, category in self._activity.objects.items()]
-        made = [WorldObject(name, f"made__{lemma(kind)}") for name, kind in self._made.items()]
+        made = [WorldObject(name, f"made__{lemma(kind)}") for name, kind in self._all.items()][
+            len(declared) :
+        ]
         recipes = {f"recipe_{number}": each for number, each in enumerate(self._recipes, 1)}
         others = [WorldObject(name, "recipe") for name in recipes]
         scene = Scene(p.VOCABULARY, (*declared, *made, *others))
@@ -231,16 +233,12 @@ class _SceneMaker:
         """The objects of a kind, declared ones first."""
         return [name for name, kind in self._all.items() if kind == synset]
 
-    @property
-    def _all(self) -> Mapping[str, str]:
-        return {**self._kind, **self._made}
-
     def _new(self, synset: str) -> str:
         """Another object of a kind, which no definition declares."""
         stem, number = lemma(synset), 1
         while f"{stem}_{number}" in self._all:
             number += 1
-        self._made[f"{stem}_{number}"] = synset
+        self._all[f"{stem}_{number}"] = synset
         return f"{stem}_{number}"
 
     def _fill_sources(self) -> None:
@@ -257,7 +255,7 @@ class _SceneMaker:
 
     def _can_be_made(self, kind: str, there: set[str], above: tuple[str, ...]) -> bool:
         """Whether a kind is there, or can be made of what is."""
-        if kind in there or kind in self._made.values():
+        if kind in there:
             return True
         return kind not in above and any(
             self._can_be_used(making, there, (*above, kind))
