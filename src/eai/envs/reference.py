@@ -12,9 +12,9 @@ from eai.abilities.task import Task
 from eai.envs.agents import Agent, explorer_agent, gold_agent, planner_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
-from eai.planning.planner import alone
-from eai.planning.search import Limits, Node
-from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.planning.planner import needed_actions
+from eai.planning.search import Limits
+from eai.planning.successor_generator import PlanNode
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 
@@ -81,13 +81,8 @@ def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
 def _shortened(task: Task, domain: Domain, plan: Sequence[Action]) -> Sequence[Action]:
     """A plan without actions that its goals do not need."""
     test, actions = GoalTest(task), planning_goal(task).actions
-    successors = SuccessorGenerator(domain, alone, (), actions)
-    start: PlanNode = Node(task.initial)
-    end = start
-    for action in plan:
-        end = successors.successor(end, action) or end
 
     def reached(node: PlanNode) -> bool:
         return node.met == len(actions) and test.all_lasting(node.state)
 
-    return successors.without_needless(start, end, reached).plan() if reached(end) else plan
+    return needed_actions(domain, task.initial, plan, reached, actions)

@@ -9,7 +9,7 @@ Effort is bounded by a number of states, never by time: equal input gives equal 
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from eai.logic.formula import Formula
@@ -52,6 +52,30 @@ class PlanningGoal:
 def alone(action: Action, state: State) -> tuple[Action, ...]:
     """An action is carried out by itself."""
     return (action,)
+
+
+def needed_actions(
+    domain: Domain,
+    initial: State,
+    plan: Sequence[Action],
+    reached: Callable[[PlanNode], bool],
+    actions: Sequence[Sequence[str]] = (),
+) -> tuple[Action, ...]:
+    """The actions of a plan that it needs to end as it must; all of them if it does not end so.
+
+    Args:
+        domain: the domain.
+        initial: the state to start from.
+        plan: the plan.
+        reached: whether it ends as it must.
+        actions: operators to be taken, as in `PlanningGoal`.
+    """
+    successors = SuccessorGenerator(domain, alone, (), actions)
+    start: PlanNode = Node(initial)
+    end = start
+    for action in plan:
+        end = successors.successor(end, action) or end
+    return successors.without_needless(start, end, reached).plan() if reached(end) else tuple(plan)
 
 
 class Planner:

@@ -14,9 +14,8 @@ from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.products import Products
 from eai.households.behavior_1k.ways import NoWayError, Scope, Way
 from eai.logic.traversal import walk
-from eai.planning.planner import alone
-from eai.planning.search import Node
-from eai.planning.successor_generator import PlanNode, SuccessorGenerator
+from eai.planning.planner import needed_actions
+from eai.planning.successor_generator import PlanNode
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.reading import Readings
@@ -62,7 +61,11 @@ def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -
         goal: the goal.
         declared: how many of the scene's objects are declared: over these its quantifiers range.
     """
-    reason = ""
+    reading, reason = Readings(domain.vocabulary), ""
+
+    def reached(node: PlanNode) -> bool:
+        return reading.holds(goal, {}, node.state)
+
     for backwards in (False, True):
         writer = _Regression(domain, initial, declared, backwards=backwards)
         try:
@@ -70,7 +73,7 @@ def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -
         except NoWayError as error:
             reason = reason or str(error)
         else:
-            return shortened(domain, initial, writer.plan, goal)
+            return needed_actions(domain, initial, writer.plan, reached)
     return reason
 
 
@@ -83,17 +86,6 @@ def read_plan(line: str) -> tuple[Action, ...]:
     """The plan of a line; none of an empty one."""
     steps = [step.split(" ") for step in line.split(";")] if line else []
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
-
-
-def shortened(domain: Domain, initial: State, plan: Sequence[Action], goal: f.Formula) -> tuple[Action, ...]:
-    """The plan without the actions that its goal does not need."""
-    reading = Readings(domain.vocabulary)
-    successors = SuccessorGenerator(domain, alone, (), ())
-    start: PlanNode = Node(initial)
-    node = start
-    for action in plan:
-        node = successors.successor(node, action) or node
-    return successors.without_needless(start, node, lambda end: reading.holds(goal, {}, end.state)).plan()
 
 
 class _Regression(Products):
