@@ -57,7 +57,7 @@ def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.Mo
     assert (checked.status, checked.out) == (2, "Tidy up: lamp: lacks lit(lamp_2)\n")
     made = eai("annotate", "goals", *SHELVES, "--out", "goals.jsonl")
     assert made.out == "3 tasks written to goals.jsonl\n"
-    assert eai("tasks", "check", "goals.jsonl").status == 0
+    assert eai("check", "goals.jsonl").status == 0
     posed = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "problems", "--conditions", "1")
     assert posed.out == "3 problems written to problems\n"
     domain, *problems = sorted(Path("problems").glob("*.pddl"), key=lambda each: each.name != "domain.pddl")

@@ -55,7 +55,7 @@ NEEDED = {
     "analyze all runs --out out": "analysis",
     "export pictures --domain virtualhome --tasks 27_2 --out out": "plots",
     "data stats --distributions": "plots",
-    "tasks write --croissant --out out": "croissant",
+    "export tasks --croissant --out out": "croissant",
     "score m_outputs.json --domain behavior --ability transition_modeling --planner fast_downward": "planner",
 }
 """Commands that cannot do without an extra."""
@@ -74,7 +74,7 @@ SPARED = {
     "analyze annotations ratings.csv --out out": NO_PLOTS,
     "analyze table runs --out out": "",
     "explain runs --failed": "",
-    "leaderboard runs": "",
+    "report runs": "",
     "export pictures --domain virtualhome --tasks 27_2 --out out --format svg": "",
     "data stats": "",
 }

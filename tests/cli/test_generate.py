@@ -27,7 +27,7 @@ def test_equal_arguments_give_equal_bytes(eai: Command, tmp_path: Path) -> None:
     first = made(eai, tmp_path / "a", "--seed", 7)
     assert first == made(eai, tmp_path / "b", "--seed", 7) != made(eai, tmp_path / "c", "--seed", 8)
     assert [task["id"] for task in first] == [task["id"] for task in made(eai, tmp_path / "a", "--seed", 7)]
-    assert eai("tasks", "check", tmp_path / "a").status == 0
+    assert eai("check", tmp_path / "a").status == 0
     assert all("canary" in str(task["about"]) for task in first)
 
 
@@ -53,9 +53,9 @@ def test_splits_have_nothing_in_common_in_whatever_order_they_are_made(eai: Comm
     nothing = {"tasks": 3, "same": 0, "same_goals": 0, "solved_by_lookup": 0}
     assert overlap == {"test": {"train": nothing}}
     files = [str(tmp_path / f"{split}.jsonl") for split in ("train", "test")]
-    told = eai("tasks", "check", files[1], "--against", files[0], "--json")
+    told = eai("check", files[1], "--against", files[0], "--json")
     assert json.loads(told.out) == nothing
-    same = eai("tasks", "check", files[0], "--against", files[0])
+    same = eai("check", files[0], "--against", files[0])
     assert same.out == "of 3 tasks 3 are the same, 3 have the same goals, 0 are solved by lookup\n"
     away = tmp_path / "elsewhere"
     made(eai, away, "--split", "test", "--tier", "S", "--seed", 3, "--against", files[1])
@@ -73,7 +73,7 @@ def test_only_three_splits_have_a_name(eai: Command, tmp_path: Path) -> None:
 
 def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Path) -> None:
     made(eai, tmp_path, "--split", "test", "--secret", "only we know", "--tier", "S")
-    asked = ("tasks", "check", tmp_path, "--split", "test", "--secret")
+    asked = ("check", tmp_path, "--split", "test", "--secret")
     assert eai(*asked, "only we know").status == 0
     guessed = eai(*asked, "a guess")
     assert guessed.status == 2
@@ -82,7 +82,7 @@ def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Pat
     file = tmp_path / "test.jsonl"
     file.write_text("".join(file.read_text().splitlines(keepends=True)[:2]))
     assert "is not what was published" in eai(*asked, "only we know").out
-    assert "made with a secret" in eai("tasks", "check", tmp_path, "--split", "x", "--secret", "s").err
+    assert "made with a secret" in eai("check", tmp_path, "--split", "x", "--secret", "s").err
 
 
 def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
     assert outcome.status == 0
     digest = json.loads((tmp_path / "generated.json").read_text())["sets"]["tasks"]["sha256"]
     assert json.loads((tmp_path / "z" / "generated.json").read_text())["sets"]["tasks"]["sha256"] == digest
-    assert eai("tasks", "check", tmp_path / "z").status == 0
+    assert eai("check", tmp_path / "z").status == 0
 
 
 def test_a_world_that_has_no_more_tasks_says_so(
@@ -131,7 +131,7 @@ def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
         assert (outcome.status, outcome.out) == (130, "")
         assert outcome.err.startswith("eai: interrupted"), outcome.err
         assert ("written to" in outcome.err) is first
-        assert eai("tasks", "check", tmp_path).status == 0
+        assert eai("check", tmp_path).status == 0
 
 
 def test_a_folder_that_cannot_be_is_told_before_anything_is_made(eai: Command, tmp_path: Path) -> None:

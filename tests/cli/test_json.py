@@ -24,7 +24,7 @@ MADE: dict[tuple[str, ...], dict[str, Any]] = {
     ("prompts", *PLAN, "--out", "p.json"): {"files": ["p.json"]},
     ("prompts", *PLAN, "--out", "f.html"): {"file": "f.html", "questions": 2},
     ("export", "pictures", *PLAN[:2], "--format", "svg"): {"folder": "pictures", "pictures": 2},
-    ("tasks", "write", *PLAN[:2], "--out", "t.jsonl"): {"file": "t.jsonl", "tasks": 2},
+    ("export", "tasks", *PLAN[:2], "--out", "t.jsonl"): {"file": "t.jsonl", "tasks": 2},
     ("export", "questions", *PLAN[:2], "--n", "4", "--out", "q.jsonl"): {"file": "q.jsonl", "questions": 4},
     ("export", "prompts", *PLAN, "--out", "r.jsonl"): {"path": "r.jsonl", "rows": 2, "left_out": {}},
     ("generate", "--like", "lamps:lamps", "--n", "1", "--out", "new"): {
@@ -74,5 +74,5 @@ def test_shards_put_together_are_told_as_what_is_scored_at_once(eai: Command) ->
     whole = json.loads(eai("score", "m_outputs.json", *PLAN, "--out", "whole", "--json").out)
     for shard in ("1/2", "2/2"):
         eai("score", "m_outputs.json", *PLAN, "--shard", shard, "--out", "parts")
-    merged = json.loads(eai("merge", "parts", "--json").out)
+    merged = json.loads(eai("score", "parts", "--merge", "--json").out)
     assert [{**one, "folder": None} for one in merged] == [{**one, "folder": None} for one in whole]

@@ -246,7 +246,7 @@ def test_a_run_without_inspect_is_refused_at_once_in_one_line() -> None:
 def test_output_that_cannot_be_written_is_told_in_a_line(unbuffered: str) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "eai", "tasks", "check", "--schema"],
+            [sys.executable, "-m", "eai", "check", "--schema"],
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,

@@ -45,7 +45,7 @@ def test_parts_together_are_the_bytes_of_a_run_in_one_part(eai: Command, folder:
             eai("score", "answers", *rules, "--shard", f"{number}/3", *workers, "--out", "parts").status == 0
         )
     assert written(folder / "parts") == {}
-    done = eai("merge", "parts")
+    done = eai("score", "parts", "--merge")
     assert done.status == 0
     assert "3 shards of 100 records written to parts/whole" in done.out
     assert eai("score", "answers", *rules, "--workers", 3, "--out", "workers").status == 0
@@ -54,22 +54,22 @@ def test_parts_together_are_the_bytes_of_a_run_in_one_part(eai: Command, folder:
 
 
 def test_what_is_not_whole_is_not_merged(eai: Command, folder: Path) -> None:
-    assert "expected a folder with records.shard-I-of-N.jsonl" in eai("merge", "answers").err
+    assert "expected a folder with records.shard-I-of-N.jsonl" in eai("score", "answers", "--merge").err
     for number in (1, 3):
         eai("score", "answers/whole_outputs.json", *SUITE, "--shard", f"{number}/4", "--out", "parts")
-    done = eai("merge", "parts")
+    done = eai("score", "parts", "--merge")
     assert (done.status, done.err) == (2, "eai: parts: of 4 shards there is no 2, 4\n")
     for number in (2, 4):
         eai("score", "answers/whole_outputs.json", *SUITE, "--shard", f"{number}/4", "--out", "parts")
     part = Path("parts/records.shard-2-of-4.jsonl")
     whole = part.read_text()
     part.write_text("".join(whole.splitlines(keepends=True)[:-3]))
-    assert "expected equal shards, found 25, 22, 25, 25 records" in eai("merge", "parts").err
+    assert "expected equal shards, found 25, 22, 25, 25 records" in eai("score", "parts", "--merge").err
     part.write_text(whole.replace('"model": "whole"', '"model": "other"'))
-    assert "expected the shards of one run, found whole, other" in eai("merge", "parts").err
+    assert "expected the shards of one run, found whole, other" in eai("score", "parts", "--merge").err
     part.write_text(whole)
     eai("score", "answers/whole_outputs.json", *SUITE, "--shard", "1/2", "--out", "parts")
-    assert "expected the shards of one run, found some of 2 and of 4" in eai("merge", "parts").err
+    assert "expected the shards of one run, found some of 2 and of 4" in eai("score", "parts", "--merge").err
 
 
 def test_a_shard_is_to_be_kept(eai: Command) -> None:

@@ -132,7 +132,7 @@ def test_tasks_are_generated_run_and_reported(eai: Command) -> None:
     """Without any code of its own."""
     pytest.importorskip("inspect_ai")
     assert eai("generate", "--like", LAMPS, "--n", 5, "--out", "fresh").status == 0
-    assert eai("tasks", "check", "fresh").status == 0
+    assert eai("check", "fresh").status == 0
     options = ("--ability", "action_sequencing", "--ability", "goal_interpretation", "--out", "runs")
     for model in ("eai/oracle", "eai/random"):
         abilities = ("--domain", "fresh/", *options)

@@ -237,9 +237,9 @@ def test_the_command_writes_a_sound_task_file(eai: Command) -> None:
     Path("problems").mkdir()
     Path("problems/evening.pddl").write_text(LAMP)
     Path("problems/domain.pddl").write_text("(define (domain lamps))")
-    outcome = eai("tasks", "write", "problems", "--domain", "lamps:lamps", "--out", "t.jsonl")
+    outcome = eai("export", "tasks", "problems", "--domain", "lamps:lamps", "--out", "t.jsonl")
     assert (outcome.status, outcome.out) == (0, "1 task written to t.jsonl\n")
-    assert eai("tasks", "check", "t.jsonl").status == 0
+    assert eai("check", "t.jsonl").status == 0
     assert find_benchmark(str(Path("t.jsonl").resolve())).tasks(Source())["evening"].goals
 
 
@@ -263,6 +263,6 @@ def test_what_holds_no_problems_is_refused(eai: Command) -> None:
         problem_files_in([Path("empty")])
     with pytest.raises(InputError, match="expected a problem in a file"):
         problem_files_in([Path("tasks.json")])
-    outcome = eai("tasks", "write", "p.pddl", "--domain", "pddl:d.pddl,p.pddl", "--out", "t.jsonl")
+    outcome = eai("export", "tasks", "p.pddl", "--domain", "pddl:d.pddl,p.pddl", "--out", "t.jsonl")
     assert outcome.status == 2
-    assert "eai tasks write" in outcome.err
+    assert "eai export tasks" in outcome.err

@@ -48,7 +48,7 @@ def test_old_records_are_said_to_be_old(tmp_path: Path) -> None:
     compared = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1")])
     assert "11 tasks of" not in compared.output
     assert "Older records" in compared.output
-    listed = RUNNER.invoke(app, ["leaderboard", str(runs)])
+    listed = RUNNER.invoke(app, ["report", str(runs)])
     assert "2 of 2 runs have older records" in " ".join(listed.output.split())
     out = tmp_path / "out"
     command = ["report", str(runs), "--out", str(out), "--no-prompts", "--no-plots"]
@@ -67,24 +67,24 @@ def test_compare_wants_one_model_a_side(runs: Path) -> None:
 
 
 def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
-    alone = RUNNER.invoke(app, ["leaderboard", str(runs)])
+    alone = RUNNER.invoke(app, ["report", str(runs)])
     assert alone.exit_code == 0
     assert "VirtualHome, protocol strict" in alone.output
     assert "(paper)" not in alone.output
-    both = RUNNER.invoke(app, ["leaderboard", str(runs), "--paper"])
+    both = RUNNER.invoke(app, ["report", str(runs), "--paper"])
     assert both.output.count("(published)") == 9
     assert "(paper)" not in both.output
-    as_json = json.loads(RUNNER.invoke(app, ["leaderboard", str(runs), "--json"]).stdout)
+    as_json = json.loads(RUNNER.invoke(app, ["report", str(runs), "--json"]).stdout)
     assert {table["name"] for table in as_json["tables"]} == {"overview"}
     old = write_runs(runs / "old", [action_run("third", "eai-1.0.5")])
-    assert RUNNER.invoke(app, ["leaderboard", str(old), "--paper"]).output.count("(paper)") == 18
+    assert RUNNER.invoke(app, ["report", str(old), "--paper"]).output.count("(paper)") == 18
 
 
 def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
     task_id = of_reference("protocol").TASK
     asked = record(task_id, SUCCEEDED, domain="behavior", protocol=Protocol("eai-1.0.5"))
     folder = str(write_runs(tmp_path, [[asked]]))
-    alone, both = (RUNNER.invoke(app, ["leaderboard", folder, *more]).output for more in ([], ["--paper"]))
+    alone, both = (RUNNER.invoke(app, ["report", folder, *more]).output for more in ([], ["--paper"]))
     assert "100.0" in alone
     rows = [[line.split() for line in text.splitlines()] for text in (alone, both)]
     success, beside = (next(row[3] for row in found if row[1:2] == ["m"]) for found in rows)
@@ -97,7 +97,7 @@ def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) ->
     write_records(tmp_path / "whole.jsonl", whole(action_run("whole")))
     part, other = str(tmp_path / "part.jsonl"), str(tmp_path / "whole.jsonl")
     said = "only 12 of 20 tasks were asked; the run is not ranked."
-    leaderboard = RUNNER.invoke(app, ["leaderboard", part, other])
+    leaderboard = RUNNER.invoke(app, ["report", part, other])
     assert f"¹ Action sequencing: {said}" in leaderboard.output
     assert re.search(r"\n +part¹ +12/20 ", leaderboard.output)
     assert f"A: {said}" in RUNNER.invoke(app, ["compare", part, other]).output

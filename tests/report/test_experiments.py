@@ -68,7 +68,7 @@ def test_a_report_of_experiments_alone(tmp_path: Path) -> None:
 
 
 def test_leaderboards_leave_experiments_out_and_say_so(runs: Path) -> None:
-    result = RUNNER.invoke(app, ["leaderboard", str(runs)])
+    result = RUNNER.invoke(app, ["report", str(runs)])
     assert "replans" not in result.output
     assert "left out: 1 experiment" in result.stderr
 

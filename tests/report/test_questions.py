@@ -63,7 +63,7 @@ def test_of_two_models_one_may_be_shown_in_latex(eai: Command, scored: Path) -> 
 
 
 def test_the_leaderboard_ranks_them(eai: Command, scored: Path) -> None:
-    (table,) = json.loads(eai("leaderboard", scored, "--json").out)["tables"]
+    (table,) = json.loads(eai("report", scored, "--json").out)["tables"]
     assert (table["name"], [row["model"] for row in table["rows"]]) == ("world_model", ["sure", "unsure"])
 
 

@@ -96,7 +96,7 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
     with pytest.raises(InputError, match=r"bad\.jsonl: line 1: ") as caught:
         find_benchmark(str(file)).tasks(Source())["one"]
     assert message in str(caught.value)
-    outcome = eai("tasks", "check", file)
+    outcome = eai("check", file)
     assert outcome.status == 2
     assert message.removeprefix("line 1: ").split("column 16")[0] in outcome.out + outcome.err
 
@@ -115,13 +115,13 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
     ],
 )
 def test_check_tells_what_is_not_as_it_says(eai: Command, lines: tuple[object, ...], message: str) -> None:
-    outcome = eai("tasks", "check", put("tasks.jsonl", *lines))
+    outcome = eai("check", put("tasks.jsonl", *lines))
     assert outcome.status == 2
     assert message in outcome.out
 
 
 def test_check_accepts_what_is_sound(eai: Command) -> None:
-    assert eai("tasks", "check", put("tasks.jsonl", LINE)).status == 0
+    assert eai("check", put("tasks.jsonl", LINE)).status == 0
 
 
 def test_a_folder_without_tasks_is_refused() -> None:
@@ -137,17 +137,17 @@ def test_tasks_of_several_worlds_are_refused() -> None:
 
 
 def test_the_page_shows_the_schema_and_a_sound_line(eai: Command) -> None:
-    assert json.loads(eai("tasks", "check", "--schema").out) == json_schema()
+    assert json.loads(eai("check", "--schema").out) == json_schema()
     line = json.loads(PAGE.read_text().split("```json\n")[1].partition("```")[0])
     assert set(line) <= set(json_schema()["properties"])  # type: ignore[arg-type]
-    assert eai("tasks", "check", put("page.jsonl", line)).status == 0
+    assert eai("check", put("page.jsonl", line)).status == 0
 
 
 def test_pddl_problems_import(eai: Command) -> None:
     folder = Path(__file__).parents[1] / "pddl" / "domains" / "gripper"
     reference = f"pddl:{folder / 'domain.pddl'},{folder}"
-    assert eai("tasks", "write", "--domain", reference, "--out", "g.jsonl.gz").status == 0
-    assert eai("tasks", "check", "g.jsonl.gz").status == 0
+    assert eai("export", "tasks", "--domain", reference, "--out", "g.jsonl.gz").status == 0
+    assert eai("check", "g.jsonl.gz").status == 0
     original = find_benchmark(reference).tasks(Source())
     assert list(find_benchmark(str(Path("g.jsonl.gz").resolve())).tasks(Source())) == list(original)
 

@@ -30,11 +30,15 @@ _RENAMED = {
     "questions score": "score ANSWERS --ability world_model --domain FILE",
     "questions": "export questions",
     "human form": "prompts --out FILE.html",
-    "data croissant": "tasks write --croissant --out DIR",
-    "tasks import": "tasks write FILE... --domain NAME --out FILE",
-    "tasks schema": "tasks check --schema",
-    "tasks reveal": "tasks check FOLDER --split NAME --secret SECRET",
-    "tasks overlap": "tasks check B --against A",
+    "data croissant": "export tasks --croissant --out DIR",
+    "leaderboard": "report RUNS",
+    "merge": "score DIR --merge",
+    "tasks check": "check",
+    "tasks write": "export tasks",
+    "tasks import": "export tasks FILE... --domain NAME --out FILE",
+    "tasks schema": "check --schema",
+    "tasks reveal": "check FOLDER --split NAME --secret SECRET",
+    "tasks overlap": "check B --against A",
     "annotate frequencies": "annotate differences --count",
     "annotate assign": "annotate goals --assigned",
     "annotate concrete": "annotate goals",
@@ -58,11 +62,6 @@ class _Commands(LazyGroup):
             "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
             "the main table to the screen.",
         ),
-        "merge": Place(
-            MEASURE,
-            "Put the shards of eai score --shard together: records and summaries as one process writes them.",
-            target="score:merge",
-        ),
         "explain": Place(
             UNDERSTAND,
             "Show what became of an answer: each step, what it changed, the failing check and why; "
@@ -71,13 +70,10 @@ class _Commands(LazyGroup):
         "compare": Place(
             UNDERSTAND, "Compare two runs task by task: exact McNemar for success, random exchanges for F1."
         ),
-        "leaderboard": Place(
-            UNDERSTAND,
-            "Print the main results of runs, one table a domain and protocol, the best model first.",
-            target="report:leaderboard",
-        ),
         "report": Place(
-            UNDERSTAND, "Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer."
+            UNDERSTAND,
+            "Print the main results of runs, the best model first; "
+            "with --out, write tables, plots and the HTML explorer.",
         ),
         "analyze": Place(
             UNDERSTAND,
@@ -97,11 +93,15 @@ class _Commands(LazyGroup):
             target="generate:generate_tasks",
         ),
         "data": Place(MATERIAL, "The data set: fetch it, say where it is, count it, check it.", "data:app"),
-        "tasks": Place(MATERIAL, "Task files: check and write them.", "tasks:app"),
+        "check": Place(
+            MATERIAL,
+            "Check task files: name each line that is no task, and each plan that does not solve its.",
+            target="tasks:check",
+        ),
         "annotate": Place(MATERIAL, "From demonstrations to goals and planning problems.", "annotate:app"),
         "export": Place(
             MATERIAL,
-            "Data sets for training, world-model questions, pictures of tasks, challenge files.",
+            "Data sets for training, task files, world-model questions, pictures, challenge files.",
             target="export:app",
         ),
     }

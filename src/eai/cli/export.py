@@ -1,4 +1,4 @@
-"""``eai export``: data sets for training, pictures of tasks, files of the challenge."""
+"""``eai export``: data sets for training, task files, pictures of tasks, files of the challenge."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from eai.cli.console import DOMAIN_HELP, counted, say, tell, tell_findings
 from eai.cli.options import ABILITIES, AsJson, DataFolder, OfDomain, opened_source, store
 from eai.cli.prompts import OfSet, tasks_of
 from eai.cli.questions import questions
+from eai.cli.tasks import tasks
 from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
@@ -38,7 +39,7 @@ from eai.studies.perception.pictures import Clutter, picture_of, picture_words
 from eai.tasks.task_files import task_files_in
 
 app = typer.Typer(
-    help="Data sets for training, world-model questions, pictures of tasks, challenge files.",
+    help="Data sets for training, task files, world-model questions, pictures, challenge files.",
     no_args_is_help=True,
 )
 
@@ -234,6 +235,7 @@ def _tell(out: Path, number: int, left_out: Counter[LeftOut], *, as_json: bool) 
     tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
 
 
+app.command(no_args_is_help=True)(tasks)
 app.command(no_args_is_help=True)(questions)
 
 

@@ -1,4 +1,4 @@
-"""``eai report`` and ``eai leaderboard``: from records to tables, plots and the explorer."""
+"""``eai report``: from records to tables, plots and the explorer."""
 
 from __future__ import annotations
 
@@ -46,7 +46,9 @@ _LATEX = "Tables for a paper"
 
 def report(
     records: Annotated[list[Path], typer.Argument(help=RECORDS)],
-    out: Annotated[Path, typer.Option(help="Where the report goes.")],
+    out: Annotated[
+        Path | None, typer.Option(help="The folder of the report; without it the main results are printed.")
+    ] = None,
     paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models beside the runs.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots (needs the extra 'plots').")] = True,
     summary: Annotated[bool, typer.Option("--summary", help="Draw each model on one page, too.")] = False,
@@ -72,12 +74,21 @@ def report(
         ),
     ] = None,
     as_json: AsJson = False,
+    wide: Wide = False,
     data: DataFolder = None,
 ) -> None:
-    """Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer.
+    """Print the main results of runs; with --out, write tables, plots and the HTML explorer.
+
+    What is printed is one table a domain and protocol, the best model first; an ability that is none of the
+    paper's has a table of its own. Tables are written as Markdown, LaTeX, CSV and JSON.
+
+    Example: eai report scores --paper
 
     Example: eai report scores --out report --paper
     """
+    if out is None:
+        _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
+        return
     listed_prices = None if prices is None else read_price_list(prices)
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
@@ -166,21 +177,9 @@ def _operators(benchmark: Benchmark, source: Store) -> dict[str, str]:
     return {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
 
 
-def leaderboard(
-    runs: Annotated[
-        list[Path], typer.Argument(help="Records, or folders with records.jsonl below.", metavar="RUNS")
-    ],
-    paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models among the runs.")] = False,
-    as_json: AsJson = False,
-    wide: Wide = False,
-) -> None:
-    """Print the main results of runs, one table a domain and protocol, the best model first.
-
-    An ability that is none of the paper's has a table of its own.
-
-    Example: eai leaderboard scores --paper
-    """
-    summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
+def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:
+    """Print one table a domain and protocol."""
+    summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(records)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
     shown = {_OVERVIEW, *{item.key.ability.value for item in ranked}.difference(FOUR)}

@@ -1,4 +1,4 @@
-"""``eai score`` and ``eai merge``: from response files to records and summaries."""
+"""``eai score``: from response files to records and summaries."""
 
 from __future__ import annotations
 
@@ -27,8 +27,15 @@ from eai.errors import InputError, InterruptError, how_to_install
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.records import RECORDS, Shard, find_shards, read_records, write_results, write_shard
-from eai.scoring.records import merge as merged
+from eai.scoring.records import (
+    RECORDS,
+    Shard,
+    find_shards,
+    merge_shards,
+    read_records,
+    write_results,
+    write_shard,
+)
 from eai.tasks.source import ErrataChoice, Source
 
 if TYPE_CHECKING:
@@ -95,10 +102,18 @@ def score(
         typer.Option(
             parser=Shard.parse,
             metavar="I/N",
-            help="Score the I-th of N parts, as a job of its own; eai merge puts them together.",
+            help="Score the I-th of N parts, as a job of its own; --merge puts them together.",
             rich_help_panel=SCORING,
         ),
     ] = None,
+    merge: Annotated[
+        bool,
+        typer.Option(
+            "--merge",
+            help="Put the shards in the folders PATH together, as one process writes them.",
+            rich_help_panel=SCORING,
+        ),
+    ] = False,
     out: Annotated[
         Path | None, typer.Option(help="Where records and summaries go.", rich_help_panel=OUTPUT)
     ] = None,
@@ -117,8 +132,11 @@ def score(
 
     Example: eai score submission.zip --out scores
 
-    Example: eai score answers --shard $SLURM_ARRAY_TASK_ID/8 --out scores   (then: eai merge scores)
+    Example: eai score answers --shard $SLURM_ARRAY_TASK_ID/8 --out scores; eai score scores --merge
     """
+    if merge:
+        _merge(paths, wide=wide, as_json=as_json)
+        return
     for path in paths:
         find_response_files(path)  # what is not there is said before the data set is fetched
     settings = Settings(workers, explanations, allow_missing, shard)
@@ -318,19 +336,11 @@ def _refuse_twins(names: Sequence[str]) -> None:
             raise InputError(f"{name}: two files are of this model; score them one at a time")
 
 
-def merge(
-    path: Annotated[Path, typer.Argument(help="The folder that eai score --shard wrote to.", metavar="DIR")],
-    wide: options.Wide = False,
-    as_json: options.AsJson = False,
-) -> None:
-    """Put the shards of eai score --shard together: records and summaries as one process writes them.
-
-    Example: eai score answers --shard 1/2 --out scores; eai score answers --shard 2/2 --out scores;
-    eai merge scores
-    """
+def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
+    """Put shards together: records and summaries as one process writes them."""
     printed: list[Json] = []
-    for folder, files in find_shards(path).items():
-        records = merged(folder, files)
+    for folder, files in [found for path in paths for found in find_shards(path).items()]:
+        records = merge_shards(folder, files)
         first, result = records[0], Result.of(records)
         printed.append(result_json(records, result, folder))
         if as_json:

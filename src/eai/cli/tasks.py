@@ -1,4 +1,4 @@
-"""``eai tasks``: task files, checked and written."""
+"""``eai check`` and ``eai export tasks``: task files, checked and written."""
 
 from __future__ import annotations
 
@@ -22,10 +22,7 @@ from eai.tasks.source import Finding
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
 
-app = typer.Typer(help="Task files: check and write them.", no_args_is_help=True)
 
-
-@app.command(no_args_is_help=True)
 def check(
     path: Annotated[
         str, typer.Argument(help="A task file, or a folder of them; with --against any benchmark.")
@@ -44,12 +41,14 @@ def check(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Name every line that is no task and every plan that does not solve its; exit status 2 if there is one.
+    """Check task files: name each line that is no task, and each plan that does not solve its.
+
+    The exit status is 2 if there is one.
 
     With --against, count the tasks that another benchmark gives away: the same, of the same goals, solved by
     its plans (eai/lookup). With --split, check that the set was made with the secret whose digest is known.
 
-    Example: eai tasks check tasks/
+    Example: eai check tasks/
     """
     if schema:
         print(json.dumps(json_schema(), indent=2))
@@ -77,8 +76,7 @@ def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) 
     tell(f"{counts.format_map(found)}solved by lookup", value=dict(found), as_json=as_json)
 
 
-@app.command(no_args_is_help=True)
-def write(
+def tasks(
     out: Annotated[
         Path,
         typer.Option(metavar="FILE", help="FILE.jsonl or FILE.jsonl.gz; of --croissant the folder."),
@@ -103,7 +101,7 @@ def write(
     The plans are the data set's own. With problems in BDDL, or in PDDL of the exported domain, those are
     written as tasks of the benchmark. With --croissant, tasks and gold operators with Croissant metadata.
 
-    Example: eai tasks write --domain pddl:domain.pddl,problems --out problems.jsonl
+    Example: eai export tasks --domain pddl:domain.pddl,problems --out problems.jsonl
     """
     if croissant:
         _write_croissant(domain or of_the_paper(), out, data, as_json=as_json)
@@ -113,16 +111,16 @@ def write(
     (name,) = domain
     if problems and name.startswith(f"{PDDL}:"):
         raise InputError(
-            f"--domain {name}: its problems are tasks already; eai tasks write --domain writes them"
+            f"--domain {name}: its problems are tasks already; eai export tasks --domain writes them"
         )
     benchmark = find_benchmark(name)
     with opened_source(data) as source:
-        tasks: Iterable[Task] = (
+        chosen: Iterable[Task] = (
             read_problems(problem_files_in(problems), benchmark, source)
             if problems
             else benchmark.tasks(source).values()
         )
-    lines = [written(task, name, benchmark.domain) for task in tasks]
+    lines = [written(task, name, benchmark.domain) for task in chosen]
     write_task_file(out, lines)
     made: Json = {"file": str(out), "tasks": len(lines)}
     tell(f"{counted(len(lines), 'task')} written to {out}", value=made, as_json=as_json)

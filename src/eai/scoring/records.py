@@ -171,7 +171,7 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
     return {folder: [files[shard] for shard in sorted(files)] for folder, files in folders.items()}
 
 
-def merge(folder: Path, files: Sequence[Path]) -> list[Record]:
+def merge_shards(folder: Path, files: Sequence[Path]) -> list[Record]:
     """Write records and summary of the run of which these are all shards: the bytes of a run in one part.
 
     Raises:

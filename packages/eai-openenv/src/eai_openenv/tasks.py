@@ -56,7 +56,7 @@ class Tasks:
         for one, other in combinations(goals, 2):
             if common := goals[one] & goals[other]:
                 told = f"{one.value} and {other.value} have {len(common)} goals in common"
-                raise InputError(f"{told}: see eai tasks check --against, or give them other names")
+                raise InputError(f"{told}: see eai check --against, or give them other names")
 
     @property
     def splits(self) -> Sequence[str]:
