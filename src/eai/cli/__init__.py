@@ -72,7 +72,7 @@ class _Commands(LazyGroup):
         ),
         "report": Place(
             UNDERSTAND,
-            "Print the main results of runs, the best model first; "
+            "Print the main results of runs, the best first; "
             "with --out, write tables, plots and the HTML explorer.",
         ),
         "analyze": Place(

@@ -77,7 +77,7 @@ def report(
     wide: Wide = False,
     data: DataFolder = None,
 ) -> None:
-    """Print the main results of runs; with --out, write tables, plots and the HTML explorer.
+    """Print the main results of runs, the best first; with --out, write tables, plots and the HTML explorer.
 
     What is printed is one table a domain and protocol, the best model first; an ability that is none of the
     paper's has a table of its own. Tables are written as Markdown, LaTeX, CSV and JSON.
