@@ -24,6 +24,9 @@ from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.world.episode import Until
 
+OVER = "The episode is over."
+"""The observation after a command that comes too late."""
+
 _UNKNOWN = 100
 """How many actions a game without a limit is expected to take at most."""
 
@@ -193,7 +196,7 @@ class Play:
     def act(self, said: str) -> str:
         """Carry a command out; returns the observation."""
         if self.game.over:
-            return "The episode is over."
+            return OVER
         told = self.game.act(said).observation
         self.turns.append(_Command(said, sha256_of(told)))
         return told

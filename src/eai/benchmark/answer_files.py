@@ -30,7 +30,7 @@ UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, V
 
 
 @dataclass(frozen=True, slots=True)
-class SuiteFile:
+class _SuiteFile:
     """A response file that names its suite.
 
     Attributes:
@@ -48,7 +48,7 @@ class SuiteFile:
         return registered().index(self.domain), place_of(self.ability), self.model
 
 
-def suite_files(path: Path) -> list[SuiteFile]:
+def suite_files(path: Path) -> list[_SuiteFile]:
     """The response file at a path, or all below a folder, in order; each names its suite.
 
     Raises:
@@ -64,7 +64,7 @@ def suite_files(path: Path) -> list[SuiteFile]:
         model = model_name(file)
         if model == f"{domain}_{ability}":
             model = file.absolute().parent.name
-        found.append(SuiteFile(file, domain, Ability(ability), model))
+        found.append(_SuiteFile(file, domain, Ability(ability), model))
     return sorted(found, key=lambda each: each.order)
 
 

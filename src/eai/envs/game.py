@@ -442,7 +442,7 @@ class Game:
         self.won = self.over and complete and not truncated
         observation = tried.text
         if self.over:
-            observation += "\nAll goals are reached." if self.won else "\nThe episode is over."
+            observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."
         elif self._rules.budget is not None and limit is not None:
             observation += f"\n{limit - self._turns} of {limit} actions left."
         if self._rules.feedback is Feedback.FACTS:

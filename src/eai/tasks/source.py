@@ -133,10 +133,19 @@ OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
 
 def given(*tasks: Task) -> OpenTasks[Task]:
     """The opener of tasks that are written down in a program."""
-    sha256 = hashlib.sha256(repr([_content(task) for task in tasks]).encode()).hexdigest()
+    sha256 = _digest([_content(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)
     return lambda source: opened
+
+
+def task_sha256(task: Task) -> str:
+    """The digest of all that a task says, seen by an agent or not; the same on every machine."""
+    return _digest(_content(task))
+
+
+def _digest(content: object) -> str:
+    return hashlib.sha256(repr(content).encode()).hexdigest()
 
 
 def _content(task: Task) -> tuple[object, ...]:

@@ -1,0 +1,244 @@
+"""The sealed journal of an episode, from which whoever measures reads it.
+
+A line is a seal and a JSON object: the first is of the task and the setting, then each is of one turn, with
+the command and the digest of the observation, and the last one tells why the episode ended. A seal is an
+HMAC-SHA256, by a key that the agent cannot read, over the seal before it and the object. A line is on the
+disk before its observation goes out, so that a last line that is torn was told to nobody, and is left out.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from secrets import token_bytes
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from eai.acting.play import OVER, Play
+from eai.errors import InputError
+from eai.tasks.source import task_sha256
+
+_KEY_BYTES = 32
+
+
+def key_in(folder: Path) -> bytes:
+    """The key of the journals in a folder, made at random if there is none; its owner alone may read it.
+
+    Raises:
+        InputError: it cannot be read or written.
+    """
+    path = folder / "key"
+    try:
+        if not path.exists():
+            part = folder / ".key.part"
+            part.touch(0o600)
+            part.write_bytes(token_bytes(_KEY_BYTES))
+            part.chmod(0o400)
+            part.replace(path)
+        key = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
+    if len(key) != _KEY_BYTES:
+        raise InputError(f"{path}: expected {_KEY_BYTES} bytes")
+    return key
+
+
+@dataclass(frozen=True, slots=True)
+class _Turn:
+    said: str
+    told: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """The object of a line, which has one of the three."""
+
+    begin: Mapping[str, Any] | None = None
+    act: _Turn | None = None
+    end: str | None = None
+
+
+_LINE = TypeAdapter(_Line)
+
+
+@dataclass(frozen=True, slots=True)
+class _Sealed:
+    """The lines of a journal whose seals are right: the last seal, and the bytes of all whole lines."""
+
+    begin: Mapping[str, Any]
+    turns: tuple[_Turn, ...] = ()
+    ended: str | None = None
+    seal: str = ""
+    size: int = 0
+
+
+def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: bool = True) -> str:
+    """The episode in a journal, as an answer.
+
+    Args:
+        path: the file.
+        key: of its seals.
+        play: the beginning of the episode that it must be; any will do if None.
+        ended: whether it must have ended.
+
+    Raises:
+        InputError: the file cannot be read or is a link, a seal is wrong, something is missing, or it is of
+            another episode.
+    """
+    episode = _read(path, key, play)
+    if ended and episode.ended is None:
+        raise InputError(f"{path}: the episode has no end")
+    about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
+    turns = [{"said": turn.said, "told": turn.told} for turn in episode.turns]
+    return json.dumps({**about, "turns": turns, "ended": episode.ended or "stopped"}, ensure_ascii=False)
+
+
+def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
+    """The lines of a journal, which must be of the episode with this beginning if one is given."""
+    episode = _Sealed({})
+    try:
+        if path.is_symlink():
+            raise InputError(f"{path}: expected a file, not a link")
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    for number, raw in enumerate(content.split(b"\n")[:-1], 1):
+        try:
+            episode = _with_line(episode, raw, key)
+        except (ValueError, ValidationError) as error:
+            raise InputError(f"{path}, line {number}: {error}") from error
+    if not episode.begin:
+        raise InputError(f"{path}: expected a line that begins an episode")
+    if play is not None and episode.begin != _begin_of(play):
+        raise InputError(f"{path}: another task or setting was begun")
+    return episode
+
+
+def _begin_of(play: Play) -> dict[str, Any]:
+    """The first line of a journal: the task, and the fields of the episode but for turns and end."""
+    about = json.loads(play.text("stopped"))
+    task = play.game.task
+    del about["turns"], about["ended"]
+    return {"task": task.id, "task_sha256": task_sha256(task), **about}
+
+
+def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
+    """An episode and its next line."""
+    seal, _, body = raw.partition(b" ")
+    if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
+        raise ValueError("the seal is not that of this line in this place")
+    episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
+    line = _LINE.validate_json(body)
+    if bool(episode.begin) is (line.begin is not None) or episode.ended is not None:
+        raise ValueError("expected a beginning, turns and an end")
+    if line.begin is not None:
+        return replace(episode, begin=line.begin)
+    if line.act is not None:
+        return replace(episode, turns=(*episode.turns, line.act))
+    return replace(episode, ended=line.end)
+
+
+class Journal:
+    """The journal of an episode under way, which goes on where the file ends. It is to be closed.
+
+    It must be the only writer of the file; `eai.data.files.sole_run` sees to that.
+
+    Args:
+        path: the file; what it holds of the episode is played again.
+        key: of its seals.
+        play: the episode at its beginning.
+
+    Raises:
+        InputError: the file cannot be read or written, a seal is wrong, or it is of another episode.
+    """
+
+    def __init__(self, path: Path, key: bytes, play: Play) -> None:
+        self.play = play
+        self.ended: str | None = None
+        self._path, self._key, self._seal = path, key, ""
+        try:
+            size = self._resume() if path.exists() and b"\n" in path.read_bytes() else 0
+            path.touch(0o600)
+            self._file = path.open("ab")
+            self._file.truncate(size)
+        except OSError as error:
+            raise InputError(f"{path}: cannot be read or written ({error.strerror})") from error
+        if not size:
+            self._add({"begin": _begin_of(play)})
+        self._end_if_over()
+
+    def _resume(self) -> int:
+        """Play again what the file holds, of which it returns the size."""
+        before = _read(self._path, self._key, self.play)
+        for turn in before.turns:
+            self.play.act(turn.said)
+        if before.turns != tuple([_Turn(turn.said, turn.told or "") for turn in self.play.turns]):
+            raise InputError(f"{self._path}: another observation was told; eai or the data is another one")
+        self._seal, self.ended = before.seal, before.ended
+        return before.size
+
+    def act(self, said: str) -> str:
+        """Carry a command out; returns the observation, once the turn is on the disk.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        return self._written(partial(self.play.act, said))
+
+    def look(self) -> str:
+        """All that is seen; a turn where it is one in the game.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        return self._written(self.play.look)
+
+    def end(self, why: str = "stopped") -> None:
+        """End the episode for ever, if it has not ended.
+
+        Raises:
+            InputError: the file cannot be written.
+        """
+        if self.ended is None:
+            self._add({"end": why})
+            self.ended = why
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def _written(self, carry_out: Callable[[], str]) -> str:
+        """The observation after a command, once its turn is on the disk."""
+        if self.ended is not None:
+            return OVER
+        known = len(self.play.turns)
+        told = carry_out()
+        for turn in self.play.turns[known:]:
+            self._add({"act": {"said": turn.said, "told": turn.told}})
+        self._end_if_over()
+        return told
+
+    def _end_if_over(self) -> None:
+        if self.play.game.ended is not None:
+            self.end(self.play.game.ended)
+
+    def _add(self, line: Mapping[str, object]) -> None:
+        body = json.dumps(line).encode()
+        seal = _seal(self._key, self._seal, body)
+        try:
+            self._file.write(f"{seal} ".encode() + body + b"\n")
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        except OSError as error:
+            raise InputError(f"{self._path}: cannot be written ({error.strerror})") from error
+        self._seal = seal
+
+
+def _seal(key: bytes, before: str, body: bytes) -> str:
+    return hmac.new(key, before.encode() + body, "sha256").hexdigest()
