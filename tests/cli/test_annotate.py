@@ -1,4 +1,4 @@
-"""`eai annotate`, as a person uses it."""
+"""`eai data annotate`, as a person uses it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eai.studies.annotation.decisions import read_decisions
 
 TESTS = Path(__file__).parents[1]
 SHELVES = ("--domain", "studies.annotation.demonstrated:shelves")
-CHOOSE = ("annotate", "choose", *SHELVES, "--title", "Tidy up", "--without", "near")
+CHOOSE = ("data", "annotate", "choose", *SHELVES, "--title", "Tidy up", "--without", "near")
 
 
 @pytest.fixture(autouse=True)
@@ -41,9 +41,9 @@ def solved(domain: Path, problem: Path) -> bool:
 
 
 def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
-    shown = eai("annotate", "differences", *SHELVES)
+    shown = eai("data", "annotate", "differences", *SHELVES)
     assert shown.out.splitlines()[0] == "cup: near(robot, shelf), on(cup, shelf)"
-    counted = eai("annotate", "differences", "--count", *SHELVES, "--without", "near")
+    counted = eai("data", "annotate", "differences", "--count", *SHELVES, "--without", "near")
     assert counted.out.splitlines()[:2] == ["Tidy up: 3 demonstrations", "    3 lit(lamp)"]
     saying(monkeypatch, "kep 2", "keep 2", "new", "keep 1", "drop 3", "undo", "done")
     chosen = eai(*CHOOSE)
@@ -51,19 +51,23 @@ def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.Mo
     assert chosen.err == "'kep' is no command: keep, or, drop, add, new, undo, done; did you mean keep?\n"
     assert "candidate 1, met by 2:" in chosen.out
     assert chosen.out.endswith("done; written to decisions.toml\n")
-    assigned = json.loads(eai("annotate", "goals", "--assigned", *SHELVES, "--json").out)
+    assigned = json.loads(eai("data", "annotate", "goals", "--assigned", *SHELVES, "--json").out)
     assert assigned == {"cup": 0, "jar": 0, "lamp": 1}
-    checked = eai("annotate", "goals", "--check", *SHELVES)
+    checked = eai("data", "annotate", "goals", "--check", *SHELVES)
     assert (checked.status, checked.out) == (2, "Tidy up: lamp: lacks lit(lamp_2)\n")
-    made = eai("annotate", "goals", *SHELVES, "--out", "goals.jsonl")
+    made = eai("data", "annotate", "goals", *SHELVES, "--out", "goals.jsonl")
     assert made.out == "3 tasks written to goals.jsonl\n"
     assert eai("check", "goals.jsonl").status == 0
-    posed = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "problems", "--conditions", "1")
+    posed = eai(
+        "data", "annotate", "problems", "--domain", "goals.jsonl", "--out", "problems", "--conditions", "1"
+    )
     assert posed.out == "3 problems written to problems\n"
     domain, *problems = sorted(Path("problems").glob("*.pddl"), key=lambda each: each.name != "domain.pddl")
     assert len(problems) == 3
     assert all(solved(domain, problem) for problem in problems)
-    again = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "again", "--conditions", "1")
+    again = eai(
+        "data", "annotate", "problems", "--domain", "goals.jsonl", "--out", "again", "--conditions", "1"
+    )
     assert again.status == 0
     assert (Path("again") / domain.name).read_bytes() == domain.read_bytes()
     assert all((Path("again") / each.name).read_bytes() == each.read_bytes() for each in problems)
@@ -82,7 +86,7 @@ def test_choosing_goes_on_where_it_was_left(eai: Command, monkeypatch: pytest.Mo
 @pytest.mark.parametrize(
     ("arguments", "why"),
     [
-        (("goals", *SHELVES), "decisions.toml: no such file; eai annotate choose writes it"),
+        (("goals", *SHELVES), "decisions.toml: no such file; eai data annotate choose writes it"),
         (
             ("differences", *SHELVES, "--title", "Tidy"),
             "no demonstration is called 'Tidy'; did you mean Tidy up",
@@ -98,7 +102,7 @@ def test_choosing_goes_on_where_it_was_left(eai: Command, monkeypatch: pytest.Mo
     ],
 )
 def test_unusable_input_is_one_line(eai: Command, arguments: tuple[str, ...], why: str) -> None:
-    outcome = eai("annotate", *arguments)
+    outcome = eai("data", "annotate", *arguments)
     assert (outcome.status, outcome.err.count("\n")) == (2, 1)
     assert why in outcome.err
 
@@ -107,7 +111,7 @@ def test_unusable_input_is_one_line(eai: Command, arguments: tuple[str, ...], wh
 @pytest.mark.parametrize("command", ["differences", "differences --count", "choose"])
 def test_a_predicate_that_there_is_not_is_not_left_out_in_silence(eai: Command, command: str) -> None:
     title = ("--title", "Tidy up")
-    outcome = eai("annotate", *command.split(), *SHELVES, *title, "--without", "onn")
+    outcome = eai("data", "annotate", *command.split(), *SHELVES, *title, "--without", "onn")
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err == "eai: --without: 'onn' is no predicate; did you mean on?\n"
 
@@ -126,7 +130,7 @@ def test_a_predicate_that_there_is_not_is_not_left_out_in_silence(eai: Command, 
 def test_decisions_about_what_is_not_declared_are_refused(eai: Command, decided: str, why: str) -> None:
     Path("decisions.toml").write_text(decided)
     for option in (["--assigned"], [], ["--check"]):
-        outcome = eai("annotate", "goals", *option, *SHELVES)
+        outcome = eai("data", "annotate", "goals", *option, *SHELVES)
         assert outcome.status == 2
         assert outcome.err.startswith("eai: title 'Tidy up': ")
         assert why in outcome.err

@@ -71,7 +71,7 @@ def test_stats_of_one_benchmark_with_its_tasks_and_distributions(
 
 
 def test_validate_finds_nothing_wrong(eai: Command, data_store: Store) -> None:
-    outcome = eai("data", "validate", "--data", data_store.folder)
+    outcome = eai("data", "info", "--check", "--data", data_store.folder)
     assert outcome == (0, "the data set is as published\n", "")
 
 

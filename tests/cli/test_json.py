@@ -16,7 +16,7 @@ from eai.cli import app
 from eai.data.store import Store
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
-WITHOUT = {"annotate choose"}
+WITHOUT = {"data annotate choose"}
 """A conversation, and what is JSON anyhow."""
 
 PLAN = ("--domain", "lamps:lamps", "--ability", "action_sequencing")

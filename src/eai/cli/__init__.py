@@ -39,10 +39,12 @@ _RENAMED = {
     "tasks schema": "check --schema",
     "tasks reveal": "check FOLDER --split NAME --secret SECRET",
     "tasks overlap": "check B --against A",
-    "annotate frequencies": "annotate differences --count",
-    "annotate assign": "annotate goals --assigned",
-    "annotate concrete": "annotate goals",
-    "annotate check": "annotate goals --check",
+    "data validate": "data info --check",
+    "annotate frequencies": "data annotate differences --count",
+    "annotate assign": "data annotate goals --assigned",
+    "annotate concrete": "data annotate goals",
+    "annotate check": "data annotate goals --check",
+    "annotate": "data annotate",
 }
 """The present names of commands that README and documentation once showed, by their former names."""
 
@@ -92,13 +94,14 @@ class _Commands(LazyGroup):
             "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
             target="generate:generate_tasks",
         ),
-        "data": Place(MATERIAL, "The data set: fetch it, say where it is, count it, check it.", "data:app"),
+        "data": Place(
+            MATERIAL, "The data set: fetch it, say where it is, check it, count it, annotate it.", "data:app"
+        ),
         "check": Place(
             MATERIAL,
             "Check task files: name each line that is no task, and each plan that does not solve its.",
             target="tasks:check",
         ),
-        "annotate": Place(MATERIAL, "From demonstrations to goals and planning problems.", "annotate:app"),
         "export": Place(
             MATERIAL,
             "Data sets for training, task files, world-model questions, pictures, challenge files.",

@@ -1,4 +1,4 @@
-"""``eai annotate``: from demonstrations to goals, one step after the other."""
+"""``eai data annotate``: from demonstrations to goals, one step after the other."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _open(
 
 def _annotations(benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path) -> list[Annotation]:
     if not decisions.exists():
-        raise InputError(f"{decisions}: no such file; eai annotate choose writes it")
+        raise InputError(f"{decisions}: no such file; eai data annotate choose writes it")
     known = annotation.read_decisions(decisions)
     strangers = [name for name in known.titles if name not in titles]
     if strangers and len(titles) > 1:
@@ -104,7 +104,7 @@ def show_differences(
 
     With --count, by class, and with one end by its properties, how many of a title share it.
 
-    Example: eai annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
+    Example: eai data annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
     found = {name: differences(tasks, benchmark.domain) for name, tasks in titles.items()}
@@ -158,7 +158,7 @@ def choose(
     Commands are read from standard input, one a line, so that they can come from a file, too. Every decision
     is in the file at once; the same command resumes where it was interrupted.
 
-    Example: eai annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
+    Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
     known = annotation.read_decisions(decisions)
     if without:
@@ -252,7 +252,7 @@ def goals(
     A demonstration that meets no candidate is left out of the data set. With --check, exit status 2 if the
     goals of a task do not follow.
 
-    Example: eai annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
+    Example: eai data annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
     """
     benchmark, titles = _open(domain, title, demonstrations, data)
     found = _annotations(benchmark, titles, decisions)
@@ -302,7 +302,7 @@ def problems(
     One way to meet the goal is drawn, and of its conditions some; what cannot be solved is drawn again. Exit
     status 1 if a task is left without a problem that can be solved.
 
-    Example: eai annotate problems --domain behavior --out problems --limit 5
+    Example: eai data annotate problems --domain behavior --out problems --limit 5
     """
     benchmark = find_benchmark(domain)
     with opened_source(data) as source:

@@ -1,4 +1,4 @@
-"""``eai data``: get the data set, say where it is, count it, check it."""
+"""``eai data``: get the data set, say where it is, check it, count it, annotate it."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import typer
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, of_the_paper
+from eai.cli import annotate
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store
 from eai.data import dataset
 from eai.data.files import write_whole
-from eai.households.packs import all_packs, fetch_all
-from eai.households.packs import validate as check
+from eai.households.packs import all_packs, fetch_all, validate
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
 from eai.results.data_set import StatRow, distributions, profiles_of, table_of
@@ -26,7 +26,9 @@ from eai.results.terminal import print_table
 from eai.studies.annotation.quality import check_annotations
 from eai.tasks.source import ErrataChoice, Source
 
-app = typer.Typer(help="The data set: fetch it, say where it is, count it, check it.", no_args_is_help=True)
+app = typer.Typer(
+    help="The data set: fetch it, say where it is, check it, count it, annotate it.", no_args_is_help=True
+)
 
 
 @app.command()
@@ -51,11 +53,40 @@ def fetch(
 
 
 @app.command()
-def info(as_json: AsJson = False, data: DataFolder = None) -> None:
-    """Say where the data set is and what it was made from.
+def info(
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check", help="Check each file against its digest, and tasks against published counts."
+        ),
+    ] = False,
+    annotations: Annotated[
+        bool,
+        typer.Option("--annotations", help="Carry out plans, test goals, solve planning problems instead."),
+    ] = False,
+    domain: Annotated[
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
+    ] = None,
+    errata: Errata = ErrataChoice.CURRENT,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Say where the data set is and what it was made from; or check it, with exit status 2 if a check fails.
+
+    With --annotations: whether the data set's plans reach their goals, and operators solve their problems.
 
     Example: eai data info
+
+    Example: eai data info --check
+
+    Example: eai data info --annotations --errata none
     """
+    if annotations:
+        _check_annotations(domain or of_the_paper(), errata, data, as_json=as_json)
+        return
+    if check:
+        tell_findings(validate(store(data)), "the data set is as published", as_json=as_json)
+        return
     packs = dataset.info(store(data), packs=all_packs())
     if as_json:
         found: list[Json] = [
@@ -176,34 +207,12 @@ def _write_csv(path: Path, rows: Iterable[Mapping[str, Any]]) -> Path:
     return path
 
 
-@app.command()
-def validate(
-    annotations: Annotated[
-        bool,
-        typer.Option("--annotations", help="Carry out plans, test goals, solve planning problems instead."),
-    ] = False,
-    domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
-    ] = None,
-    errata: Errata = ErrataChoice.CURRENT,
-    as_json: AsJson = False,
-    data: DataFolder = None,
+def _check_annotations(
+    names: Sequence[str], errata: ErrataChoice, data: Path | None, *, as_json: bool
 ) -> None:
-    """Check every file of the store against its digest, and the tasks against the published counts.
-
-    With --annotations: whether the data set's plans reach their goals, and operators solve their problems.
-
-    Example: eai data validate
-
-    Example: eai data validate --annotations --errata none
-    """
-    if not annotations:
-        tell_findings(check(store(data)), "the data set is as published", as_json=as_json)
-        return
     with opened_source(data, PlannerChoice.BUILT_IN, errata) as source:
-        found = [
-            each
-            for name in domain or of_the_paper()
-            for each in check_annotations(find_benchmark(name), source)
-        ]
+        found = [each for name in names for each in check_annotations(find_benchmark(name), source)]
     tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)
+
+
+app.add_typer(annotate.app, name="annotate")

@@ -121,10 +121,11 @@ def _help_mode() -> MarkupMode:
 
 
 def _with_those_below(command: Any) -> Iterator[Any]:
-    """A command and, of a group, its commands."""
+    """A command and, of a group, all commands below it."""
     yield command
     if isinstance(command, TyperGroup):
-        yield from command.commands.values()
+        for each in command.commands.values():
+            yield from _with_those_below(each)
 
 
 def label(command: Any) -> None:
