@@ -12,13 +12,16 @@ from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import Response
 from eai.acting.declaration import ActingVerdict, Turn, contributions
-from eai.acting.play import Arena
+from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, Setting
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
+from eai.envs.game import Stage
+from eai.envs.rules import Rules
 from eai.scoring.batch import Scoring
+from eai.world.episode import Until
 from eai.world.fault import FaultKind
-from envs.switches import SWITCHES
+from envs.switches import SWITCHES, WON
 
 
 @pytest.fixture
@@ -57,6 +60,25 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
     early = verdict_of(suite, "DONE")
     assert (early.success, early.ended) == (False, "done")
     assert contributions(early)["declared_early"].numerator == 1
+
+
+def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
+    stage = Stage(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until=Until.GOAL))
+    play = Play(stage, seed=0, epoch=1)
+    for command in WON:
+        play.act(command)
+    verdict = verdict_of(suite, play.text("stopped"))
+    assert (verdict.success, verdict.ended, verdict.declared) == (True, "goal", False)
+    assert len(verdict.actions) == len(WON)
+    shares = contributions(verdict)
+    assert (shares["spl"].numerator, shares["undeclared"].numerator) == (3 / 4, 0)
+
+
+def test_an_action_after_the_last_one_is_none(suite: Suite) -> None:
+    commands = ["GO(hall)", "GO(shed)"] * 20
+    verdict = verdict_of(suite, "\n".join(commands[: 1 + (verdict_of(suite, "").budget or 0)]))
+    assert (verdict.ended, len(verdict.actions)) == ("steps", verdict.budget)
+    assert not verdict.turns[-1].is_action
 
 
 def test_lines_of_commands_are_an_episode_in_the_standard_setting(suite: Suite) -> None:

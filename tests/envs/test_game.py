@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.episode import Until
-from envs.switches import SWITCHES, WON, at
+from envs.switches import SWITCHES, WON, at, tasks
 
 
 def play(*commands: str, task_id: str = "both", **options: Any) -> list[tuple[str, float, bool, bool, Any]]:
@@ -316,6 +316,21 @@ def test_each_reward_is_as_defined(
     """An opened box is not shut, and nothing shuts it."""
     for reward, paid in zip(Shaping, (success, goals, progress, diagnosis), strict=True):
         assert rewards(*commands, task_id=task_id, reward=reward, until="done") == paid, reward
+
+
+@pytest.mark.parametrize(
+    ("reward", "kept"), [("success", 0), ("goals", 0), ("progress", 1), ("diagnosis", 1)]
+)
+def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float) -> None:
+    """Neither for who is cut off, nor for who leaves off before; `progress` is what the state says."""
+    paid = rewards(*WON, "WAVE", reward=reward, until="done", max_steps=4)
+    assert sum(paid) == kept
+    game = Game(Stage(tasks()[0], SWITCHES, Rules(reward=Shaping(reward), until=Until.DONE)))
+    for command in WON:
+        game.act(command)
+    assert (game.over, game.final_worth) == (False, kept)
+    game.act("DONE")
+    assert game.final_worth == 1
 
 
 def test_a_named_task_is_made_ready_once(data_store: Store) -> None:

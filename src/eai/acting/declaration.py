@@ -75,8 +75,9 @@ class ActingVerdict(PlanVerdict):
 
     Attributes:
         turns: what was done, and what became of it.
-        ended: why it ended: ``done`` (the agent said so), ``steps``, ``tokens``, ``time``, ``turns`` (of the
-            model, many without an action), ``stopped`` (the agent did).
+        ended: why it ended: ``done`` (the agent said so), ``goal`` (by rules that end it there), ``steps``,
+            ``tokens``, ``time``, ``turns`` (of the model, many without an action), ``stopped`` (the agent
+            did).
         declared: whether the agent said that it is done.
         reached: whether all goals hold at the end, be it said or not.
         shortest: the actions of the shortest known plan; None where none is known.
@@ -122,7 +123,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
         "won_after_fault": of_all(won) if faulty else NOTHING,
         "recovered": Share(mended, len(faulty)),
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
-        "undeclared": of_all(verdict.reached and not verdict.declared),
+        "undeclared": of_all(verdict.reached and not won),
         "declared_early": of_all(verdict.declared and not verdict.reached),
         **goal_shares(verdict.goals),
     }

@@ -19,9 +19,8 @@ from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE
-from eai.envs.command import is_look as is_look_command
 from eai.envs.game import Game, Stage
-from eai.envs.rules import Feedback, Rules
+from eai.envs.rules import Rules
 from eai.world.fault import FaultKind
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
@@ -98,15 +97,15 @@ class _ActingScorer(Scorer):
         for number, command in enumerate(episode.turns, 1):
             if game.over:
                 raise _UnreplayableError(f"turn {number}: the episode is over")
+            tried_before = game.tried
             told, _, _, _, info = game.act(command.said)
             _compare(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, tuple(info["goals"])), number)
-            is_look = stage.rules.feedback is Feedback.CHANGES and is_look_command(command.said, stage.domain)
             turns.append(
                 Turn(
                     command.said,
                     sha256_of(told),
-                    is_action=not (is_look or game.over),
+                    is_action=game.tried > tried_before,
                     fault=None if info["fault"] is None else FaultKind(info["fault"]),
                     slipped=info["slipped"],
                     goals="".join("1" if held else "0" for held in info["goals"]),
@@ -124,11 +123,12 @@ class _ActingScorer(Scorer):
         """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
         held = goals if turns else self.goals.none_reached
         declared, reached = ended == "done", bool(turns) and all(held)
+        is_won = reached and ended in ("done", "goal")
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
         return ActingVerdict(
             executable=len(faults) == additional,
-            success=declared and reached,
+            success=is_won,
             additional_steps=additional,
             goals=self.goals.tallies(held),
             goals_satisfied=held,

@@ -321,7 +321,8 @@ class Game:
         taken: the operators of the actions that were carried out.
         known: the objects that have been seen, and landmarks.
         reached: which goals are reached now.
-        worth: what it is worth if it ends now; 0 where nothing can be earned.
+        worth: what it is worth by its state now; 0 where nothing can be earned.
+        tried: how many actions have been tried, impossible ones too.
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
@@ -342,6 +343,7 @@ class Game:
         self.ended: Ended | None = None
         self.won = False
         self.worth = 0.0
+        self.tried = 0
 
     @property
     def task(self) -> Task:
@@ -376,10 +378,21 @@ class Game:
     @property
     def metrics(self) -> Mapping[str, float]:
         """Numbers to watch, as those of `eai.scoring.reward.Grade`."""
-        return metrics_of(self._earned())
+        return metrics_of(self._earned(is_last=self.over))
 
-    def _earned(self) -> Merit | None:
-        return merit_of_actions(self.reached, self._at_start, ended=self._failed, faults=self._faults)
+    @property
+    def final_worth(self) -> float:
+        """The worth if nothing more is played: by `success` and `goals` nothing if it lacks its `DONE`."""
+        return self._worth(is_last=True)
+
+    def _worth(self, *, is_last: bool) -> float:
+        earned = self._earned(is_last=is_last)
+        return 0.0 if earned is None else earned.worth(self._rules.reward)
+
+    def _earned(self, *, is_last: bool) -> Merit | None:
+        is_undeclared = is_last and self._rules.until is Until.DONE and self.ended != "done"
+        ended = self._failed or is_undeclared
+        return merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
 
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
@@ -423,6 +436,7 @@ class Game:
             return self._turn(_Tried("No actions are left."), ())
         tried = self._try(command.meant)
         if command.meant is not None:
+            self.tried += 1
             self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
         if tried.fault is not None:
             self._faults[tried.fault] += 1
@@ -457,8 +471,7 @@ class Game:
 
     def _pay(self) -> float:
         """The reward of the turn: by how much it changes what the episode is worth."""
-        before, earned = self.worth, self._earned()
-        self.worth = 0.0 if earned is None else earned.worth(self._rules.reward)
+        before, self.worth = self.worth, self._worth(is_last=self.over)
         return self._rules.gamma * self.worth - before
 
     def _nameable(self) -> Collection[int]:

@@ -123,7 +123,7 @@ class TrlHousehold:
 
     def get_reward(self) -> float:
         """The worth of the episode by the definition that `eai.Reward` pays by."""
-        return 0.0 if self._game is None else self._game.worth
+        return 0.0 if self._game is None else self._game.final_worth
 
 
 def compute_score(

@@ -94,5 +94,5 @@ class StepsEnv(vf.Env[StepsEnvConfig]):
                 if game.over:
                     break
                 segment = await interaction.turn(turn.observation)
-        interaction.trace.record_reward("household", game.worth)
+        interaction.trace.record_reward("household", game.final_worth)
         interaction.trace.record_metrics(game.metrics)
