@@ -23,10 +23,10 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.order import ROUND
 from eai.results.lines import by_suite
-from eai.studies.items.adaptive import ability_of, next_tasks
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
 from eai.studies.records import Records
+from eai.tasks.adaptive import ability_of, next_tasks
 
 TARGETS = (0.5, 0.4, 0.3)
 DRAWS = 5

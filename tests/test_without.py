@@ -12,6 +12,8 @@ from types import ModuleType
 import pytest
 
 import eai
+from eai.studies.registry import BUILT_IN
+from sweeps import swept
 
 SOURCE = Path(eai.__file__).parent
 ROOT = Path(__file__).resolve().parents[1]
@@ -28,9 +30,10 @@ def _tool() -> ModuleType:
 
 
 TOOL = _tool()
+FEW = ("reference", "households/virtualhome", "studies/errors")
 
 
-@pytest.fixture(scope="module", params=TOOL.FOLDERS)
+@pytest.fixture(scope="module", params=[*FEW, *swept(*(each for each in TOOL.FOLDERS if each not in FEW))])
 def without(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
     """A folder of the package, and where there is a copy of the package without it."""
     folder: str = request.param
@@ -56,9 +59,7 @@ def test_benchmarks_and_packs_are_those_that_are_left(without: tuple[str, Path])
     left, whole = run(place, asked), run(SOURCE.parent, asked)
     gone = f"'{folder.rpartition('/')[2]}'"
     assert (left.returncode, whole.returncode) == (0, 0), left.stderr
-    assert (whole.stdout.count(gone), left.stdout.count(gone)) == (
-        (0, 0) if folder == "reference" else (2, 0)
-    )
+    assert (whole.stdout.count(gone), left.stdout.count(gone)) == (2 * folder.startswith("households/"), 0)
 
 
 @pytest.mark.parametrize("command", ["score", "run"])
@@ -69,6 +70,15 @@ def test_help_lists_the_protocols_that_are_left(command: str, without: tuple[str
     assert left.returncode == 0, left.stderr
     assert "strict" in left.stdout
     assert ("eai-1.0.5" in left.stdout) is (folder != "reference")
+
+
+def test_help_lists_the_studies_that_are_left(without: tuple[str, Path]) -> None:
+    folder, place = without
+    asked = "import sys; sys.argv = ['eai', 'analyze']; from eai.cli import main; main()"
+    left = run(place, asked)
+    assert left.returncode == 0, left.stderr
+    missing = {name for name in BUILT_IN if f"**{name}**" not in left.stdout}
+    assert missing == {name for name, place in BUILT_IN.items() if f".{folder.replace('/', '.')}." in place}
 
 
 def test_a_protocol_that_is_not_there_is_refused_in_a_line(without: tuple[str, Path]) -> None:

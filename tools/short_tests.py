@@ -30,12 +30,12 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.results.lines import by_suite
 from eai.results.rate import Rate
-from eai.studies.items import adaptive
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
 from eai.studies.records import Records
+from eai.tasks import adaptive
 
-FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "studies" / "items"
+FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "tasks"
 
 Matrix: TypeAlias = NDArray[np.float64]
 

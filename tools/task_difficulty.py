@@ -18,7 +18,7 @@ from scipy.stats import spearmanr
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import FIRST, find_benchmark
 from eai.generator.measures import FEATURES, FILE, features_of
-from eai.studies.items.adaptive import item_difficulties
+from eai.tasks.adaptive import item_difficulties
 from eai.tasks.source import Source
 
 PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "generator" / FILE

@@ -20,10 +20,19 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from eai.studies.registry import BUILT_IN as STUDIES
+
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path("src", "eai")
-FOLDERS = ("reference", "households/behavior", "households/virtualhome")
-"""Folders that can be taken out. A study or an ability can once nothing but its registry names it."""
+FOLDERS = (
+    "reference",
+    *sorted(
+        f"{kind}/{path.parent.name}"
+        for kind in ("households", "studies")
+        for path in ROOT.joinpath(PACKAGE, kind).glob("*/__init__.py")
+    ),
+)
+"""Folders that can be taken out."""
 
 COPIED = (".github", "bench", "docs", "examples", "packages", "src", "tests", "tools")
 IMPORT_ALL = """
@@ -70,9 +79,7 @@ def package_without(folder: str, target: Path) -> Path:
 def tests_about(folder: str, tests: Path) -> set[Path]:
     """The files of tests that speak of a folder, or import one that does."""
     name = folder.rpartition("/")[2]
-    about = re.compile(
-        r"eai\.reference\b|eai-1\.0\.5|of_reference" if name == "reference" else name, re.IGNORECASE
-    )
+    about = re.compile(_words_about(folder), re.IGNORECASE)
     texts = {path: path.read_text(encoding="utf-8") for path in tests.rglob("*.py")}
     found = {path for path, text in texts.items() if about.search(text) or name in path.parts}
     while True:
@@ -82,6 +89,15 @@ def tests_about(folder: str, tests: Path) -> set[Path]:
         if not more:
             return found
         found |= more
+
+
+def _words_about(folder: str) -> str:
+    """A pattern of what only speaks of a folder; a study is also known by its name."""
+    kind, _, name = folder.rpartition("/")
+    if kind == "studies":
+        names = "|".join([each for each, place in STUDIES.items() if f".{name}." in place])
+        return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{name}|{names})\.[a-z_.]+="
+    return r"eai\.reference\b|eai-1\.0\.5|of_reference" if folder == "reference" else name
 
 
 def imports_without(package: Path, folder: str) -> subprocess.CompletedProcess[str]:

@@ -16,7 +16,7 @@ from eai.cli.order import Order
 from eai.data.store import Store
 from eai.run.job import Endpoint
 from eai.run.spec import RunSpec
-from eai.studies.items.adaptive import item_difficulties
+from eai.tasks.adaptive import item_difficulties
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
 

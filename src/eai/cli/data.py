@@ -10,6 +10,7 @@ import typer
 
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.quality import check_annotations
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli import annotate
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
@@ -23,7 +24,6 @@ from eai.results.data_set import StatRow, distributions, profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import csv_text
 from eai.results.terminal import print_table
-from eai.studies.annotation.quality import check_annotations
 from eai.tasks.source import ErrataChoice, Source
 
 app = typer.Typer(

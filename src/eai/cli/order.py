@@ -32,7 +32,7 @@ from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.trials import Trials
-from eai.studies.items.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
+from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 
 LOGS = "logs"
 SHOWN_TASKS = 5

@@ -19,8 +19,8 @@ from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt, PromptSet, prompt_file, system_file
 from eai.report.answer_form import form_html
-from eai.studies.items.adaptive import SHORT, short_test
 from eai.studies.pipeline.stage_one import read_believed
+from eai.tasks.adaptive import SHORT, short_test
 from eai.tasks.source import ErrataChoice
 
 OfSet = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]

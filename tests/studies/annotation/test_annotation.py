@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.task import Task
+from eai.benchmark.quality import check_annotations
 from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
@@ -33,7 +34,6 @@ from eai.studies.annotation.demonstration import (
     frequencies,
     read_pattern,
 )
-from eai.studies.annotation.quality import check_annotations
 from eai.tasks.source import Source, given
 from studies.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
 

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.suite import open_suite
-from eai.studies.items.adaptive import (
+from eai.tasks.adaptive import (
     ability_of,
     item_difficulties,
     next_tasks,

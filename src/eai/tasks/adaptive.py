@@ -53,9 +53,7 @@ class _Suite(TypedDict):
 
 @cache
 def _known() -> dict[str, _Suite]:
-    found: dict[str, _Suite] = json.loads(
-        (resources.files("eai.studies.items") / FILE).read_text(encoding="utf-8")
-    )
+    found: dict[str, _Suite] = json.loads((resources.files("eai.tasks") / FILE).read_text(encoding="utf-8"))
     return found
 
 
@@ -146,5 +144,5 @@ def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
 
 @cache
 def _short_tests() -> dict[str, tuple[str, ...]]:
-    text = (resources.files("eai.studies.items") / SHORT_TESTS).read_text(encoding="utf-8")
+    text = (resources.files("eai.tasks") / SHORT_TESTS).read_text(encoding="utf-8")
     return {suite: tuple(tasks) for suite, tasks in json.loads(text).items()}
