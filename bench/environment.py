@@ -21,8 +21,8 @@ from typing import NamedTuple, cast
 
 from eai.abilities.action_sequencing.notation import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.protocol import Ability
+from eai.abilities.reports import action_text, fact_text
 from eai.abilities.task import Task
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import FIRST

@@ -37,7 +37,7 @@ from eai.pddl.writer import write_action
 from eai.prompts.prompt import PromptSet
 from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
-from eai.world.episode import Until
+from eai.world.slips import Until
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 STEPS = (10, 20, 50, 100)

@@ -19,9 +19,9 @@ from rich.console import Console
 
 from digests import OWN_FIELDS
 from eai.abilities.declaration import AnswerOutcome, declaration_of
-from eai.abilities.explanation import fact_text
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
+from eai.abilities.reports import fact_text
 from eai.abilities.task import Task
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.explain import print_record

@@ -8,7 +8,7 @@ from hypothesis import given
 from abilities.random_records import EXPERIMENTS
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.errors import InputError
-from eai.world.episode import Notice, Until
+from eai.world.slips import Notice, Until
 
 
 @pytest.mark.parametrize(

@@ -12,13 +12,11 @@ from eai.abilities.explanation import (
     GoalReport,
     Statement,
     StepReport,
-    formula_text,
     near_misses,
-    part_reports,
     read_statement,
-    step_reports,
 )
 from eai.abilities.protocol import Protocol
+from eai.abilities.reports import formula_text, part_reports, step_reports
 from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse

@@ -18,7 +18,7 @@ from eai.envs.rules import STANDARD, Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
-from eai.world.episode import Until
+from eai.world.slips import Until
 from envs.switches import SWITCHES, WON, at, tasks
 
 

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.explanation import action_text
 from eai.abilities.protocol import Ability
+from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

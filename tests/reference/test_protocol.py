@@ -18,7 +18,7 @@ from eai.errors import InputError
 from eai.reference.protocol import EAI_1_0_5, TASK, count_as_the_paper_did
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.summary import summarise
-from eai.world.episode import Until
+from eai.world.slips import Until
 from oracle import MODELS, Oracle
 
 

@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.errors import InputError
 from eai.studies.attempts.study import Attempts
-from eai.world.episode import Notice, Until
+from eai.world.slips import Notice, Until
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.world.episode import Episode, Luck, Notice, Slip, Slips
+from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Fault, Trajectory, execute
 from eai.world.fault import FaultKind
+from eai.world.slips import Notice, Slips
 from eai.world.state import State
 from world import toy
 from world.random_domains import Case, cases

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, Json, PlanVerdict, Verdict
+
+if TYPE_CHECKING:
+    from eai.abilities.task import Task
 
 
 @dataclass(frozen=True, slots=True)

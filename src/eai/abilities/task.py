@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import is_state_formula, walk
-from eai.world.execution import Action
-from eai.world.state import Scene, State
+
+if TYPE_CHECKING:
+    from eai.world.execution import Action
+    from eai.world.state import Scene, State
 
 NO_GOALS = "the task has no goals"
 """Why a task is in no statistics: no answer to it can fail."""

@@ -97,6 +97,16 @@ class Verdict:
         """This verdict on an empty answer as one on no answer: it fails, but by no error of the model's."""
         return replace(self, error=None)
 
+    @property
+    def columns(self) -> Mapping[str, Json]:
+        """The columns that it fills in the line of an answer (`eai.results.lines.AnswerLine`)."""
+        return {}
+
+    @property
+    def judge(self) -> str | None:
+        """The planner that judged the answer, by name; None if none did, or in older records."""
+        return None
+
 
 @dataclass(frozen=True, slots=True)
 class Counted:
@@ -132,6 +142,14 @@ class PlanVerdict(Verdict):
     goals: GoalTallies | None = None
     goals_satisfied: tuple[bool, ...] = ()
     counted: Counted | None = None
+
+    @property
+    def columns(self) -> Mapping[str, Json]:
+        """Whether it ran, its additional steps, and its goals by kind."""
+        goals = {} if self.goals is None else self.goals._asdict()
+        met = {f"{kind}_met": float(tally.satisfied) for kind, tally in goals.items()}
+        total = {f"{kind}_total": float(tally.total) for kind, tally in goals.items()}
+        return {"executable": self.executable, "additional_steps": self.additional_steps, **met, **total}
 
     def without_answer(self) -> Self:
         """As of any verdict; no goal is reached, though it may hold from the beginning."""

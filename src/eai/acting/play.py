@@ -22,7 +22,7 @@ from eai.envs.game import Game, Stage, manual
 from eai.envs.rules import Feedback, Rules
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
-from eai.world.episode import Until
+from eai.world.slips import Until
 
 OVER = "The episode is over."
 """The observation after a command that comes too late."""

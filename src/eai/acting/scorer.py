@@ -9,8 +9,9 @@ from typing import Any
 
 from eai.abilities.codec import sha256_of
 from eai.abilities.declaration import AskedWorld, Posed
-from eai.abilities.explanation import EXECUTED, SLIP, Explanation, StepReport, goal_reports
+from eai.abilities.explanation import EXECUTED, SLIP, Explanation, StepReport
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable

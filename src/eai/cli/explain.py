@@ -15,10 +15,11 @@ from rich.text import Text
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, action_text, near_misses
+from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, member
 from eai.abilities.record import NOT_ANSWERED, Record
+from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.benchmark.gold_answers import open_answer_book

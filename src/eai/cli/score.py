@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -245,9 +245,7 @@ def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bo
 
 def _note_authority(name: str, records: Sequence[Record]) -> None:
     """Say on standard error how many problems the built-in search left to Fast Downward."""
-    from eai.abilities.transition_modeling.declaration import OperatorVerdict
-
-    judged = [r.verdict for r in records if isinstance(r.verdict, OperatorVerdict) and r.verdict.planner_name]
+    judged = [cast("OperatorVerdict", record.verdict) for record in records if record.verdict.judge]
     left = [verdict for verdict in judged if _was_left(verdict)]
     if not left:
         return

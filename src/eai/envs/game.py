@@ -25,11 +25,12 @@ from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates
 from eai.scoring.reward import Merit, merit_of_actions, metrics_of, suite_of
 from eai.tasks.source import TaskReference
-from eai.world.episode import Episode, Luck, Slip, Slips, Until
+from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind
 from eai.world.listing import Listing
 from eai.world.relation import bits, mask_of
+from eai.world.slips import Slips, Until
 from eai.world.state import Fact, State
 
 if TYPE_CHECKING:

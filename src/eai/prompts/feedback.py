@@ -11,15 +11,16 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
-from eai.abilities.explanation import Explanation, StepReport, formula_text
+from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Attempt
+from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording
 from eai.prompts.prompt import Prompt, Turn
 from eai.prompts.template import Templates
-from eai.world.episode import Notice
 from eai.world.fault import NOT_CARRIED_OUT, FaultKind
+from eai.world.slips import Notice
 
 REASONS = "What went wrong in attempt"
 """How the reasons of an attempt begin, in our own words; the built-in model that heeds them looks for it."""

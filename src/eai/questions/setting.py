@@ -15,8 +15,8 @@ from itertools import groupby, takewhile
 from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
-from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.planning import find_plan
+from eai.abilities.reports import action_text, fact_text
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.wording import subjects
 from eai.english.exact_text import conditions_of

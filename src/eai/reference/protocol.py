@@ -25,9 +25,10 @@ from eai.benchmark.benchmark import Benchmark, Opened, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
 from eai.tasks.source import Source
-from eai.world.episode import Episode, Until
+from eai.world.episode import Episode
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
+from eai.world.slips import Until
 
 NAME = "eai-1.0.5"
 """The name of the protocol."""

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar, cast
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Share
 from eai.results.certainty import Case
 from eai.results.rate import Rate
 from eai.results.summary import name_of
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.declaration import OperatorVerdict
 
 _Key = TypeVar("_Key", int, str)
 _Value = TypeVar("_Value")
@@ -64,14 +66,13 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     Where there is no answer, or it is excluded, that is an outcome and nothing else. Records that do not say
     what their tasks are like are in none of the breakdowns by task.
     """
-    has_plans = declaration_of(ability).has_plans
+    declared = declaration_of(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
     by_length: dict[int, list[Case]] = {}
     by_action: dict[str, Rate] = {}
     by_predicate: dict[str, Rate] = {}
     for record in records:
-        verdict = record.verdict
         came_to = outcome(record)
         outcomes[came_to] += 1
         if came_to in _NO_ANSWER:
@@ -80,18 +81,18 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         explanation = record.explanation or Explanation()
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
-            if has_plans and record.task.annotated_steps is not None:
+            if declared.has_plans and record.task.annotated_steps is not None:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
-        if isinstance(verdict, OperatorVerdict):
-            _break_down_operators(verdict, by_action, by_predicate)
+        if declared.asked.of_operators:
+            _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
         for report, reached in goals_of(record):
             for name in report.mentions:
                 _put(by_predicate, name, Rate(reached, 1))
-        if has_plans:
+        if declared.has_plans:
             _break_down_steps(explanation, by_action)
     return Breakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
-        _flow(outcomes) if has_plans else None,
+        _flow(outcomes) if declared.has_plans else None,
         _ordered(by_goals),
         _ordered(by_length),
         _ordered(by_action),

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import reduce
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Json, Verdict
 
 
@@ -104,7 +103,7 @@ def coverage_of(records: Sequence[Record]) -> Coverage:
 
 def planners_of(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
     """The planners that judged operators, by name; usually one, and none where older records do not say."""
-    names = {verdict.planner_name for verdict in verdicts if isinstance(verdict, OperatorVerdict)}
+    names = {verdict.judge for verdict in verdicts}
     return tuple(sorted(name for name in names if name is not None))
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.declaration import OTHER, OperatorVerdict, clause_content
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
 from eai.benchmark.registry import find_benchmark, registered
 from eai.results.breakdown import goals_of, outcome
@@ -21,6 +20,7 @@ from eai.results.summary import contributions, name_of
 
 if TYPE_CHECKING:
     from eai.abilities.task import Task
+    from eai.abilities.transition_modeling.declaration import OperatorVerdict
     from eai.results.task_book import TaskBook
     from eai.tasks.source import Source
 
@@ -82,7 +82,11 @@ class TableMaker:
 
 def _is_older(record: Record) -> bool:
     """Whether a record has clauses without what they speak of."""
-    return isinstance(record.verdict, OperatorVerdict) and record.verdict.clauses is None
+    return declaration_of(record.ability).asked.of_operators and _operators(record).clauses is None
+
+
+def _operators(record: Record) -> OperatorVerdict:
+    return cast("OperatorVerdict", record.verdict)
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
@@ -123,21 +127,8 @@ def _answer(
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
         **_features(record, book, task),
+        **verdict.columns,
     }
-    match verdict:
-        case PlanVerdict():
-            values |= {"executable": verdict.executable, "additional_steps": verdict.additional_steps}
-            for kind, tally in () if verdict.goals is None else verdict.goals._asdict().items():
-                values |= {f"{kind}_met": float(tally.satisfied), f"{kind}_total": float(tally.total)}
-        case GoalVerdict():
-            values |= {
-                "stated": verdict.predicted,
-                "ill_formed": verdict.ill_formed,
-                "hallucinated": len(verdict.hallucinated),
-            }
-        case OperatorVerdict():
-            values["planner"] = None if verdict.planner is None else verdict.planner.value
-            values["task_categories"] = " ".join(verdict.task_categories)
     known: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
     return AnswerLine(**known)
 
@@ -216,16 +207,20 @@ def _atoms(record: Record, key: Beginning, book: TaskBook | None, task: Task | N
 
 
 def _clauses(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[ClauseLine]:
-    if not isinstance(record.verdict, OperatorVerdict):
+    if not declaration_of(record.ability).asked.of_operators:
         return
-    contents, categories = record.verdict.clauses, {} if book is None else book.categories
-    for report in record.verdict.operators:
+    from eai.abilities.transition_modeling.declaration import OTHER, clause_content
+
+    verdict, categories = _operators(record), {} if book is None else book.categories
+    for report in verdict.operators:
         line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for found in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), found):
                     names, kinds = (
-                        clause_content(clause, categories) if contents is None else contents[clause]
+                        clause_content(clause, categories)
+                        if verdict.clauses is None
+                        else verdict.clauses[clause]
                     )
                     yield line(
                         side=side,

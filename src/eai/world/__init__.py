@@ -1,39 +1,62 @@
 """The typed core: objects, predicates, states, operators, domains; execution and diagnosis.
 
-The words of a declaration, and what can be done with one, are all here::
+The words of a declaration, and what can be done with one, are all here; each is loaded when it is asked for::
 
     from eai.world import Add, Domain, Operator, Predicate, Variable, Vocabulary, missing
 """
 
-from eai.logic.formula import (
-    FALSE,
-    TRUE,
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Or,
-    Variable,
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from eai.logic.formula import (
+        FALSE,
+        TRUE,
+        And,
+        Atom,
+        Constant,
+        Equals,
+        Exactly,
+        Exists,
+        ForAll,
+        Formula,
+        ForPairs,
+        Implies,
+        Not,
+        Or,
+        Variable,
+    )
+    from eai.world.conformance import Defect, check
+    from eai.world.derived import Computed, Defined, Lookup, is_a
+    from eai.world.domain import Domain
+    from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+    from eai.world.episode import Episode, Luck, Slip
+    from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
+    from eai.world.fault import FaultKind
+    from eai.world.frame import AGENT
+    from eai.world.history import Past, each_held_before, was_possible_before
+    from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
+    from eai.world.slips import Notice, Slips
+    from eai.world.state import Change, Fact, Scene, State, WorldObject, change
+    from eai.world.vocabulary import Predicate, Vocabulary
+
+_MODULES = (
+    "eai.logic.formula",
+    "eai.world.conformance",
+    "eai.world.derived",
+    "eai.world.domain",
+    "eai.world.effect",
+    "eai.world.episode",
+    "eai.world.execution",
+    "eai.world.fault",
+    "eai.world.frame",
+    "eai.world.history",
+    "eai.world.operator",
+    "eai.world.slips",
+    "eai.world.state",
+    "eai.world.vocabulary",
 )
-from eai.world.conformance import Defect, check
-from eai.world.derived import Computed, Defined, Lookup, is_a
-from eai.world.domain import Domain
-from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-from eai.world.episode import Episode, Luck, Notice, Slip, Slips
-from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
-from eai.world.fault import FaultKind
-from eai.world.frame import AGENT
-from eai.world.history import Past, each_held_before, was_possible_before
-from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
-from eai.world.state import Change, Fact, Scene, State, WorldObject, change
-from eai.world.vocabulary import Predicate, Vocabulary
+"""The modules that define the names."""
 
 __all__ = [
     "AGENT",
@@ -100,3 +123,11 @@ __all__ = [
     "missing",
     "was_possible_before",
 ]
+
+
+def __getattr__(name: str) -> object:
+    """A name, of which nothing is loaded before somebody asks for it."""
+    for module in map(import_module, _MODULES if name in __all__ else ()):
+        if name in vars(module):
+            return vars(module)[name]
+    raise AttributeError(f"module 'eai.world' has no attribute {name!r}")

@@ -6,14 +6,13 @@ import hashlib
 import random
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import TypeAlias
 
-from eai.errors import InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
 from eai.world.history import Past
+from eai.world.slips import Notice, Slips
 from eai.world.state import State
 
 
@@ -24,46 +23,6 @@ class Slip:
 
 Outcome: TypeAlias = State | Fault | Slip
 """The outcome of an action: the state after it, the diagnosis of its failure, or a slip."""
-
-
-class Notice(str, Enum):
-    """Whether whoever acts learns of a slip.
-
-    A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
-    depends on it fails later.
-    """
-
-    DETECTED = "detected"
-    SILENT = "silent"
-
-
-class Until(str, Enum):
-    """When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
-
-    GOAL = "goal"
-    DONE = "done"
-
-
-@dataclass(frozen=True, slots=True)
-class Slips:
-    """How often possible actions do not work (paper, appendix on replanning with stochastic actions).
-
-    Attributes:
-        probability: that a possible action slips, independently of all others.
-        seed: of the draws.
-        notice: whether a slip is noticed.
-
-    Raises:
-        InputError: the probability is not between 0 and 1.
-    """
-
-    probability: float
-    seed: int = 0
-    notice: Notice = Notice.DETECTED
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.probability <= 1:
-            raise InputError(f"a slip probability of {self.probability:g} is not between 0 and 1")
 
 
 class Luck:

@@ -15,7 +15,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
 from eai.benchmark.suite import open_suite
-from eai.world.episode import Luck, Notice, Slips, Until
+from eai.world.episode import Luck
+from eai.world.slips import Notice, Slips, Until
 from envs.switches import SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING

@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from eai.abilities.explanation import formula_text
 from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.stated import _StatedGoals, read_stated
 from eai.abilities.goal_test import alternatives
+from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task, make_task
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior.tasks import BehaviorTasks

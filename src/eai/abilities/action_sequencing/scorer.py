@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 from eai.abilities.action_sequencing.notation import CarryOut, Course, PlanNotation, WrittenPlan, resolve
-from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repair_notes, step_reports
+from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable

@@ -21,7 +21,7 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import ALL, Confusion, Share, Verdict, add, confusion_shares, of_all
+from eai.abilities.verdict import ALL, Confusion, Json, Share, Verdict, add, confusion_shares, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
@@ -55,6 +55,12 @@ class GoalVerdict(Verdict):
     wrong: tuple[str, ...] = ()
     missing: tuple[str, ...] = ()
     aborts: bool = False
+
+    @property
+    def columns(self) -> Mapping[str, Json]:
+        """How many goals it states, and how many of them cannot count."""
+        hallucinated = len(self.hallucinated)
+        return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
 
 OVERALL = "overall"

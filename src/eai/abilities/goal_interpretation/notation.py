@@ -17,8 +17,9 @@ from typing import ClassVar, NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.explanation import Statement, formula_text
+from eai.abilities.explanation import Statement
 from eai.abilities.json_text import Pairs, Value, find_json
+from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.logic.choice import Choice, ground

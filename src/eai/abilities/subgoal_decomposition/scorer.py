@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from eai.abilities.explanation import Explanation, goal_reports, part_reports, repair_notes, step_reports
+from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.reports import goal_reports, part_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict

@@ -25,7 +25,7 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ALL, NOTHING, Confusion, Share, Verdict, add, confusion_shares, of_all
+from eai.abilities.verdict import ALL, NOTHING, Confusion, Json, Share, Verdict, add, confusion_shares, of_all
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome
@@ -134,6 +134,17 @@ class OperatorVerdict(Verdict):
     planner_detail: str = ""
     planner_name: str | None = None
     clauses: Mapping[str, ClauseContent] | None = field(default=None, compare=False)
+
+    @property
+    def columns(self) -> Mapping[str, Json]:
+        """The outcome of planning with the operators, and the categories of the task."""
+        planner = None if self.planner is None else self.planner.value
+        return {"planner": planner, "task_categories": " ".join(self.task_categories)}
+
+    @property
+    def judge(self) -> str | None:
+        """The planner."""
+        return self.planner_name
 
     def predicates_of(self, clause: str) -> tuple[str, ...]:
         """The predicates of a clause by name, also in older records."""

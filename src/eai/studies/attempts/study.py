@@ -14,7 +14,7 @@ from eai.abilities.options import Options, option
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
 from eai.studies.study import Analysis, Figures, Study, of_run
-from eai.world.episode import Notice, Until
+from eai.world.slips import Notice, Until
 
 if TYPE_CHECKING:
     from eai.results.table import Cell, Table
