@@ -19,8 +19,8 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.envs.game import Stage
 from eai.envs.rules import Rules
 from eai.scoring.batch import Scoring
-from eai.world.episode import Until
 from eai.world.fault import FaultKind
+from eai.world.slips import Until
 from envs.switches import SWITCHES, WON
 
 
