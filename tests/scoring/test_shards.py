@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import ErrataUse, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.errors import InputError
-from eai.scoring.records import Shard, find_shards, merge, read_records, write_shard
+from eai.scoring.records import Shard, find_shards, merge_shards, read_records, write_shard
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_parts_are_found_in_order_and_put_together_as_they_were(tmp_path: Path) 
     (tmp_path / "run" / "records.shard-1-of-x.jsonl").touch()
     found = find_shards(tmp_path)
     assert found == {tmp_path / "run": [tmp_path / "run" / Shard(n, 3).file_name for n in (1, 2, 3)]}
-    assert merge(tmp_path, found[tmp_path / "run"]) == RECORDS
+    assert merge_shards(tmp_path, found[tmp_path / "run"]) == RECORDS
     assert list(read_records(tmp_path / "records.jsonl")) == RECORDS
 
 
@@ -77,14 +77,14 @@ def test_parts_of_different_runs_are_not_put_together(change: dict[str, object],
     for number, records in ((1, first), (2, [replace(second[0], **change)])):
         write_shard(tmp_path, Shard(number, 2), records)
     with pytest.raises(InputError, match="expected the shards of one run, found m, "):
-        merge(tmp_path, find_shards(tmp_path)[tmp_path])
+        merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])
 
 
 def test_errata_of_one_version_are_those_of_one_run(tmp_path: Path) -> None:
     told = [replace(each, errata=ErrataUse("1", (each.task_id,))) for each in RECORDS[:2]]
     for number in (1, 2):
         write_shard(tmp_path, Shard(number, 2), told[number - 1 : number])
-    assert merge(tmp_path, find_shards(tmp_path)[tmp_path]) == told
+    assert merge_shards(tmp_path, find_shards(tmp_path)[tmp_path]) == told
 
 
 @pytest.mark.parametrize("sizes", [(1, 2), (3, 1), (0, 0)])
@@ -92,4 +92,4 @@ def test_parts_that_were_not_dealt_out_are_not_put_together(sizes: tuple[int, in
     for number, size in enumerate(sizes, 1):
         write_shard(tmp_path, Shard(number, 2), RECORDS[:size])
     with pytest.raises(InputError, match=f"expected equal shards, found {sizes[0]}, {sizes[1]} records"):
-        merge(tmp_path, find_shards(tmp_path)[tmp_path])
+        merge_shards(tmp_path, find_shards(tmp_path)[tmp_path])

@@ -20,6 +20,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import permutations
 from typing import NamedTuple, TypeAlias, TypeVar
 
@@ -33,11 +34,16 @@ from eai.pddl.writer import write_formula
 
 _T = TypeVar("_T")
 
+_REMEMBERED = 1000
+"""How many gold operators are remembered in the shape in which they are compared."""
+
 MAX_PERMUTED = 5
 """Up to how many parameters all pairings are tried; above, only that by position."""
 
 Clause: TypeAlias = f.Formula
 """A condition or an effect in the shape in which they are compared."""
+
+_LISTS = (f.And, f.Or)
 
 Renaming = Mapping[str, str]
 """The gold name of each variable of the answer; a variable without one matches nothing."""
@@ -91,12 +97,19 @@ class OperatorMatch:
     additional_any: bool = False
 
 
+class _GoldSide(NamedTuple):
+    """One side of a gold operator, its clauses as they compare, and the number of its literals."""
+
+    clause: Clause
+    wanted: tuple[str, ...]
+    size: int
+
+
 class _Side(NamedTuple):
-    """One side of both operators, and the clauses of the gold one as they compare."""
+    """One side of both operators."""
 
     ours: Clause
-    theirs: Clause
-    wanted: tuple[str, ...]
+    gold: _GoldSide
 
 
 class _Found(NamedTuple):
@@ -156,7 +169,7 @@ def _joined(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Cl
 
 def _parts_of(clause: Clause) -> tuple[Clause, ...]:
     """The parts of a list; anything else is a list of one."""
-    return clause.operands if isinstance(clause, (f.And, f.Or)) else (clause,)
+    return clause.operands if isinstance(clause, _LISTS) else (clause,)
 
 
 def write_clause(clause: Clause) -> str:
@@ -205,29 +218,34 @@ def _called(term: f.Term, names: Renaming) -> str:
     return f"?{names.get(term.name, f'?{term.name}')}" if isinstance(term, f.Variable) else term.name
 
 
+@lru_cache(_REMEMBERED)
+def _gold_sides(gold: m.PddlAction) -> tuple[_GoldSide, ...]:
+    """Both sides of a gold operator, with which many answers are compared."""
+    names = {parameter.name: parameter.name for parameter in gold.parameters}
+    return tuple(
+        [
+            _GoldSide(clause, tuple([_canonical(part, names) for part in _parts_of(clause)]), _size(clause))
+            for clause in (condition_clause(gold.precondition), effect_clause(gold.effect))
+        ]
+    )
+
+
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
-    names = {parameter.name: parameter.name for parameter in gold.parameters}
-    trees = (
-        (condition_clause(predicted.precondition), condition_clause(gold.precondition)),
-        (effect_clause(predicted.effect), effect_clause(gold.effect)),
-    )
-    sides = [
-        _Side(ours, theirs, tuple([_canonical(part, names) for part in _parts_of(theirs)]))
-        for ours, theirs in trees
-    ]
+    own = condition_clause(predicted.precondition), effect_clause(predicted.effect)
+    sides = [_Side(*pair) for pair in zip(own, _gold_sides(gold), strict=True)]
     renamings = _renamings(predicted, gold)
-    wanted = sum(len(side.wanted) for side in sides)
+    wanted = sum(len(side.gold.wanted) for side in sides)
     renaming, found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
     precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in found]
-    wanted = sum(_size(side.theirs) for side in sides)
+    wanted = sum(side.gold.size for side in sides)
     _, matched = _best(sides, renamings, _match_side_literals, int, wanted)
     of_precondition, of_effect = [
-        _LiteralMatch(number, _size(side.ours) - number, _size(side.theirs) - number)
+        _LiteralMatch(number, _size(side.ours) - number, side.gold.size - number)
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
-    ours, theirs = trees[0]
+    ours, theirs = sides[0].ours, sides[0].gold.clause
     alternatives = isinstance(theirs, f.Or), isinstance(ours, f.Or) and len(_clauses(ours, theirs)) > 1
     return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
 
@@ -259,9 +277,9 @@ def _best(
 
 def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
     """The clauses of one side, each gold one paired with an identical one of the answer."""
-    left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.theirs)]
+    left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold.clause)]
     found = _Found([], [], [])
-    for part, same in zip(_parts_of(side.theirs), side.wanted, strict=True):
+    for part, same in zip(_parts_of(side.gold.clause), side.gold.wanted, strict=True):
         partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
             found.missing.append(part)
@@ -274,7 +292,7 @@ def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
 
 def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
     """The clauses of an answer; beside a gold list with the other connective its list is a single one."""
-    lists = isinstance(ours, (f.And, f.Or)) and isinstance(theirs, (f.And, f.Or))
+    lists = isinstance(ours, _LISTS) and isinstance(theirs, _LISTS)
     unlike = lists and type(ours) is not type(theirs) and _parts_of(ours) and _parts_of(theirs)
     return (ours,) if unlike else _parts_of(ours)
 
@@ -294,11 +312,13 @@ def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
 
 
 def _match_side_literals(side: _Side, renaming: Renaming) -> int:
-    return _match_literals(side.ours, side.theirs, renaming)
+    return _match_literals(side.ours, side.gold.clause, renaming)
 
 
 def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
     """How many literals find a partner when one tree is laid upon the other as well as possible."""
+    if isinstance(ours, _LISTS) or isinstance(theirs, _LISTS):
+        return _match_lists(ours, theirs, renaming)
     match ours, theirs:
         case f.Atom(name, terms), f.Atom(gold_name, gold_terms):
             return int(name == gold_name and _agree(terms, gold_terms, renaming))
@@ -312,24 +332,22 @@ def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
             return _match_literals(a, b, {**renaming, own.name: other.name})
         case f.Implies(guard, a), f.Implies(gold_guard, b):
             return _match_literals(guard, gold_guard, renaming) + _match_literals(a, b, renaming)
-        case (f.And(), f.Or()) | (f.Or(), f.And()):
-            return _match_unlike(ours, theirs, renaming)
-        case (f.And() | f.Or(), _) | (_, f.And() | f.Or()):
-            grid = [[_match_literals(a, b, renaming) for b in _parts_of(theirs)] for a in _parts_of(ours)]
-            return sum(grid[row][column] for row, column in heaviest_pairs(grid))
         case _:
             return 0
 
 
-def _match_unlike(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
-    """A conjunction and a disjunction match only as far as one of them is a part of the other."""
-    inside = [_match_literals(part, theirs, renaming) for part in _lists_in(ours)]
-    around = [_match_literals(ours, part, renaming) for part in _lists_in(theirs)]
-    return max([*inside, *around], default=0)
+def _match_lists(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
+    """The same where one of them is a list; a conjunction and a disjunction match only inside each other."""
+    if isinstance(ours, _LISTS) and isinstance(theirs, _LISTS) and type(ours) is not type(theirs):
+        inside = [_match_literals(part, theirs, renaming) for part in _lists_in(ours)]
+        around = [_match_literals(ours, part, renaming) for part in _lists_in(theirs)]
+        return max([*inside, *around], default=0)
+    grid = [[_match_literals(a, b, renaming) for b in _parts_of(theirs)] for a in _parts_of(ours)]
+    return sum(grid[row][column] for row, column in heaviest_pairs(grid))
 
 
 def _lists_in(clause: Clause) -> list[Clause]:
-    return [part for part in _parts_of(clause) if isinstance(part, (f.And, f.Or))]
+    return [part for part in _parts_of(clause) if isinstance(part, _LISTS)]
 
 
 def _is_leaf(clause: Clause) -> bool:
@@ -343,15 +361,8 @@ def _size(clause: Clause) -> int:
 def _agree(ours: Sequence[f.Term], theirs: Sequence[f.Term], renaming: Renaming) -> bool:
     """Whether terms are the same, variables by their gold names."""
     return len(ours) == len(theirs) and all(
-        _is_same(own, gold, renaming) for own, gold in zip(ours, theirs, strict=True)
+        renaming.get(own.name) == gold.name
+        if isinstance(own, f.Variable) and isinstance(gold, f.Variable)
+        else own == gold
+        for own, gold in zip(ours, theirs, strict=True)
     )
-
-
-def _is_same(ours: f.Term, theirs: f.Term, renaming: Renaming) -> bool:
-    match ours, theirs:
-        case f.Variable(a), f.Variable(b):
-            return renaming.get(a) == b
-        case f.Constant(a), f.Constant(b):
-            return a == b
-        case _:
-            return False
