@@ -24,10 +24,12 @@ class Assessment:
     Attributes:
         verdict: the verdict.
         explain: what became of the answer, in words; they are found when they are asked for.
+        look_back: the verdict with what a search of so many states shows besides; None if nothing.
     """
 
     verdict: Verdict
     explain: Callable[[], Explanation]
+    look_back: Callable[[int], Verdict] | None = None
 
 
 class Scorer(ABC):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import floor
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from eai.abilities.action_sequencing.declaration import ENDING_FAULTS
 from eai.abilities.declaration import (
@@ -43,6 +43,10 @@ KINDS = tuple(ENDING_FAULTS)
 
 _SOON = 2
 """Within how many turns a possible action follows a fault that is recovered from."""
+
+
+Outlook: TypeAlias = Literal["open", "lost", "unknown"]
+"""Whether the goals can still be reached at the end of an episode, as far as a search can show."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +89,8 @@ class ActingVerdict(PlanVerdict):
         view: which objects are seen, and how much of them.
         harness: what acted; empty where that is unknown.
         begun: how often the episode was begun; the last time counts.
+        outlook: whether the goals can still be reached at the end; None where no planner was asked.
+        lost_at: the first turn, from 1 on, after which they cannot; 0 for the start.
     """
 
     turns: tuple[Turn, ...] = ()
@@ -96,11 +102,23 @@ class ActingVerdict(PlanVerdict):
     view: str = ""
     harness: str = ""
     begun: int = 1
+    outlook: Outlook | None = None
+    lost_at: int | None = None
 
     @property
     def actions(self) -> tuple[Turn, ...]:
         """The turns at which an action was tried."""
         return tuple([turn for turn in self.turns if turn.is_action])
+
+
+def outlook_text(verdict: ActingVerdict) -> str:
+    """Whether the goals can still be reached at the end of an episode, in words."""
+    if verdict.outlook == "lost":
+        after = f"after turn {verdict.lost_at}" if verdict.lost_at else "from the start"
+        return f"lost for good {after}: no actions lead to the goals any more"
+    if verdict.outlook == "open":
+        return "not lost for good: at the end the goals could still be reached"
+    return "whether the goals could still be reached at the end is not known"
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
@@ -109,6 +127,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     tried = len(actions)
     kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
     faulty = [i for i, kind in enumerate(kinds) if kind in KINDS]
+    is_known = verdict.outlook in ("open", "lost")
     mended = sum(any(_is_possible(turn) for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
     return {
         "success": of_all(won),
@@ -125,6 +144,8 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
         "undeclared": of_all(verdict.reached and not won),
         "declared_early": of_all(verdict.declared and not verdict.reached),
+        "lost_for_good": of_all(verdict.outlook == "lost") if is_known else NOTHING,
+        "outlook_unknown": NOTHING if verdict.outlook is None else of_all(not is_known),
         **goal_shares(verdict.goals),
     }
 
@@ -173,13 +194,15 @@ ACTING = AbilityDeclaration(
         MetricColumn("recovered", "After a fault", "Recovered"),
         MetricColumn("undeclared", "The end", "Undeclared", False),
         MetricColumn("declared_early", "The end", "Declared early", False),
+        MetricColumn("lost_for_good", "The end", "Lost for good", False),
+        MetricColumn("outlook_unknown", "The end", "Outlook unknown", False),
         *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
     ),
     terminal=(
         *("success", *WITHIN, "spl", "impossible", "recovered", "loops", "undeclared", "declared_early"),
-        "total_goal",
+        *("lost_for_good", "total_goal"),
     ),
     main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
     averaged=(),
-    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early"}),
+    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", "lost_for_good"}),
 )

@@ -16,6 +16,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.acting.declaration import UNREPLAYABLE, ActingVerdict, Turn
+from eai.acting.loss import Moment, loss
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.benchmark import Benchmark
@@ -80,21 +81,22 @@ class _ActingScorer(Scorer):
         episode = read_episode(text)
         if isinstance(episode, Unreadable):
             error = ErrorReport(FaultKind.PARSING, None, episode.reason)
-            nothing, _ = self._replay(Episode(()))
-            return self._assessment(replace(nothing, error=error, executable=False), [])
+            nothing, _, moments = self._replay(Episode(()))
+            return self._assessment(replace(nothing, error=error, executable=False), [], moments)
         try:
             return self._assessment(*self._replay(episode))
         except _UnreplayableError as error:
             reason = f"{UNREPLAYABLE}: {error}"
             return Assessment(ActingVerdict(excluded=reason), lambda: Explanation((reason,)))
 
-    def _replay(self, episode: Episode) -> tuple[ActingVerdict, list[StepReport]]:
+    def _replay(self, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         stage = self._stage(episode.rules or rules_of(STANDARD))
         game = Game(stage, episode.seed, episode.epoch)
         opening, info = game.opening()
         _compare("the first observation", episode.opening, opening)
         states: dict[Any, int] = {(game.state, tuple(info["goals"])): 0}
         turns, steps = [], []
+        moments: list[Moment] = [(game.state, ())]
         for number, command in enumerate(episode.turns, 1):
             if game.over:
                 raise _UnreplayableError(f"turn {number}: the episode is over")
@@ -114,9 +116,10 @@ class _ActingScorer(Scorer):
                 )
             )
             steps.append(_step(turns[-1], told))
+            moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._verdict(stage, episode, tuple(turns), game.ended or claimed, tuple(info["goals"]))
-        return verdict, steps
+        return verdict, steps, moments
 
     def _verdict(
         self, stage: Stage, episode: Episode, turns: tuple[Turn, ...], ended: str, goals: tuple[bool, ...]
@@ -144,7 +147,15 @@ class _ActingScorer(Scorer):
             begun=episode.begun,
         )
 
-    def _assessment(self, verdict: ActingVerdict, steps: list[StepReport]) -> Assessment:
+    def _assessment(
+        self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
+    ) -> Assessment:
+        def look_back(states: int) -> ActingVerdict:
+            if verdict.success:
+                return replace(verdict, outlook="open")
+            outlook, lost_at = loss(self.task, self.benchmark.domain, moments, states)
+            return replace(verdict, outlook=outlook, lost_at=lost_at)
+
         def explain() -> Explanation:
             notes = [] if verdict.error is None else [f"{verdict.error.kind.value}: {verdict.error.detail}"]
             notes.append(f"ended: {verdict.ended}; {len(verdict.actions)} actions, at most {verdict.budget}")
@@ -155,7 +166,7 @@ class _ActingScorer(Scorer):
             goals = goal_reports(self.task.goals, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
-        return Assessment(verdict, explain)
+        return Assessment(verdict, explain, look_back)
 
 
 def _compare(place: str, digest: str | None, told: str) -> None:

@@ -22,6 +22,7 @@ from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
+from eai.acting.declaration import ActingVerdict, outlook_text
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
@@ -32,6 +33,7 @@ from eai.data.store import Store
 from eai.errors import EaiError, InputError, did_you_mean
 from eai.households.packs import published_packs
 from eai.planning.planner import Planner
+from eai.planning.search import Limits
 from eai.results.breakdown import outcome
 from eai.scoring.records import read_records
 from eai.scoring.runs import find_record_files
@@ -53,12 +55,14 @@ class _Background:
         gold: the steps of a plan that solves it, as texts.
         source: whose plan that is.
         rest: those of the answer's steps that were not tried any more.
+        outlook: of a lost episode, whether its goals could still be reached.
     """
 
     instruction: str
     gold: tuple[str, ...] = ()
     source: str = ""
     rest: tuple[str, ...] = ()
+    outlook: str = ""
 
 
 def _outcome(name: str) -> AnswerOutcome:
@@ -126,7 +130,7 @@ def _background(record: Record, store: Store) -> _Background | None:
         if task is None or suite.data_sha256 != record.data_sha256:
             return None
         gold, source = _gold(suite, task)
-        return _Background(task.instruction, gold, source, _rest(suite, record))
+        return _Background(task.instruction, gold, source, _rest(suite, record), _outlook(suite, record))
     except EaiError:
         return None
 
@@ -142,6 +146,17 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
         return tuple(action_text(action, task.scene) for action in task.script), "the data set's plan"
     found = find_plan(task, Planner(suite.benchmark.domain)).plan or ()
     return tuple(action_text(action, task.scene) for action in found), "a plan by eai/planner"
+
+
+def _outlook(suite: Suite, record: Record) -> str:
+    """Whether the goals of a lost episode could still be reached, as its record says, or a planner now."""
+    verdict = record.verdict
+    if not isinstance(verdict, ActingVerdict) or verdict.success or record.unanswered or verdict.excluded:
+        return ""
+    look_back = suite.scorer(record.task_id).assess(record.response).look_back
+    if verdict.outlook is None and look_back is not None:
+        verdict = look_back(Limits().states)
+    return outlook_text(verdict) if isinstance(verdict, ActingVerdict) else ""
 
 
 def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
@@ -184,6 +199,8 @@ def print_record(console: Console, record: Record, background: _Background | Non
             console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
     else:
         _print_explanation(console, record, record.explanation, background)
+    if background is not None and background.outlook:
+        console.print(Text(background.outlook, style="yellow"), soft_wrap=True)
     if background is not None and background.gold:
         console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
         for number, step in enumerate(background.gold, 1):

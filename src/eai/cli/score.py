@@ -87,6 +87,7 @@ def score(
     ] = None,
     explanations: Annotated[bool, scoring("explanations")] = True,
     allow_missing: Annotated[bool, scoring("allow_missing", "--allow-missing")] = False,
+    look_back: Annotated[int | None, scoring("look_back", metavar="STATES")] = None,
     goals: Annotated[
         Path | None,
         typer.Option(
@@ -139,7 +140,7 @@ def score(
         return
     for path in paths:
         find_response_files(path)  # what is not there is said before the data set is fetched
-    settings = Settings(workers, explanations, allow_missing, shard)
+    settings = Settings(workers, explanations, allow_missing, shard, look_back)
     if shard is not None and out is None:
         raise InputError("--shard writes records to be merged: say where, with --out")
     if goals is not None and ability is not None:

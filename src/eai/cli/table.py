@@ -76,22 +76,22 @@ def print_rates(
         results: model -> its rates.
         wide: several models in one table, however wide.
     """
+    found = results.values()
+    shown = [metric for metric in metrics if any(result.rates[metric].denominator for result in found)]
     if len(results) == 1:
         (model, result), *_ = results.items()
         whole = f"{title}: {model}, {result.coverage} answered"
-        rates = [result.rates[metric] for metric in metrics]
+        rates = [result.rates[metric] for metric in shown]
         table = Table.of_columns(
             whole,
             [
-                ("", [metric.replace("_", " ").replace(".", ", ") for metric in metrics]),
+                ("", [metric.replace("_", " ").replace(".", ", ") for metric in shown]),
                 (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
                 (Column("of", number=True), [f"{r.numerator:g} / {r.denominator:g}" for r in rates]),
             ],
         )
         print_table(console, table)
         return
-    found = results.values()
-    shown = [metric for metric in metrics if any(result.rates[metric].denominator for result in found)]
     columns: list[NamedCells] = [
         ("percent", list(results)),
         (Column("answered", number=True), [str(result.coverage) for result in found]),

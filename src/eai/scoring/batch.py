@@ -35,12 +35,14 @@ class Settings:
         explanations: put the step-by-step explanation into each record.
         allow_missing: leave tasks without an answer out of all rates instead of counting them as failures.
         shard: score this part of the tasks alone; all of them if None.
+        look_back: how many states a search that says more of a verdict may look at; no search if None.
     """
 
     workers: int = 1
     explanations: bool = True
     allow_missing: bool = False
     shard: Shard | None = None
+    look_back: int | None = None
 
 
 Progressed: TypeAlias = Callable[[int], None]
@@ -79,6 +81,7 @@ class Scoring(Workers):
         *,
         explanations: bool = False,
         allow_missing: bool = False,
+        look_back: int | None = None,
     ) -> Iterator[Record]:
         """The records of a model's answers, in their order.
 
@@ -88,10 +91,11 @@ class Scoring(Workers):
             responses: the answers; a task may be answered any number of times.
             explanations: put the step-by-step explanation into each record.
             allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
+            look_back: how many states a search that says more of a verdict may look at; no search if None.
         """
         workers = self if suite.portable else Scoring()  # what has no name cannot be opened elsewhere
         asked, given = tee(responses)
-        work = _Judge(suite, explanations, allow_missing)
+        work = _Judge(suite, explanations, allow_missing, look_back)
         judged = workers.each(work, given, at_a_time=workers._shares(suite, length_hint(responses)))
         return map(partial(_record, suite, model), asked, judged)
 
@@ -138,6 +142,7 @@ class _Judge:
     suite: Suite
     explanations: bool
     allow_missing: bool
+    look_back: int | None
 
     def __call__(self, items: Sequence[Response | _Missing]) -> list[_Judged]:
         return [self._missing(item) if isinstance(item, _Missing) else self._judged(item) for item in items]
@@ -145,7 +150,10 @@ class _Judge:
     def _judged(self, response: Response) -> _Judged:
         assessment = self.suite.scorer(response.task_id).assess(response.text)
         explanation = assessment.explain() if self.explanations else None
-        return _Judged(assessment.verdict, self.suite.features(response.task_id), explanation)
+        verdict = assessment.verdict
+        if self.look_back is not None and assessment.look_back is not None:
+            verdict = assessment.look_back(self.look_back)
+        return _Judged(verdict, self.suite.features(response.task_id), explanation)
 
     def _missing(self, missing: _Missing) -> _Judged:
         """The record of a task without an answer."""
@@ -203,6 +211,7 @@ def score_run(
         items if settings.shard is None else settings.shard.of_these(items),
         explanations=settings.explanations,
         allow_missing=settings.allow_missing,
+        look_back=settings.look_back,
     )
     found: list[Record] = []
     for record in records:

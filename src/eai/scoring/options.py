@@ -44,9 +44,15 @@ class ScoringOptions(Options):
         "Leave tasks without an answer out of all rates; the run is then not ranked.", False
     )
 
+    look_back: int | None = option(
+        "How many states a planner may look at to find the turn after which a lost episode of acting could "
+        "not be won any more; not looked for if not given.",
+        ge=1,
+    )
+
     @property
     def settings(self) -> Settings:
         """The part that is about how a batch is scored."""
         from eai.scoring.batch import Settings  # which commands that score nothing do not need
 
-        return Settings(self.workers, self.explanations, self.allow_missing)
+        return Settings(self.workers, self.explanations, self.allow_missing, look_back=self.look_back)
