@@ -185,13 +185,15 @@ class Play:
         game: the game.
         turns: the commands so far.
         most: how many actions it has at most.
+        harness: what acts.
     """
 
     def __init__(self, stage: Stage, seed: int, epoch: int, *, harness: str = "", begun: int = 1) -> None:
         self.game = Game(stage, seed, epoch)
         self.turns: list[_Command] = []
         self.most = stage.limit or _UNKNOWN
-        self._about = Episode((), stage.rules, seed, epoch, harness, begun, sha256_of(self.game.opening()[0]))
+        self.harness = harness
+        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.game.opening()[0]))
 
     def act(self, said: str) -> str:
         """Carry a command out; returns the observation."""
@@ -208,5 +210,6 @@ class Play:
 
     def text(self, ended: str) -> str:
         """The episode as an answer."""
-        episode = replace(self._about, turns=tuple(self.turns), ended=self.game.ended or ended)
+        ended = self.game.ended or ended
+        episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
         return json.dumps(TypeAdapter(Episode).dump_python(episode, mode="json"), ensure_ascii=False)

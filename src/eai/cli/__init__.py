@@ -59,6 +59,10 @@ class _Commands(LazyGroup):
             "The same command resumes where it was interrupted.",
             kind="RunCommand",
         ),
+        "play": Place(
+            MEASURE,
+            "Play tasks yourself, as models act; scores, reports and comparisons take episodes as theirs.",
+        ),
         "score": Place(
             MEASURE,
             "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "

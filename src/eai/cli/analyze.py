@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from enum import Enum
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from pydantic import BeforeValidator
@@ -16,7 +16,17 @@ from rich.table import Table as Grid
 from eai.abilities.options import Options, option
 from eai.abilities.verdict import Json
 from eai.cli.console import counted, errors, note, output, print_markdown, say, tell, writing_to
-from eai.cli.options import OUTPUT, RECORDS, SETTING, AsJson, DataFolder, SettingsCommand, opened_source
+from eai.cli.options import (
+    OUTPUT,
+    RECORDS,
+    SETTING,
+    AsJson,
+    DataFolder,
+    SettingsCommand,
+    opened_source,
+    setting,
+    with_settings,
+)
 from eai.cli.progress import scoring_progress
 from eai.errors import EaiError, InputError, did_you_mean, how_to_install
 from eai.results.lines import TABLES
@@ -100,7 +110,7 @@ def analyze(
     with opened_source(data) as source, collecting_seldom(), _extra_needed():
         read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
-            _write_lines(read, _chosen(TABLE, _Formats, settings or ()), as_json=as_json)
+            _write_lines(read, with_settings(TABLE, _Formats, settings or ()), as_json=as_json)
             return
         written = list(_write_all(name, read, settings or (), plots=plots, as_json=as_json))
     if as_json:
@@ -140,22 +150,6 @@ def _studies(name: str) -> list[Study]:
     return [] if name == TABLE else [find_study(name)]
 
 
-def _chosen(name: str, choices: type[Options], settings: Sequence[str]) -> Any:
-    return choices.read(name, dict(map(_setting, settings)))
-
-
-def _setting(text: str) -> tuple[str, str]:
-    """The name and the value of a setting.
-
-    Raises:
-        InputError: it has none.
-    """
-    key, separator, value = text.partition("=")
-    if not separator:
-        raise InputError(f"{SETTING} {text}: expected OPTION=VALUE")
-    return key, value
-
-
 @contextmanager
 def _extra_needed() -> Iterator[None]:
     """Within it, the libraries of the extra ``analysis`` are needed.
@@ -182,7 +176,7 @@ def _write_all(
         return
     records.tables()
     for study in studies:
-        own = [text for text in settings if _setting(text)[0] in study.choices.model_fields]
+        own = [text for text in settings if setting(text)[0] in study.choices.model_fields]
         try:
             yield from _write_study(study, records.below(study.name), own, plots=plots, as_json=as_json)
         except InputError as error:
@@ -199,7 +193,7 @@ def _write_study(
     """
     if study.analyze is None:
         raise InputError(f"{study.name}: is a study of runs, and has no analysis")
-    for analysis in study.analyze(records, _chosen(study.name, study.choices, settings)):
+    for analysis in study.analyze(records, with_settings(study.name, study.choices, settings)):
         folder = records.folder / analysis.folder
         write_tables(folder, study.name, analysis.tables, analysis.remarks)
         drawn = _draw_figures(analysis.figures, folder) if plots else 0

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 import typer
 from typer.core import TyperCommand
@@ -91,6 +91,30 @@ def planner_terms(command: typer.Context, seconds: int | None, memory_mib: int |
 
 SETTING = "--with"
 """The flag for options that have no flag of their own."""
+
+Chosen = TypeVar("Chosen", bound=Options)
+
+
+def with_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> Chosen:
+    """The options of a section with settings, which may have the name of the section before theirs.
+
+    Raises:
+        InputError: there is no such option or value.
+    """
+    values = dict(map(setting, settings))
+    return options.read(name, {key.removeprefix(f"{name}."): value for key, value in values.items()})
+
+
+def setting(text: str) -> tuple[str, str]:
+    """The name and the value of a setting.
+
+    Raises:
+        InputError: it has none.
+    """
+    key, separator, value = text.partition("=")
+    if not separator:
+        raise InputError(f"{SETTING} {text}: expected OPTION=VALUE")
+    return key, value
 
 
 class SettingsCommand(TyperCommand):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 from random import Random
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
@@ -24,6 +24,9 @@ from eai.tasks.adaptive import SHORT, short_test
 from eai.tasks.source import ErrataChoice
 
 OfSet = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
+TaskIds = Annotated[str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")]
+Sample = Annotated[int | None, typer.Option(min=1, help="So many of them, drawn at random.")]
+SampleSeed = Annotated[int, typer.Option(help="Which ones --sample draws.")]
 
 PAGE = ".html"
 """The ending of a file that is a page for people."""
@@ -37,11 +40,9 @@ def prompts(
     folder: Annotated[
         Path | None, typer.Option("--prompts", help="A folder with prompts of your own.")
     ] = None,
-    tasks: Annotated[
-        str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")
-    ] = "",
-    sample: Annotated[int | None, typer.Option(min=1, help="So many of them, drawn at random.")] = None,
-    seed: Annotated[int, typer.Option(help="Which ones --sample draws.")] = 0,
+    tasks: TaskIds = "",
+    sample: Sample = None,
+    seed: SampleSeed = 0,
     goals: Annotated[
         Path | None,
         typer.Option(help="Answers to goal interpretation, whose goals to state instead of the tasks' own."),
@@ -78,7 +79,7 @@ def prompts(
             content, system = files.prompts, files.system
         else:
             opened = Library(prompt_set, folder, source).open(benchmark, ability)
-            chosen = _chosen(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
+            chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
             content, system = prompt_file(chosen), system_file(chosen)
             if out.suffix == PAGE:
                 write_whole({out: form_html(benchmark, ability, chosen, source)})
@@ -91,10 +92,11 @@ def prompts(
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
 
 
-def _chosen(
-    asked: Mapping[str, Prompt], tasks: str, sample: int | None, seed: int, of: str
-) -> dict[str, Prompt]:
-    """The prompts of the tasks that are named, or of so many of them.
+T = TypeVar("T")
+
+
+def drawn(asked: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str) -> dict[str, T]:
+    """What there is by task for the tasks that are named, or for so many of them.
 
     Raises:
         InputError: there is no such task.
@@ -102,10 +104,10 @@ def _chosen(
     named = listed(tasks) or list(asked)
     for task_id in named:
         if task_id not in asked:
-            raise InputError(f"--tasks: {task_id!r} is not a task of {of}")
+            raise InputError(f"--tasks: {task_id!r} is not a task of {of}{did_you_mean(task_id, asked)}")
     draw = Random(seed)  # noqa: S311 - a sample, not a secret
-    drawn = set(named if sample is None else draw.sample(named, min(sample, len(named))))
-    return {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in drawn}
+    some = set(named if sample is None else draw.sample(named, min(sample, len(named))))
+    return {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in some}
 
 
 def tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:

@@ -1,0 +1,187 @@
+"""``eai play``: a person's episodes are answers as others; what counts, what resumes, and what is refused."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeAlias
+
+import pytest
+
+from cli.conftest import Command, Outcome
+from eai.acting.play import Arena, commands_of
+from eai.acting.setting import ACTING
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from envs.switches import WON
+
+DOMAIN = "envs.switches:SWITCHES"
+TESTS = Path(__file__).parents[1]
+Playing: TypeAlias = Callable[..., Outcome]
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "ann_outputs.json"
+
+
+@pytest.fixture
+def play(eai: Command, monkeypatch: pytest.MonkeyPatch, out: Path) -> Playing:
+    """Plays tasks with these lines as standard input."""
+
+    def run(*lines: str, tasks: str = "both", domain: str = DOMAIN, more: tuple[str, ...] = ()) -> Outcome:
+        monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
+        return eai("play", "--domain", domain, "--tasks", tasks, "--out", out, *more)
+
+    return run
+
+
+def said(out: Path) -> list[str]:
+    """The commands in a file of one answer."""
+    (row,) = json.loads(out.read_bytes())
+    return [turn["said"] for turn in json.loads(row["llm_output"])["turns"]]
+
+
+def harness(out: Path) -> str:
+    return str(json.loads(json.loads(out.read_bytes())[0]["llm_output"])["harness"])
+
+
+@pytest.mark.parametrize(("domain", "task"), [("virtualhome", "27_2"), ("behavior", None), (DOMAIN, "both")])
+def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
+    domain: str, task: str | None, play: Playing, eai: Command, out: Path, tmp_path: Path
+) -> None:
+    suite = open_suite(find_benchmark(domain), ACTING)
+    task = task or suite.task_ids[0]
+    commands = Arena(suite.benchmark).commands("oracle", suite.tasks[task], 0, 1)
+    done = play(*commands, tasks=task, domain=domain)
+    assert (done.status, done.err) == (0, "")
+    assert "All goals are reached." in done.out
+    assert f"1 of 1 task over; written to {out}" in done.out
+    options = ("--domain", domain, "--ability", "acting", "--allow-missing", "--out", tmp_path / "scores")
+    assert eai("score", out, *options).status == 0
+    records = (tmp_path / "scores" / "records.jsonl").read_text("utf-8").splitlines()
+    (record,) = [each for each in map(json.loads, records) if each["task_id"] == task]
+    assert (record["success"], record["harness"], record["model"]) == (True, "person", "ann")
+    assert [turn["said"] for turn in record["turns"]] == commands
+
+
+def test_lines_that_count_and_lines_that_do_not(play: Playing, out: Path) -> None:
+    told = play("", "help", "go shed", "go( hall )", "look", "look", "pres lamp", "press lamb").out
+    assert said(out) == ["GO(shed)", "GO( hall )", "LOOK", "LOOK", "pres lamp", "PRESS(lamb)"]
+    assert harness(out) == "person"
+    assert "PRESS(x)\n" in told
+    assert "Failed (parsing): no action was found" in told
+    assert "PRESS: you have not yet seen lamb.\n7 of 12 actions left.\n(did you mean lamp?)" in told
+
+
+def test_what_is_possible_is_told_to_who_asks_and_the_record_says_so(play: Playing, out: Path) -> None:
+    told = play("? shed", "?", "? torch").out
+    assert "> ? shed\nGO: shed\n" in told
+    assert "GO: shed\nPRESS: lamp\nWAVE: \n" in told
+    assert "> ? torch\nNothing like that." in told
+    assert (said(out), harness(out)) == ([], "person who asked what is possible")
+    play(*WON, "DONE")
+    assert harness(out) == "person who asked what is possible"
+
+
+def test_the_same_command_resumes_within_a_task_and_after_it(play: Playing, out: Path) -> None:
+    first = play(WON[0], "quit", WON[1])
+    assert "0 of 2 tasks over" in play(tasks="both,half").out
+    assert (first.status, said(out)) == (0, [WON[0]])
+    second = play(*WON[1:], "DONE", "done", tasks="both,half")
+    assert "> PRESS(lamp)\nPRESS(lamp): done.\n" in second.out
+    assert "Task 2 of 2" in second.out
+    assert "2 of 2 tasks over" in second.out
+    episodes = [row["llm_output"] for row in json.loads(out.read_bytes())]
+    suite = open_suite(DOMAIN, ACTING)
+    assert commands_of(suite.tasks["both"], suite.benchmark, episodes[0]) == [*WON, "DONE"]
+    assert "Task" not in play(tasks="both").out
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [
+        ("DONE", "both was begun by somebody else, in another setting or with other data"),
+        ('{"turns": 3}', "both: turns: expected"),
+        ('{"turns": [{"said": "GO(shed)", "told": "0"}]}', "both was begun by somebody else"),
+    ],
+)
+def test_an_answer_that_is_no_episode_of_a_person_is_not_played_on(
+    answer: str, why: str, play: Playing, out: Path
+) -> None:
+    out.write_text(json.dumps([{"identifier": "both", "llm_output": answer}]))
+    before = out.read_bytes()
+    done = play("DONE")
+    assert (done.status, out.read_bytes()) == (2, before)
+    assert why in done.err
+
+
+def test_another_setting_is_another_episode(play: Playing, out: Path) -> None:
+    options = ("--with", "observe=full", "--with", "agent.feedback=facts")
+    assert play(WON[0], more=options).status == 0
+    assert "in another setting" in play(WON[1]).err
+    assert play(WON[1], more=options).status == 0
+    assert said(out) == [*WON[:2]]
+
+
+@pytest.mark.parametrize(
+    ("more", "why"),
+    [
+        (("--with", "tokens=3"), "--with tokens: it is for models"),
+        (("--with", "view"), "--with view: expected OPTION=VALUE"),
+        (("--with", "veiw=full"), "agent.veiw: unknown; did you mean view?"),
+        (("--out", "ann.json"), "expected a name that ends with _outputs.json"),
+        (("--tasks", "bth"), "--tasks: 'bth' is not a task of switches acting; did you mean both?"),
+        (("--tasks", "none"), "none cannot be played"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_a_line(more: tuple[str, ...], why: str, play: Playing) -> None:
+    done = play("DONE", more=more)
+    assert done.status == 2
+    assert why in done.err
+    assert done.err.count("\n") == 1
+
+
+def test_two_at_once_do_not_overwrite_each_other(
+    eai: Command, monkeypatch: pytest.MonkeyPatch, out: Path
+) -> None:
+    class Busy(io.StringIO):
+        def readline(self, *_: object) -> str:
+            out.write_text("[]")
+            return "WAVE\n"
+
+    monkeypatch.setattr(sys, "stdin", Busy())
+    done = eai("play", "--domain", DOMAIN, "--out", out)
+    assert (done.status, out.read_text()) == (2, "[]")
+    assert "somebody else plays into this file" in done.err
+
+
+def test_on_a_terminal_words_are_completed_and_an_interrupt_loses_nothing(out: Path) -> None:
+    """The tabulator completes an action, and an object that has been seen."""
+    pytest.importorskip("readline", reason="no readline on this machine")
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-m", "eai", "play", "--domain", DOMAIN, "--tasks", "both", "--out", str(out)]
+    environment = {**os.environ, "PYTHONPATH": f"{TESTS.parent / 'src'}:{TESTS}", "TERM": "dumb"}
+    with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, env=environment) as process:
+
+        def read(until: str) -> str:
+            got = b""
+            while until.encode() not in got:
+                got += os.read(ours, 4096)
+            return got.decode().replace("\r\n", "\n")
+
+        opening = read("> ")
+        assert max(map(len, opening.splitlines())) <= 80
+        os.write(ours, b"pr\t l\t\n")
+        assert "PRESS(lamp): done." in read("11 of 12 actions left.\n\n> ".replace("\n", "\r\n"))
+        process.send_signal(signal.SIGINT)
+        assert "interrupted; the same command resumes" in read("from here")
+        assert process.wait(60) == 130
+    assert said(out) == ["PRESS(lamp)"]
