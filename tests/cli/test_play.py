@@ -11,6 +11,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from select import select
 from typing import TypeAlias
 
 import pytest
@@ -62,7 +63,6 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
     commands = Arena(suite.benchmark).commands("oracle", suite.tasks[task], 0, 1)
     done = play(*commands, tasks=task, domain=domain)
     assert (done.status, done.err) == (0, "")
-    assert "All goals are reached." in done.out
     assert f"1 of 1 task over; written to {out}" in done.out
     options = ("--domain", domain, "--ability", "acting", "--allow-missing", "--out", tmp_path / "scores")
     assert eai("score", out, *options).status == 0
@@ -73,18 +73,20 @@ def test_an_episode_is_scored_as_that_of_a_model_that_does_the_same(
 
 
 def test_lines_that_count_and_lines_that_do_not(play: Playing, out: Path) -> None:
-    told = play("", "help", "go shed", "go( hall )", "look", "look", "pres lamp", "press lamb").out
-    assert said(out) == ["GO(shed)", "GO( hall )", "LOOK", "LOOK", "pres lamp", "PRESS(lamb)"]
-    assert harness(out) == "person"
-    assert "PRESS(x)\n" in told
-    assert "Failed (parsing): no action was found" in told
-    assert "PRESS: you have not yet seen lamb.\n7 of 12 actions left.\n(did you mean lamp?)" in told
+    lines = ("go shed", "go( hall )", "look", "look", "pres lamp", "Press(lamb)", "[WAVE")
+    told = play("", "help", " ", *lines).out
+    commands = ["GO(shed)", "GO( hall )", "LOOK", "LOOK", "pres(lamp)", "PRESS(lamb)", "[WAVE"]
+    assert (said(out), harness(out)) == (commands, "person")
+    assert "\nPRESS(x)\n" in told
+    assert "pres is not an action.\n10 of 14 actions left.\n(did you mean PRESS?)" in told
+    assert "PRESS: you have not yet seen lamb.\n9 of 14 actions left.\n(did you mean lamp?)" in told
+    assert "Failed (parsing): no action was found. Write one action, such as GO(x).\n8 of 14" in told
 
 
 def test_what_is_possible_is_told_to_who_asks_and_the_record_says_so(play: Playing, out: Path) -> None:
-    told = play("? shed", "?", "? torch").out
-    assert "> ? shed\nGO: shed\n" in told
-    assert "GO: shed\nPRESS: lamp\nWAVE: \n" in told
+    told = play("? SHED", "?", "? torch").out
+    assert "> ? SHED\nGO: shed\n" in told
+    assert "> ?\nGO: shed\nOPEN: robot lamp\nPRESS: lamp\nWAVE\n" in told
     assert "> ? torch\nNothing like that." in told
     assert (said(out), harness(out)) == ([], "person who asked what is possible")
     play(*WON, "DONE")
@@ -174,14 +176,18 @@ def test_on_a_terminal_words_are_completed_and_an_interrupt_loses_nothing(out: P
         def read(until: str) -> str:
             got = b""
             while until.encode() not in got:
+                if not select([ours], [], [], 60)[0]:
+                    process.kill()
+                    pytest.fail(f"nothing after {got!r}")
                 got += os.read(ours, 4096)
             return got.decode().replace("\r\n", "\n")
 
         opening = read("> ")
         assert max(map(len, opening.splitlines())) <= 80
         os.write(ours, b"pr\t l\t\n")
-        assert "PRESS(lamp): done." in read("11 of 12 actions left.\n\n> ".replace("\n", "\r\n"))
+        assert "PRESS(lamp): done." in read("13 of 14 actions left.\r\n\r\n> ")
         process.send_signal(signal.SIGINT)
+        os.write(ours, b"\n")  # or Python does not see a signal that comes while it begins to wait
         assert "interrupted; the same command resumes" in read("from here")
         assert process.wait(60) == 130
     assert said(out) == ["PRESS(lamp)"]

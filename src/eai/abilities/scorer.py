@@ -50,6 +50,10 @@ class Scorer(ABC):
         """
         return self.score("").without_answer()
 
+    def why_excluded(self) -> str | None:
+        """Why the task is left out of all statistics whatever the answer; None if it is not."""
+        return self.score("").excluded
+
     def explain(self, text: str) -> Explanation:
         """The explanation of an answer, in words."""
         return self.assess(text).explain()

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
 from itertools import groupby
 from operator import attrgetter
 
 from eai.acting.play import Episode, Play, read_episode
 from eai.envs.command import DONE, LOOK, is_look
 from eai.envs.game import Stage, manual
-from eai.errors import InputError, did_you_mean
+from eai.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
@@ -32,7 +33,8 @@ These cost nothing:
   {POSSIBLE} WORD    what is possible now and has WORD in it, or all of it; the record
             says that you asked"""
 
-_LINE = re.compile(r"\s*([\w-]+)\s*(.*?)\s*")
+_LINE = re.compile(r"\s*([\w-]+)\s*(?:(\(.*\))|([^()\[\]{}]*?))\s*")
+"""An action, and its objects with brackets around them or without."""
 
 
 def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str]]:
@@ -54,11 +56,12 @@ def begin(stage: Stage, seed: int, answer: str = "") -> tuple[Play, Sequence[str
     return play, told
 
 
-def words(play: Play) -> list[str]:
-    """The words that commands may be made of: actions, and the objects that have been seen."""
+def completions(play: Play, before: str) -> list[str]:
+    """The words that may follow on a line: actions first, then objects that have been seen."""
     stage, wording = play.game.stage, play.game.stage.benchmark.observed_wording()
-    names = [wording.object_name(stage.task, index) for index in sorted(play.game.known)]
-    return [*_operators(stage), *names]
+    if not before.strip():
+        return _operators(stage)
+    return [wording.object_name(stage.task, index) for index in sorted(play.game.known)]
 
 
 def enter(play: Play, line: str) -> str:
@@ -70,23 +73,24 @@ def enter(play: Play, line: str) -> str:
         return "\n".join(_possible(play, command.removeprefix(POSSIBLE).split())) or "Nothing like that."
     if command.casefold() == HELP:
         return f"{manual(stage.benchmark, stage.rules.feedback, stage.rules.view)}\n\n{stage.opening}"
-    known = words(play)
+    known = [*completions(play, ""), *completions(play, command)]
     told = play.look() if is_look(command, stage.domain) else play.act(command)
     if not told.startswith(f"Failed ({FaultKind.HALLUCINATION.value})"):
         return told
-    unknown = [word for word in re.findall(r"[^\s(),]+", command) if word not in known]
-    hints = filter(None, [did_you_mean(word, known) for word in unknown])
-    return "\n".join([told, *(f"({hint.removeprefix('; ')})" for hint in hints)])
+    by_case = {word.casefold(): word for word in known}
+    unknown = [word.casefold() for word in re.findall(r"[^\s(),]+", command) if word not in known]
+    near = [by_case[each] for word in unknown for each in get_close_matches(word, by_case, 1)]
+    return "\n".join([told, *(f"(did you mean {word}?)" for word in near)])
 
 
 def command_in(line: str, operators: Sequence[str]) -> str:
     """The command in a line: the operator as it is written, and brackets around its objects."""
     found = _LINE.fullmatch(line)
-    named = {each.casefold(): each for each in operators}
-    if found is None or found[1].casefold() not in named:
+    if found is None:
         return line.strip()
-    objects = found[2] if found[2].startswith("(") else f"({', '.join(found[2].replace(',', ' ').split())})"
-    return named[found[1].casefold()] + (objects if found[2] else "")
+    operator, brackets, words = found.groups()
+    operator = {each.casefold(): each for each in operators}.get(operator.casefold(), operator)
+    return operator + (brackets or (f"({', '.join(words.replace(',', ' ').split())})" if words else ""))
 
 
 def _operators(stage: Stage) -> list[str]:
@@ -100,4 +104,5 @@ def _possible(play: Play, parts: Sequence[str]) -> Iterator[str]:
         commands = [write(action).replace(", ", ",") for action in actions]
         chosen = [each for each in commands if all(part.casefold() in each.casefold() for part in parts)]
         if chosen:
-            yield f"{operator}: {' '.join(each.partition('(')[2].removesuffix(')') for each in chosen)}"
+            objects = " ".join([each.partition("(")[2].removesuffix(")") for each in chosen])
+            yield f"{operator}: {objects}".rstrip(": ")

@@ -74,6 +74,10 @@ class _ActingScorer(Scorer):
             known = self._stages[rules] = Stage(self.task, self.benchmark, rules)
         return known
 
+    def why_excluded(self) -> str | None:
+        """Why the task is not played, which takes no reference to say."""
+        return self.task.left_out
+
     def assess(self, text: str) -> Assessment:
         """The verdict on an episode; one that does not replay is excluded, and says where it differs."""
         if self.task.left_out is not None:

@@ -139,9 +139,9 @@ def _play_all(tasks: Mapping[str, Task], suite: Suite, setting: Setting, answers
 
 def _play(play: Play, keep: Callable[[str, float], None]) -> None:
     """Carry out what a person types, until the task is over or they stop."""
-    from eai.acting.person import enter, words
+    from eai.acting.person import completions, enter
 
-    _complete(partial(words, play))
+    _complete(partial(completions, play))
     while not play.game.over:
         since = time.monotonic()
         line = _line()
@@ -164,14 +164,19 @@ def _line() -> str | None:
     return line
 
 
-def _complete(words: Callable[[], Sequence[str]]) -> None:
-    """Let the tabulator complete words, where there is a terminal that can do so."""
+def _complete(words: Callable[[str], Sequence[str]]) -> None:
+    """Let the tabulator complete words, where there is a terminal that can do so.
+
+    Args:
+        words: those that may follow what is on the line already.
+    """
     if find_spec("readline") is None or not sys.stdin.isatty():
         return
     import readline
 
     def complete(text: str, number: int) -> str | None:
-        found = [word for word in words() if word.casefold().startswith(text.casefold())]
+        before = readline.get_line_buffer()[: readline.get_begidx()]
+        found = [word for word in words(before) if word.casefold().startswith(text.casefold())]
         return found[number] if number < len(found) else None
 
     readline.set_completer(complete)

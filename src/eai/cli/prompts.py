@@ -10,6 +10,7 @@ from typing import Annotated, TypeVar
 import typer
 
 from eai.abilities.verdict import Json
+from eai.acting.setting import ACTING
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite
@@ -81,6 +82,8 @@ def prompts(
             opened = Library(prompt_set, folder, source).open(benchmark, ability)
             chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
             content, system = prompt_file(chosen), system_file(chosen)
+            if out.suffix == PAGE and ability is ACTING:
+                raise InputError(f"--out {out}: a page cannot carry actions out; people act by eai play")
             if out.suffix == PAGE:
                 write_whole({out: form_html(benchmark, ability, chosen, source)})
                 made: Json = {"file": str(out), "questions": len(chosen)}

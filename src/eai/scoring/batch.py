@@ -157,9 +157,10 @@ class _Judge:
 
     def _missing(self, missing: _Missing) -> _Judged:
         """The record of a task without an answer."""
-        verdict = self.suite.unanswered(missing.task_id)
-        if self.allow_missing and verdict.excluded is None:
+        if self.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
             verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
+        else:
+            verdict = self.suite.unanswered(missing.task_id)
         return _Judged(verdict, self.suite.features(missing.task_id))
 
 
