@@ -23,6 +23,7 @@ EXAMPLES = frozenset(
         "cli/console.py",
         "cli/export.py",
         "cli/generate.py",
+        "cli/play.py",
         "cli/prompts.py",
         "cli/run.py",
         "cli/score.py",

@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.world.fault import FaultKind
 
 HARNESS, PROMPTED = "person", "person who asked what is possible"
-"""What acts, in records."""
+"""The names of people in records, as harnesses."""
 
 POSSIBLE, HELP = "?", "help"
 """The lines that are no commands."""
@@ -65,7 +65,7 @@ def completions(play: Play, before: str) -> list[str]:
 
 
 def enter(play: Play, line: str) -> str:
-    """What a person reads after a line: the observation, or what was asked for beside the game."""
+    """Carry a line out; returns the observation, or the answer to a question beside the game."""
     stage = play.game.stage
     command = command_in(line, _operators(stage))
     if command.startswith(POSSIBLE):
@@ -98,7 +98,7 @@ def _operators(stage: Stage) -> list[str]:
 
 
 def _possible(play: Play, parts: Sequence[str]) -> Iterator[str]:
-    """What is possible now, a line an operator; only what has all these parts in it."""
+    """The actions that are possible now, a line an operator; only those with all these parts in them."""
     write = play.game.stage.commands.write
     for operator, actions in groupby(play.game.admissible(), key=attrgetter("operator")):
         commands = [write(action).replace(", ", ",") for action in actions]

@@ -99,7 +99,7 @@ T = TypeVar("T")
 
 
 def drawn(asked: Mapping[str, T], tasks: str, sample: int | None, seed: int, of: str) -> dict[str, T]:
-    """What there is by task for the tasks that are named, or for so many of them.
+    """The values of the tasks that are named, or of so many of them.
 
     Raises:
         InputError: there is no such task.
