@@ -63,6 +63,8 @@ EXPERIMENTS = with_every_field(
     goals_from=st.just("a/b"),
     prompt_name=st.just("base"),
     scene=st.just("image"),
+    harness=st.just("react"),
+    effort=st.just("high"),
     preset=st.sampled_from((None, "eai-1.0.5")),
     feedback=st.sampled_from([each for each in Feedback if each is not Feedback.STATE]),
 )

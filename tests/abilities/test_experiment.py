@@ -44,11 +44,17 @@ from eai.world.slips import Notice, Until
             "pipeline+perception+replanning+prompts",
             "goals-m+scene-image+replans-1-restart-none+prompt-short+as-eai-1.0.5",
         ),
+        (Experiment(harness="react", effort="high"), "agent", "harness-react+effort-high"),
         (Experiment(), "", ""),
     ],
 )
 def test_names_and_labels(experiment: Experiment, name: str, label: str) -> None:
     assert (experiment.name, experiment.label) == (name, label)
+
+
+def test_a_run_that_differs_by_harness_and_effort_alone_is_plain() -> None:
+    assert Experiment(harness="react", effort="high").is_plain
+    assert not Experiment(harness="react", prompt_name="short").is_plain
 
 
 def test_what_is_out_of_range() -> None:

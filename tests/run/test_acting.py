@@ -121,7 +121,7 @@ def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
     assert done.status == 0, done.err
     run(tmp_path, "--model", "eai/oracle", "--with", "agent.harness=text")
     (by_text,) = read_records(
-        tmp_path / "virtualhome" / "acting" / "eai_oracle" / "prompt-harness-text" / "records.jsonl"
+        tmp_path / "virtualhome" / "acting" / "eai_oracle" / "harness-text" / "records.jsonl"
     )
     assert by_text.verdict.harness == "text"  # type: ignore[attr-defined]
 

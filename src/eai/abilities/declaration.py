@@ -208,6 +208,7 @@ class AbilityDeclaration(Generic[V]):
         yes_no: the metrics to which every answer contributes a yes or a no.
         of_run: the verdicts of one run as they count there.
         alike: whether two verdicts on tasks of one id are on the same task.
+        harness: what an answer was made in; None where it does not say so.
     """
 
     ability: Ability
@@ -225,6 +226,7 @@ class AbilityDeclaration(Generic[V]):
     yes_no: frozenset[str] = frozenset()
     of_run: Callable[[Sequence[V]], Sequence[V]] = field(default=one_by_one)
     alike: Callable[[V, V], bool] = field(default=always)
+    harness: Callable[[V], str | None] = field(default=lambda verdict: None)
 
     @property
     def has_plans(self) -> bool:

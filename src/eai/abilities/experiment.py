@@ -62,6 +62,8 @@ class Experiment:
         prompt_name: what the prompts are called among several ways to ask; None where they have no name.
         scene: how the questions show the scene: ``image``, ``both``, ``predicted-...``, ``noisy-...``, with
             what distinguishes these; None where they describe it as it is.
+        harness: what a model acts in; None where it answers a question, or that is not known.
+        effort: how much it is to reason; None for the provider's default.
 
     Raises:
         InputError: a number is out of its range, or no file could have the name.
@@ -79,16 +81,23 @@ class Experiment:
     preset: str | None = None
     prompt_name: str | None = None
     scene: str | None = None
+    harness: str | None = None
+    effort: str | None = None
 
     def __post_init__(self) -> None:
         Slips(self.slip)
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
-        for name in (self.prompt_name, self.scene):
+        for name in (self.prompt_name, self.scene, self.harness, self.effort):
             if name is not None:
                 file_name(name)
         if self.feedback is Feedback.STATE and self.world is World.RESTART:
             raise InputError("feedback of the state says nothing in a world that begins anew")
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether only its harness and effort set it apart, so that its run is ranked as others are."""
+        return self == Experiment(harness=self.harness, effort=self.effort)
 
     @property
     def acts(self) -> bool:
@@ -97,12 +106,13 @@ class Experiment:
 
     @property
     def name(self) -> str:
-        """Its kind: ``pipeline``, ``perception``, ``replanning``, ``prompts`` or several of them."""
+        """Its kind: ``pipeline``, ``perception``, ``replanning``, ``prompts``, ``agent`` or several."""
         kinds = {
             "pipeline": self.goals_from is not None,
             "perception": self.scene is not None,
             "replanning": self.acts,
             "prompts": self.prompt_name is not None,
+            "agent": self.harness is not None or self.effort is not None,
         }
         return SEPARATOR.join([kind for kind, is_part in kinds.items() if is_part])
 
@@ -130,4 +140,8 @@ class Experiment:
             parts.append(f"prompt-{file_name(self.prompt_name)}")
         if self.preset is not None:
             parts.append(f"as-{self.preset}")
+        if self.harness is not None:
+            parts.append(f"harness-{file_name(self.harness)}")
+        if self.effort is not None:
+            parts.append(f"effort-{self.effort}")
         return SEPARATOR.join(parts)

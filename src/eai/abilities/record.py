@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
@@ -245,9 +245,12 @@ class Record:
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)
 
-    def with_prompt_name(self, prompt_name: str) -> Record:
-        """The same record as one of a run whose prompts have this name."""
-        return replace(self, experiment=replace(self.experiment or Experiment(), prompt_name=prompt_name))
+    def varied(self, **choices: str | None) -> Record:
+        """The same record as one of a run with these fields of its `Experiment`; None changes nothing."""
+        chosen: dict[str, Any] = {name: choice for name, choice in choices.items() if choice is not None}
+        if not chosen:
+            return self
+        return replace(self, experiment=replace(self.experiment or Experiment(), **chosen))
 
     def without_explanations(self) -> Record:
         """The same record without words, also on its attempts."""

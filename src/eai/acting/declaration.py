@@ -205,4 +205,5 @@ ACTING = AbilityDeclaration(
     main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
     averaged=(),
     yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", "lost_for_good"}),
+    harness=lambda verdict: verdict.harness or None,
 )

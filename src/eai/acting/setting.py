@@ -41,8 +41,8 @@ class Setting(Options):
 
     @property
     def label(self) -> str:
-        """The choices that differ from the standard setting, as a name; empty where none does."""
-        chosen = self.model_dump(mode="json", exclude_defaults=True)
+        """The choices but that of a harness that differ from the standard setting; empty where none does."""
+        chosen = self.model_dump(mode="json", exclude_defaults=True, exclude={"harness"})
         return "-".join(f"{name}-{value}" for name, value in chosen.items())
 
 

@@ -17,7 +17,7 @@ from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.declaration import ActingVerdict
-from eai.acting.setting import ACTING
+from eai.acting.setting import ACTING, STANDARD
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say
 from eai.cli.progress import run_progress, scoring_progress
@@ -72,12 +72,13 @@ def obtain_and_score(
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
-    prompt_name = spec.prompts.name
+    prompt_name, harness, effort = spec.prompts.name, None, spec.generation.effort
     if suite.ability is ACTING:
         from eai.acting.play import in_setting
 
         asked, about = in_setting(spec.agent, asked, suite)
         prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
+        harness = None if spec.agent.harness is STANDARD.harness else spec.agent.harness.value
     job = Job(
         endpoint,
         asked,
@@ -96,8 +97,8 @@ def obtain_and_score(
         folder /= trials.experiment.label
     if believed is not None:
         folder /= believed.experiment.label
-    if prompt_name is not None:
-        folder /= Experiment(prompt_name=prompt_name).label
+    folder /= Experiment(prompt_name=prompt_name).label
+    folder /= Experiment(harness=harness, effort=effort).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder):
         answers = _obtain(order, job, title, folder)
@@ -108,6 +109,7 @@ def obtain_and_score(
             failures={**answers.failures, **lacking},
             believed=believed,
             prompt_name=prompt_name,
+            effort=effort,
         )
         with collecting_seldom():
             with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:

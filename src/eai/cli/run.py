@@ -30,7 +30,6 @@ from eai.cli.table import Result, print_results, suite_title
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.results.coverage import errata_effect
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
@@ -159,9 +158,7 @@ def run(
 def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
     suite = outcomes[0].suite
-    results = {
-        each.model: Result(each.rates, each.coverage, errata_effect(each.records)) for each in outcomes
-    }
+    results = {each.model: Result.of_rates(each.rates, each.records) for each in outcomes}
     print_results(_title(spec, suite), suite.ability, results, wide=wide)
 
 

@@ -240,7 +240,7 @@ def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bo
         believed = read_believed(share.goals, suite.benchmark, suite.ability, suite.source, answers.model)
         records = [believed.marked(record) for record in records]
     if share.prompt_name is not None:
-        records = [record.with_prompt_name(share.prompt_name) for record in records]
+        records = [record.varied(prompt_name=share.prompt_name) for record in records]
     return records
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rich.console import Console
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
@@ -20,23 +21,38 @@ from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
+_OF_AGENT = ("harness", "effort")
 PERCENT = Column("percent", digits=1, number=True)
 """A column of rates in percent."""
 
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One model in a table: its rates, how much of the suite they are of, and what errata did to them."""
+    """One model in a table.
+
+    Attributes:
+        rates: its rates.
+        coverage: how much of the suite they are of.
+        errata: what errata did to them.
+        agent: its harness and effort, by these names; empty where they are not known.
+    """
 
     rates: Mapping[str, Rate]
     coverage: Coverage
     errata: ErrataEffect | None = None
+    agent: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, records: Sequence[Record]) -> Result:
         """The result of all records of one model and suite."""
-        rates = summarise([record.verdict for record in records], records[0].ability)
-        return cls(rates, coverage_of(records), errata_effect(records))
+        return cls.of_rates(summarise([record.verdict for record in records], records[0].ability), records)
+
+    @classmethod
+    def of_rates(cls, rates: Mapping[str, Rate], records: Sequence[Record]) -> Result:
+        """The same where the rates are known."""
+        experiment = records[0].experiment or Experiment()
+        agent = {"harness": experiment.harness or "", "effort": experiment.effort or ""}
+        return cls(rates, coverage_of(records), errata_effect(records), agent)
 
 
 def suite_title(domain: str, ability: Ability, protocol: Protocol) -> str:
@@ -80,7 +96,8 @@ def print_rates(
     shown = [metric for metric in metrics if any(result.rates[metric].denominator for result in found)]
     if len(results) == 1:
         (model, result), *_ = results.items()
-        whole = f"{title}: {model}, {result.coverage} answered"
+        acting = "".join([f", {name} {value}" for name, value in result.agent.items() if value])
+        whole = f"{title}: {model}{acting}, {result.coverage} answered"
         rates = [result.rates[metric] for metric in shown]
         table = Table.of_columns(
             whole,
@@ -94,6 +111,7 @@ def print_rates(
         return
     columns: list[NamedCells] = [
         ("percent", list(results)),
+        *((name, values) for name in _OF_AGENT if any(values := [r.agent.get(name, "") for r in found])),
         (Column("answered", number=True), [str(result.coverage) for result in found]),
         *(
             (replace(PERCENT, heading=heading(metric)), [Estimate.of_rate(r.rates[metric]) for r in found])

@@ -178,7 +178,7 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
             for metric in declaration_of(key.ability).main:
                 numbers = [_percent(run.rates[metric].percent) for run in found]
                 suite = _suite(key.domain, key.ability)
-                rows.append([escaped(key.model), suite, answered, label_of(metric), *numbers])
+                rows.append([escaped(key.name), suite, answered, label_of(metric), *numbers])
     if rows:
         yield "## Both protocols\n"
         header = ["model", "suite", "answered", "metric", *(protocol.value for protocol in protocols)]
@@ -213,7 +213,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = [
         [
-            escaped(item.key.model),
+            escaped(item.key.name),
             _run_suite(item),
             *(str(item.breakdown.outcomes.get(kind, "")) for kind in kinds),
         ]
@@ -320,7 +320,7 @@ def _certainty_rows(item: RunSummary) -> Iterator[list[str]]:
         certainty = item.certainties.get(metric)
         if certainty is not None:
             yield [
-                escaped(item.key.model),
+                escaped(item.key.name),
                 _run_suite(item),
                 label_of(metric),
                 _percent(item.rates[metric].percent),

@@ -66,7 +66,7 @@ def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
         for metric in declaration_of(item.key.ability).main:
             percent = item.rates[metric].percent if metric in item.rates else None
             if percent is not None:
-                found.setdefault(item.key.model, {})[f"{item.key.ability.value}/{metric}"] = percent
+                found.setdefault(item.key.name, {})[f"{item.key.ability.value}/{metric}"] = percent
     return dict(sorted(found.items()))
 
 
@@ -118,7 +118,7 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
     answers = [sum(_count(item, kind) for kind in AnswerOutcome) for item in items]
-    labels = [f"{clipped(item.key.model)}  {number:,}" for item, number in zip(items, answers, strict=True)]
+    labels = [f"{clipped(item.key.name)}  {number:,}" for item, number in zip(items, answers, strict=True)]
     panel.set_yticks(range(len(items)), labels=labels)
     panel.text(-0.01, 1, "n", transform=panel.transAxes, fontsize=7.5, ha="right", va="bottom")
     panel.invert_yaxis()
@@ -146,14 +146,14 @@ _F1 = "F1 of clauses, percent"
 def draw_actions(runs: Sequence[RunSummary]) -> Figure | None:
     """The shares by action of each model, of one ability; None if they are not known."""
     label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
-    return _draw({item.key.model: item.breakdown.by_action for item in runs}, label)
+    return _draw({item.key.name: item.breakdown.by_action for item in runs}, label)
 
 
 def draw_predicates(runs: Sequence[RunSummary]) -> Figure | None:
     """The shares by predicate of each model, of one ability; None if they are not known."""
     found = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
     label = found.get(runs[0].key.ability, "percent of goals reached")
-    return _draw({item.key.model: item.breakdown.by_predicate for item in runs}, label)
+    return _draw({item.key.name: item.breakdown.by_predicate for item in runs}, label)
 
 
 def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None:
@@ -198,7 +198,7 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     """The runs of one ability, a panel a model; None if they have no plans."""
     from matplotlib.figure import Figure
 
-    flows = [(item.key.model, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
+    flows = [(item.key.name, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
     if not flows:
         return None
     columns = min(_FLOWS_PER_ROW, len(flows))

@@ -155,7 +155,7 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     for panel, (label, name_of_bin, series) in zip(grid, panels, strict=True):
         panel.set_xlabel(label)
-        _draw_panel(panel, name_of_bin, series, [clipped(item.key.model) for item in runs])
+        _draw_panel(panel, name_of_bin, series, [clipped(item.key.name) for item in runs])
     grid[0].set_ylabel("success in percent")
     handles, labels = grid[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=columns, frameon=False, fontsize=7)

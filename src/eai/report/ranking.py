@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from itertools import compress
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.table_specs import ColumnSpec, domain_title
@@ -74,6 +75,8 @@ class Row:
 
     Attributes:
         coverage: how much of its suites is answered; None of the paper's rows, which do not say.
+        harness: what the model acts in.
+        effort: how much it is to reason.
         notes: numbers of footnotes on the whole of it, from 1.
         rank: by the table's primary column and shared by equals; None if there is no number there, or if the
             row is not ranked for what it does not answer.
@@ -85,6 +88,8 @@ class Row:
     coverage: Coverage | None = None
     notes: tuple[int, ...] = ()
     rank: int | None = None
+    harness: str = ""
+    effort: str = ""
 
     @property
     def competes(self) -> bool:
@@ -92,11 +97,12 @@ class Row:
         return self.source is not RowSource.FLOOR and (self.coverage is None or self.coverage.ranked)
 
     def shown(self) -> tuple[TableCell, ...]:
-        """The cells that readers see: rank, model, how many of the tasks are answered, and its numbers."""
+        """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
         origin = "" if self.source is RowSource.RUN else self.source.value
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
         numbers = [cell.shown for cell in self.cells]
-        return (self.rank, Label(self.model, origin=origin, notes=self.notes), answered, *numbers)
+        model = Label(self.model, origin=origin, notes=self.notes)
+        return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
 Cells = Mapping[tuple["Ability | None", str], Cell]
@@ -161,12 +167,15 @@ class Ranking:
             Column(column.metric, column.label, column.group, _alone(column, groups), 1, True, notes)
             for column, notes in zip(self.columns, self.column_notes, strict=True)
         ]
+        named = {name for name in _OF_AGENT if any(getattr(row, name) for row in self.rows)}
+        headings = (*_BESIDE, *columns)
+        kept = [column.name not in _OF_AGENT or column.name in named for column in headings]
         return Table(
             self.name,
             self.title,
             self._caption(),
-            (*_BESIDE, *columns),
-            tuple([row.shown() for row in self.rows]),
+            tuple(compress(headings, kept)),
+            tuple([tuple(compress(row.shown(), kept)) for row in self.rows]),
             notes=self.notes,
         )
 
@@ -181,9 +190,14 @@ class Ranking:
 _BESIDE = (
     Column("rank", "#", number=True),
     Column("model", "Model", alone="model", number=False),
+    Column("harness", "Harness", alone="harness", number=False),
+    Column("effort", "Effort", alone="effort", number=False),
     Column("answered", "Answered", alone="answered", number=True),
 )
 """The columns before the numbers of a row."""
+
+_OF_AGENT = ("harness", "effort")
+"""Those of them that stand only where a row has something there."""
 
 
 def _alone(column: ColumnSpec, groups: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import Cell, Cells, Notes, Ranking, Row, RowSource, cell_of, ranked, with_best_marked
 from eai.report.run_summary import RunSummary
@@ -65,16 +66,16 @@ def run_rows(
     Args:
         columns: the columns.
         runs: the runs of one protocol and domain.
-        known: all numbers of each of their models.
+        known: all numbers of each of their models, by the names of runs.
         notes: where the footnotes go.
         with_paper: whether the paper's rows stand beside them, which another planner judged.
     """
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
-    for model, cells in known.items():
+    for name, cells in known.items():
         found = tuple(cell_of(cells, column) for column in columns)
         if any(cell.percent is not None for cell in found):
-            shown = [run for run in runs if run.key.model == model and run.key.ability in abilities]
+            shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
                 f"{ability_title(run.key.ability)}: {run.coverage.remark}"
                 for run in shown
@@ -84,21 +85,30 @@ def run_rows(
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             numbers = tuple(notes.number(remark) for remark in remarks)
+            model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
             source = RowSource.FLOOR if is_null_model(model) else RowSource.RUN
-            yield Row(model, source, found, together(run.coverage for run in shown), numbers)
+            yield Row(
+                model,
+                source,
+                found,
+                together(run.coverage for run in shown),
+                numbers,
+                harness=experiment.harness or "",
+                effort=experiment.effort or "",
+            )
 
 
 def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
-    """All numbers of each model of one protocol and domain, the average over abilities included."""
+    """All numbers of the runs of one protocol and domain by their names, with the average over abilities."""
     found: dict[str, dict[tuple[Ability | None, str], Cell]] = {}
     cases: dict[str, dict[tuple[Ability, str], Cases]] = {}
     for item in runs:
-        ability, model = item.key.ability, item.key.model
-        found.setdefault(model, {}).update(cells_of_run(item))
-        cases.setdefault(model, {}).update({(ability, name): each for name, each in item.cases.items()})
-    for model, cells in found.items():
-        average = _average(cells, cases[model])
-        covered = together(item.coverage for item in runs if item.key.model == model)
+        ability, run = item.key.ability, item.key.name
+        found.setdefault(run, {}).update(cells_of_run(item))
+        cases.setdefault(run, {}).update({(ability, name): each for name, each in item.cases.items()})
+    for run, cells in found.items():
+        average = _average(cells, cases[run])
+        covered = together(item.coverage for item in runs if item.key.name == run)
         cells[None, AVERAGE] = replace(average, coverage=covered)
     return dict(found)
 
@@ -296,7 +306,7 @@ def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
     """The table of one suite, or None if it has no experiment."""
-    models = {item.key.model for item in runs if item.key.experiment is not None}
+    models = {item.key.model for item in runs if not item.key.is_plain}
     shown = [item for item in runs if item.key.model in models]
     if not shown:
         return None
@@ -317,8 +327,8 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
 
 def _experiment_rows(spec: TableSpec, runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
     for item in runs:
-        for row in run_rows(spec.columns, [item], {item.key.model: cells_of_run(item)}, notes):
-            yield replace(row, model=item.key.name)
+        for row in run_rows(spec.columns, [item], {item.key.name: cells_of_run(item)}, notes):
+            yield replace(row, model=item.key.name, harness="", effort="")
 
 
 def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
@@ -367,5 +377,5 @@ def _rows_of_runs(columns: Sequence[ColumnSpec], runs: Sequence[RunSummary], not
     """A row for each run; a table without a rank has them in the order of their names."""
     for item in runs:
         if item.key.protocol.value == paper_setting().protocol:
-            cells = {item.key.model: cells_of_run(item)}
+            cells = {item.key.name: cells_of_run(item)}
             yield from run_rows(columns, [item], cells, notes, with_paper=True)

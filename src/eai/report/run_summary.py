@@ -51,7 +51,7 @@ class RunSummary:
 
 def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
     """Those of the runs that are no experiments: what is ranked and set beside the paper's tables."""
-    return [item for item in runs if item.key.experiment is None]
+    return [item for item in runs if item.key.is_plain]
 
 
 def summary_of(run: Run) -> RunSummary:

@@ -99,6 +99,11 @@ class Decoding(Options):
     structured: bool = option("Hold answers to the task's form and words, where a provider can.", False)
 
     @property
+    def effort(self) -> str | None:
+        """How much a model is to reason; None where that is the provider's choice."""
+        return None if self.reasoning_effort is None else self.reasoning_effort.value
+
+    @property
     def sampling(self) -> dict[str, int | float | str]:
         """The choices that only some providers know, of those that are made, by their names in Inspect."""
         chosen = {"top_p", "seed", "reasoning_effort", "reasoning_tokens"}

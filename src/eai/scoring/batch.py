@@ -219,7 +219,15 @@ def score_run(
         found.append(record)
         if progressed is not None:
             progressed(len(found))
-    return found
+    return _with_harness(suite.ability, found)
+
+
+def _with_harness(ability: Ability, records: list[Record]) -> list[Record]:
+    """The records of a run with the harness that answers name; tasks without an answer have the first."""
+    harness_of = declaration_of(ability).harness
+    harnesses = [harness_of(record.verdict) for record in records]
+    first = next(filter(None, harnesses), None)
+    return [record.varied(harness=own or first) for record, own in zip(records, harnesses, strict=True)]
 
 
 def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged) -> Record:

@@ -120,6 +120,7 @@ class Obtained:
         believed: what the questions stated in the place of the facts: goals in a pipeline, perceived scenes;
             ``failures`` has the tasks without any.
         prompt_name: what the prompts are called; None if they have no name.
+        effort: how much the model was to reason; None for the provider's default.
         log: Inspect's log of all answers, those included that were in the journal before.
     """
 
@@ -133,6 +134,7 @@ class Obtained:
     tried: Mapping[Place, Tried] = field(default_factory=dict)
     believed: Believed | None = None
     prompt_name: str | None = None
+    effort: str | None = None
     log: Path = Path()
 
 
@@ -253,8 +255,8 @@ def _write(
     else:
         records = _tried(obtained, obtained.trials, answers, why, settings)
         _write_attempts(folder, obtained.name, records)
-    if obtained.prompt_name is not None:
-        records = [record.with_prompt_name(obtained.prompt_name) for record in records]
+    choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
+    records = [record.varied(**choices) for record in records]
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,

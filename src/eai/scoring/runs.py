@@ -34,6 +34,11 @@ class RunKey(NamedTuple):
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
+    def is_plain(self) -> bool:
+        """Whether it is ranked: it is no experiment but one of a harness or an effort."""
+        return self.experiment is None or self.experiment.is_plain
+
+    @property
     def order(self) -> tuple[int, int, str, int, str, str]:
         """The key that runs are sorted by; unknown domains come last."""
         known = registered()

@@ -66,7 +66,7 @@ def rewarded(
     ``left_out`` counts the records that are not used, by the reason.
     """
     for record in records:
-        if record.experiment is not None:
+        if record.experiment is not None and not record.experiment.is_plain:
             left_out[LeftOut.EXPERIMENT] += 1
             continue
         worth = None if record.unanswered is not None else reward(record.task_id, record.response)
