@@ -84,7 +84,7 @@ EQUIVALENT: dict[str, str] = {
     '"8+": (8, 10**6)}`': "no question is about so many actions",
     "questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a balance is a multiple of "
     "four, and so is the square",
-    "questions/setting.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run "
+    "abilities/rules.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run "
     "if isinstance(each, Add | Delete)]`": "a run is of one type, and the condition says so to the type "
     "checker",
 }

@@ -464,7 +464,7 @@ def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:
 
 def test_the_manual_names_every_action_and_predicate() -> None:
     manual = make(SWITCHES).manual
-    for words in ("at(x, y)", "lit(x)", "GO(x)", "not yet possible while: the robot is not beside x"):
+    for words in ("at(x, y)", "lit(x)", "GO(x)", "requires: is_a(x, lamp); beside(x)"):
         assert words in manual
 
 

@@ -36,6 +36,7 @@ def toy_questions() -> Questions:
     return Questions(
         Ability.ACTION_SEQUENCING,
         Wording.of(toy.DOMAIN),
+        "a robot",
         {"1": light, "2": carry},
         "The answer is a list of actions with their arguments.",
         answers.__getitem__,

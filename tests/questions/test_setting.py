@@ -9,13 +9,13 @@ from dataclasses import replace
 import pytest
 
 import eai.world as w
+from eai.abilities.rules import Rules
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.planning.planner import Planner
 from eai.questions import setting as settings
 from eai.questions.setting import (
-    Rules,
     Setting,
     exhaust,
     listed,

@@ -9,12 +9,13 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.rules import Rules
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.planning.planner import Planner
 from eai.questions.question import Form, Kind, Question
-from eai.questions.setting import Item, Rules, open_setting, with_counterparts
+from eai.questions.setting import Item, open_setting, with_counterparts
 from eai.questions.shortcuts import (
     Ledger,
     Posed,

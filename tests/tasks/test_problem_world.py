@@ -24,7 +24,7 @@ from eai.world.fault import FaultKind
 from eai.world.history import Past
 
 FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
-NAMES = ("blocksworld", "logistics", "gripper", "library")
+NAMES = sorted(path.name for path in FOLDER.iterdir())
 PROBLEMS = [
     (path.parent.name, path.stem) for path in sorted(FOLDER.glob("*/*.pddl")) if path.stem != "domain"
 ]

@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import product
 
 import pytest
 from hypothesis import given, settings
@@ -48,19 +48,20 @@ def states(draw: st.DrawFn) -> State:
 
 
 @settings(deadline=None)
-@given(states(), st.lists(indices, unique=True), st.sampled_from(PREDICATES))
-def test_all_facts_about_different_objects_are_listed_by_their_order(
-    state: State, objects: list[int], predicate: str
+@given(states(), st.lists(indices, unique=True), st.sampled_from(PREDICATES), st.booleans())
+def test_all_facts_about_objects_are_listed_by_their_order(
+    state: State, objects: list[int], predicate: str, repeated: bool
 ) -> None:
     domain, arity = Domain("listed", VOCABULARY, ()), VOCABULARY.arity(predicate) or 0
     names = ("x", "y", "z")[:arity]
     atom = Atom(predicate, tuple(Variable(name) for name in names))
     holding = [
         Fact(predicate, arguments)
-        for arguments in permutations(objects, arity)
+        for arguments in product(objects, repeat=arity)
+        if repeated or len({*arguments}) == arity
         if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
     ]
-    assert listing(VOCABULARY, predicate).facts(state, objects) == holding
+    assert listing(VOCABULARY, predicate, repeated=repeated).facts(state, objects) == holding
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from eai.abilities.reports import formula_text
+from eai.abilities.rules import Rules, how_to_read
 from eai.abilities.task import Task
 from eai.logic.rewriting import rename_objects
 from eai.world.domain import Domain
@@ -15,7 +16,7 @@ from eai.world.fault import FaultKind
 from eai.world.listing import Listing, listing
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact
-from eai.world.vocabulary import Predicate
+from eai.world.vocabulary import Predicate, parameters
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
 """The name of an object of a task in a prompt."""
@@ -43,6 +44,9 @@ class Wording:
         written_as: how answers name a predicate, where it is not its declared name.
         object_name: what objects are called.
         conventions: what nobody can know of a task's world and is told; None if there is nothing.
+        static: further predicates that states are told with, which no action changes.
+        rules: what actions require and change, to be told exactly; None where the reasons are told for which
+            they fail.
     """
 
     domain: Domain
@@ -50,40 +54,55 @@ class Wording:
     written_as: Mapping[str, str] = field(default_factory=dict)
     object_name: ObjectName = declared_name
     conventions: Callable[[Task], str] | None = None
+    static: tuple[str, ...] = ()
+    rules: Rules | None = None
 
     @staticmethod
     def of(domain: Domain) -> Wording:
-        """The wording of any domain: every visible predicate that actions can change, every declared name."""
-        changeable = [p.name for p in domain.vocabulary.predicates if p.visible and not p.static]
-        return Wording(domain, tuple(changeable))
+        """The wording of any domain: every visible predicate, every declared name, every rule."""
+        said = [p for p in domain.vocabulary.predicates if p.visible and not is_property(p)]
+        changeable = tuple([p.name for p in said if not p.static])
+        static = tuple([p.name for p in said if p.static])
+        return Wording(domain, changeable, static=static, rules=Rules(domain))
 
     def vocabulary(self) -> str:
         """The predicates that can be said of objects, one with its parameters a line."""
         return _lines(
-            f"{self._name(name)}({', '.join('xyz'[: self._arity(name)])})" for name in self.predicates
+            f"{self._name(name)}({', '.join(parameters(self._arity(name)))})"
+            for name in (*self.predicates, *self.static)
         )
 
     def operators(self) -> str:
-        """The actions with their parameters, and what each of their checks means in words."""
-        return _lines(map(self.operator, self.domain.operators))
+        """The actions with their parameters, and the rules of each, or what its checks mean in words."""
+        listed = _lines(map(self.operator, self.domain.operators))
+        if self.rules is None:
+            return listed
+        rules = "\n".join([listed, *self.rules.definitions()])
+        return f"{how_to_read(rules)}\n{rules}"
 
     def contents_of(self, each: str) -> str:
         """The heading above `operators`: what it tells of each action."""
-        return f"the reasons for which {each} can fail"
+        if self.rules is None:
+            return f"the reasons for which {each} can fail"
+        return f"what {each} requires and changes"
 
     def operator(self, operator: Operator) -> str:
         """One of them."""
-        return _operator_text(operator)
+        exact = None if self.rules is None else self.rules.brief(operator)
+        return exact or _operator_text(operator)
 
     def objects(self, task: Task) -> str:
         """The objects of a task with their properties, each once, and what conventions there are."""
         listed = _lines(dict.fromkeys([self.object(task, index) for index in subjects(task)]))
         known = self.conventions(task) if self.conventions is not None else ""
+        agent = task.scene.agent
+        if self.rules is not None and agent is not None:
+            known = f"The agent is {self.object_name(task, agent)}."
         return f"{listed}\n\n{known}" if known else listed
 
     def object(self, task: Task, index: int) -> str:
         """An object with its kind and its properties."""
-        properties = [p for p in self.domain.vocabulary.predicates if _is_property(p)]
+        properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
         category = task.scene.objects[index].category
         return f"{self.object_name(task, index)} [{category}]: {', '.join(having) or '-'}"
@@ -91,13 +110,23 @@ class Wording:
     def initial(self, task: Task) -> str:
         """The facts about a task's objects at the start."""
         about = subjects(task)
-        facts = [fact for each in self.listings for fact in each.facts(task.initial, about)]
+        facts = [fact for each in self.told for fact in each.facts(task.initial, about)]
         return _lines(dict.fromkeys([self.fact(task, fact) for fact in facts]))
 
     @cached_property
     def listings(self) -> tuple[Listing, ...]:
-        """The listing of the facts of each predicate, in order."""
-        return tuple([listing(self.domain.vocabulary, name) for name in self.predicates])
+        """The listing of the facts of each predicate that goals are made of, in order."""
+        return self._listings(self.predicates)
+
+    @cached_property
+    def told(self) -> tuple[Listing, ...]:
+        """The listing of the facts of each predicate that states are told with."""
+        return (*self.listings, *self._listings(self.static))
+
+    def _listings(self, names: Iterable[str]) -> tuple[Listing, ...]:
+        """Where rules are told exactly, they are about one object that stands in two places, too."""
+        repeated = self.rules is not None
+        return tuple([listing(self.domain.vocabulary, name, repeated=repeated) for name in names])
 
     def fact(self, task: Task, fact: Fact) -> str:
         """A fact about objects of a task."""
@@ -137,8 +166,9 @@ def _operator_text(operator: Operator) -> str:
     return "\n".join(lines)
 
 
-def _is_property(predicate: Predicate) -> bool:
-    return predicate.visible and predicate.static and predicate.arity == 1
+def is_property(predicate: Predicate | None) -> bool:
+    """Whether a predicate says of one object what never changes."""
+    return predicate is not None and predicate.static and predicate.arity == 1
 
 
 def _lines(texts: Iterable[str]) -> str:

@@ -122,6 +122,7 @@ class Benchmark:
         open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
         open_pddl: opens what problems of the data set's own planning domain may speak of, if it has one.
         english: how its tasks are put into English, and what nobody would ask for; by default made of names.
+        role: who carries out what is asked for, as in ``a household robot``.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
         reference: what `eai.benchmark.registry.find_benchmark` finds it by; empty if by nothing.
     """
@@ -151,6 +152,7 @@ class Benchmark:
     open_bddl: OpenWorld | None = None
     open_pddl: OpenWorld | None = None
     english: English = PLAIN
+    role: str = "an agent"
     planner_seconds: int = 100
     reference: str = ""
 

@@ -22,14 +22,15 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, Subgoal
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
-from eai.abilities.wording import Wording
+from eai.abilities.wording import Wording, is_property
 from eai.benchmark.benchmark import Benchmark
 from eai.english.english import PLAIN, English
-from eai.english.exact_text import ExactText, is_property
+from eai.english.exact_text import ExactText
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 from eai.world.operator import Operator
 from eai.world.state import Scene
+from eai.world.vocabulary import parameters
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
 _NUMBERED = re.compile(r"(.+?)([._]\d+)")
@@ -73,7 +74,8 @@ class _Cipher:
     def of(benchmark: Benchmark, tasks: Iterable[Task]) -> _Cipher:
         """The cipher of a benchmark: the same on every machine."""
         uses: dict[str, dict[str, object]] = {}
-        for name in benchmark.wording(Ability.ACTION_SEQUENCING).predicates:
+        wording = benchmark.wording(Ability.ACTION_SEQUENCING)
+        for name in (*wording.predicates, *wording.static):
             uses.setdefault(name, {})["predicate"] = benchmark.domain.vocabulary.arity(name)
         for operator in benchmark.domain.operators:
             uses.setdefault(operator.name, {})["operator"] = operator.arity
@@ -137,7 +139,10 @@ class _TwinWording(Wording):
         return self._exact.spoken_of(self.predicates, self.domain.operators)
 
     def vocabulary(self) -> str:
-        atoms = [f.Atom(name, tuple(map(f.Variable, "xy"[: self._arity(name)]))) for name in self.predicates]
+        atoms = [
+            f.Atom(name, tuple(map(f.Variable, parameters(self._arity(name)))))
+            for name in (*self.predicates, *self.static)
+        ]
         lines = self.cipher.encode(super().vocabulary()).splitlines()
         meanings = [f"{line}: {self._exact.condition(atom)}" for line, atom in zip(lines, atoms, strict=True)]
         return "\n".join([*meanings, *(f"- {each}" for each in self._exact.definitions(self._spoken_of))])
@@ -234,6 +239,7 @@ def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Ben
             plain.predicates,
             plain.written_as,
             plain.object_name,
+            static=plain.static,
             cipher=cipher,
             english=benchmark.english,
         )

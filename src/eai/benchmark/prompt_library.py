@@ -22,7 +22,7 @@ from eai.benchmark.registry import registered
 from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
-from eai.prompts.own import Questions, operator_prompts, render, render_task
+from eai.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
 from eai.tasks.source import Source, TaskSet
@@ -156,14 +156,15 @@ class Library:
         """The wording from which our prompts are rendered."""
         templates = Templates(self.folder)
         name = f"formats/{benchmark.name}_{ability.value}.txt"
-        book = open_answer_book(benchmark, ability, self.source)
+        book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
         return Questions(
             ability,
-            benchmark.wording(ability),
+            wording,
+            benchmark.role,
             benchmark.tasks_for(ability, self.source),
             templates.own(name)
             or benchmark.formats.get(ability)
-            or templates.text(f"formats/{ability.value}.txt"),
+            or templates.fill(f"formats/{ability.value}.txt", samples(wording)),
             lambda task_id: book.gold(task_id).text,
             beliefs,
         )

@@ -9,14 +9,15 @@ from itertools import chain
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
+from eai.abilities.wording import is_property
 from eai.english.english import English, sentences_of, turned
 from eai.errors import InputError
 from eai.logic.traversal import walk
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, Try
-from eai.world.vocabulary import Predicate, Vocabulary
+from eai.world.operator import Operator, conditions_of
+from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True)
@@ -35,7 +36,7 @@ class ExactText:
 
     def needs(self, operator: Operator) -> str:
         """Return the conditions of an action; of several tries what one of them needs."""
-        tried = [f.And(_conditions_of_try(each)) for each in operator.tries]
+        tried = [f.And(each.conditions) for each in operator.tries]
         none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
         asked = [check.condition for check in operator.checks]
         if tried:
@@ -44,7 +45,7 @@ class ExactText:
 
     def does(self, operator: Operator) -> str:
         """Return the effects of an action; ``nothing changes`` if it has no effect."""
-        tried = [When(f.And(_conditions_of_try(each)), each.effects) for each in operator.tries]
+        tried = [When(f.And(each.conditions), each.effects) for each in operator.tries]
         return "; ".join(self._all((*tried, *operator.effects))) or "nothing changes"
 
     def _all(self, effects: Sequence[Effect]) -> Iterator[str]:
@@ -150,34 +151,6 @@ class ExactText:
         if is_property(self.vocabulary.stored(predicate)):
             return f"{{x}} has the property {self.word(predicate)}"
         return sentences_of(predicate, self.vocabulary.arity(predicate) or 0, self.english)[0]
-
-
-def is_property(predicate: Predicate | None) -> bool:
-    """Whether a predicate says of one object what never changes."""
-    return predicate is not None and predicate.static and predicate.arity == 1
-
-
-def conditions_of(operator: Operator) -> Iterator[f.Formula]:
-    """All conditions of an operator."""
-    yield from (check.condition for check in operator.checks)
-    yield from _conditions(operator.effects)
-    for each in operator.tries:
-        yield from _conditions_of_try(each)
-        yield from _conditions(each.effects)
-
-
-def _conditions_of_try(tried: Try) -> tuple[f.Formula, ...]:
-    """All that must be so where something is tried."""
-    return (tried.condition, *(check.condition for check in tried.checks))
-
-
-def _conditions(effects: Iterable[Effect]) -> Iterator[f.Formula]:
-    for effect in effects:
-        if isinstance(effect, When | ForEach | Let):
-            yield effect.condition
-            yield from _conditions(effect.effects)
-        if isinstance(effect, When):
-            yield from _conditions(effect.otherwise)
 
 
 def _predicates(formula: f.Formula) -> list[str]:

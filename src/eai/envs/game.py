@@ -22,6 +22,7 @@ from eai.envs.command import DONE, Commands, is_look
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
+from eai.prompts.own import explanations
 from eai.prompts.template import Templates
 from eai.scoring.reward import Merit, merit_of_actions, metrics_of, suite_of
 from eai.tasks.source import TaskReference
@@ -102,7 +103,7 @@ class _View:
         self._mask = mask_of(self.subjects)
         self._objects: dict[int, str] = {}
         sight = self._sight(task.initial)
-        shown = [self._state(self._facts(each, task.initial, sight)) for each in wording.listings]
+        shown = [self._state(self._facts(each, task.initial, sight)) for each in wording.told]
         self.first = _Look(task.initial, sight, shown)
 
     def objects(self, chosen: Collection[int]) -> str:
@@ -130,7 +131,7 @@ class _View:
             before
             if sight == look.sight and changed.isdisjoint(listing.sources)
             else self._state(self._facts(listing, state, sight))
-            for listing, before in zip(self._wording.listings, look.shown, strict=True)
+            for listing, before in zip(self._wording.told, look.shown, strict=True)
         ]
         return _Look(state, sight, shown)
 
@@ -150,7 +151,7 @@ class _View:
         added: list[Fact] = []
         removed: list[Fact] = []
         changed = _changed(before.state, after.state)
-        for listing, old, new in zip(self._wording.listings, before.shown, after.shown, strict=True):
+        for listing, old, new in zip(self._wording.told, before.shown, after.shown, strict=True):
             if changed.isdisjoint(listing.sources):
                 continue
             if before.sight == after.sight:
@@ -289,8 +290,7 @@ class Stage:
 def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     """Return the first observation of a task."""
     parts = [f"{task.title}\n{task.instruction}", f"Goals:\n{wording.goals(task)}"]
-    if any(goal.is_over_time for goal in task.goals):
-        parts.append(Templates().text("over_time.txt"))
+    parts += explanations("environment", [task], Templates())
     known = "" if wording.conventions is None else wording.conventions(task)
     parts += [known] if known else []
     agent = task.scene.agent

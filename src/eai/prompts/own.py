@@ -7,22 +7,27 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from string import Template
 from typing import TypeAlias
 
+import eai.logic.formula as f
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
+from eai.logic.traversal import walk
 from eai.pddl.model import PddlDomain
 from eai.pddl.writer import write_domain
 from eai.prompts.prompt import TOLD, Belief, Prompt
 from eai.prompts.template import Templates
+from eai.world.vocabulary import parameters
 
 MOST_TYPES = 300
 """How many types a domain may have for all of them to be shown."""
+
+_QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
 _WORD = re.compile(r"[^\s()]+")
 
@@ -37,6 +42,7 @@ class Questions:
     Attributes:
         ability: the ability; transition modeling is rendered by `operator_prompts`.
         wording: the words of the declaration.
+        role: who carries out what is asked for, as in ``a household robot``.
         tasks: the tasks by id.
         answer_format: how an answer is written.
         example: a good answer to each task.
@@ -46,6 +52,7 @@ class Questions:
 
     ability: Ability
     wording: Wording
+    role: str
     tasks: Mapping[str, Task]
     answer_format: str
     example: Example
@@ -56,28 +63,37 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     """The prompt of every task, by id. Each shows as example the first task that has another title."""
     name, wording = questions.ability.value, questions.wording
     shared = {
+        "role": questions.role,
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
         "of_each": wording.contents_of("each"),
-        "of_each_action": wording.contents_of("each action"),
         "format": questions.answer_format,
     }
     texts = {task_id: _question(name, wording, task, templates) for task_id, task in questions.tasks.items()}
     examples = {
         title: _example_for(title, questions) for title in {t.title for t in questions.tasks.values()}
     }
+    tells_goals = "$explained" in templates.text(f"{name}.txt")
     prompts = {}
     for task_id, task in questions.tasks.items():
         believed = questions.beliefs.get(task_id)
-        asked = texts[task_id]
+        asked, about = texts[task_id], [task]
         if believed is not None:
+            about = [believed.task]
             asked = _question(name, wording, believed.task, templates, believed.initial)
         other = examples[task.title]
         example = ""
         if other is not None:
+            about.append(questions.tasks[other])
             answer = questions.example(other)
             example = templates.fill("example.txt", {"task": texts[other], "answer": answer})
-        values = {**shared, "example": example, "task": asked}
+        explained = explanations(name, about, templates) if tells_goals else []
+        values = {
+            **shared,
+            "explained": "".join([f"\n\n{each}" for each in explained]),
+            "example": example,
+            "task": asked,
+        }
         images = () if believed is None else believed.images
         prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=images)
     return prompts
@@ -95,17 +111,53 @@ def _example_for(title: str, questions: Questions) -> str | None:
 
 
 def _question(name: str, wording: Wording, task: Task, templates: Templates, initial: str = TOLD) -> str:
-    goals = wording.goals(task)
-    if any(goal.is_over_time for goal in task.goals):
-        goals += f"\n\n{templates.text('over_time.txt')}"
     values = {
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
         "initial": Template(initial).safe_substitute(initial=wording.initial(task)),
-        "goals": goals,
+        "goals": wording.goals(task),
     }
     return templates.fill(f"{name}_task.txt", values)
+
+
+def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:
+    """The meanings of what goals of some tasks are made of: actions, quantifiers, courses.
+
+    Args:
+        name: of the template that tells of goals on actions, mostly an ability.
+        tasks: the tasks.
+        templates: the templates.
+    """
+    goals = [goal for task in tasks for goal in task.goals]
+    forms = {type(part) for goal in goals for part in walk(goal.formula)}
+    used = {
+        name: any(goal.kind is GoalKind.ACTION for goal in goals),
+        **{word: form in forms for form, word in _QUANTIFIERS.items()},
+        "over_time": any(goal.is_over_time for goal in goals),
+    }
+    return [templates.text(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
+
+
+def samples(wording: Wording) -> Mapping[str, str]:
+    """Examples for formats of answers: predicates and actions of the domain, with their parameters."""
+    arity = wording.domain.vocabulary.arity
+    names = {name: wording.written_as.get(name, name) for name in wording.predicates}
+    said = [(written, *parameters(arity(name) or 0)) for name, written in names.items()]
+    said = said or [("predicate", "x")]
+    state = min(said, key=lambda each: abs(len(each) - 2))
+    relation = min(said, key=lambda each: (len(each) < 3, len(each)))
+    actions = sorted(wording.domain.operators, key=lambda each: (each.arity == 0, each.arity))
+    few = dict.fromkeys([*actions[:1], *actions[-1:]])
+    steps = [{"action": o.name, "object": ", ".join([p.name for p in o.parameters])} for o in few]
+    return {
+        "steps": json.dumps(steps),
+        "state": json.dumps(state),
+        "relation": json.dumps(relation),
+        "action": json.dumps(actions[0].name if actions else "action"),
+        "first": f"{state[0]}({', '.join(state[1:])})",
+        "second": f"{relation[0]}({', '.join(relation[1:])})",
+    }
 
 
 def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:

@@ -10,6 +10,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
+from eai.abilities.rules import Rules
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
@@ -25,7 +26,7 @@ from eai.questions.plans import (
     validation,
 )
 from eai.questions.question import Accept, Form, Kind, Question
-from eai.questions.setting import Item, Maker, Rules, Setting, listed, open_setting
+from eai.questions.setting import Item, Maker, Setting, listed, open_setting
 from eai.questions.shortcuts import LETTERS, Ledger, Posed, pose
 from eai.tasks.source import Source
 

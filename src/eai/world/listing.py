@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import permutations
+from itertools import permutations, product
 from typing import TypeAlias
 
 from eai.errors import DomainError
@@ -17,8 +17,9 @@ from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
 _Objects: TypeAlias = Sequence[int]
+_Tuples: TypeAlias = Callable[[_Objects], Iterable[tuple[int, ...]]]
 _Holding: TypeAlias = Callable[[State, _Objects], Iterator[tuple[int, ...]]]
-"""The tuples of different objects, out of some, that make a predicate true, in the order of these."""
+"""The tuples of objects, out of some, that make a predicate true, in the order of these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,23 +36,28 @@ class Listing:
     _holding: _Holding
 
     def facts(self, state: State, objects: Sequence[int]) -> list[Fact]:
-        """The facts about different objects of these, by their order: first arguments first."""
+        """The facts about these objects, by their order: first arguments first."""
         return [Fact(self.predicate, arguments) for arguments in self._holding(state, objects)]
 
 
-def listing(vocabulary: Vocabulary, predicate: str) -> Listing:
+def listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> Listing:
     """The listing of a predicate.
+
+    Args:
+        vocabulary: that declares it.
+        predicate: its name.
+        repeated: whether facts in which an object stands twice are listed, too.
 
     Raises:
         DomainError: it is not declared.
     """
     sources = tuple(stored_sources((predicate,), vocabulary))
-    return Listing(predicate, sources, _holding(vocabulary, predicate))
+    return Listing(predicate, sources, _holding(vocabulary, predicate, repeated))
 
 
-def _holding(vocabulary: Vocabulary, predicate: str) -> _Holding:
+def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding:
     if vocabulary.stored(predicate) is not None and vocabulary.arity(predicate) == 2:
-        return partial(_related, predicate)
+        return partial(_related, predicate, repeated)
     declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
@@ -60,34 +66,38 @@ def _holding(vocabulary: Vocabulary, predicate: str) -> _Holding:
     conditions = Conditions(vocabulary, frame)
     if declared.arity == 2:
         values = conditions.extension(declared(*variables), frame.scope["x1"], frame.scope)
-        return partial(_paired, values, frame)
-    return partial(_true, conditions.truth(declared(*variables)), frame, declared.arity)
+        return partial(_paired, values, frame, repeated)
+    tuples = partial(product, repeat=declared.arity) if repeated else partial(permutations, r=declared.arity)
+    return partial(_true, conditions.truth(declared(*variables)), frame, tuples)
 
 
-def _related(predicate: str, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+def _related(predicate: str, repeated: bool, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
     """Pairs of a stored relation."""
     relation, among = state.relation(predicate), _mask(objects)
     for x in objects:
         if relation.sources >> x & 1:
-            yield from _pairs(x, relation.row(x) & among, objects)
+            yield from _pairs(x, relation.row(x) & among, objects, repeated)
 
 
-def _paired(values: Extension, frame: Frame, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+def _paired(
+    values: Extension, frame: Frame, repeated: bool, state: State, objects: _Objects
+) -> Iterator[tuple[int, ...]]:
     """Pairs of a derived relation."""
     among = _mask(objects)
     for x in objects:
-        yield from _pairs(x, values(state, frame.bind(state.scene, (x, UNBOUND)), among), objects)
+        row = values(state, frame.bind(state.scene, (x, UNBOUND)), among)
+        yield from _pairs(x, row, objects, repeated)
 
 
-def _pairs(x: int, row: int, objects: _Objects) -> Iterator[tuple[int, ...]]:
-    return ((x, y) for y in objects if row >> y & 1 and y != x) if row else iter(())
+def _pairs(x: int, row: int, objects: _Objects, repeated: bool) -> Iterator[tuple[int, ...]]:
+    return ((x, y) for y in objects if row >> y & 1 and (repeated or y != x)) if row else iter(())
 
 
 def _true(
-    truth: Truth, frame: Frame, arity: int, state: State, objects: _Objects
+    truth: Truth, frame: Frame, tuples: _Tuples, state: State, objects: _Objects
 ) -> Iterator[tuple[int, ...]]:
     """Tuples of any length, one by one."""
-    for arguments in permutations(objects, arity):
+    for arguments in tuples(objects):
         if truth(state, frame.bind(state.scene, arguments)):
             yield arguments
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
 from eai.logic.formula import Exists, Formula, Variable
-from eai.world.effect import Effect
+from eai.world.effect import Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
 
 _PARAMETER = re.compile(r"{(\w+)}")
@@ -81,6 +82,11 @@ class Try:
     checks: tuple[Check, ...]
     effects: tuple[Effect, ...]
 
+    @property
+    def conditions(self) -> tuple[Formula, ...]:
+        """All that must hold where something is tried."""
+        return (self.condition, *(check.condition for check in self.checks))
+
 
 class Role(str, Enum):
     """The purpose of an operator, as far as carrying out a subgoal is concerned.
@@ -122,6 +128,24 @@ class Operator:
     def arity(self) -> int:
         """The number of arguments."""
         return len(self.parameters)
+
+
+def conditions_of(operator: Operator) -> Iterator[Formula]:
+    """All conditions of an operator."""
+    yield from (check.condition for check in operator.checks)
+    yield from _conditions(operator.effects)
+    for each in operator.tries:
+        yield from each.conditions
+        yield from _conditions(each.effects)
+
+
+def _conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
+    for effect in effects:
+        if isinstance(effect, When | ForEach | Let):
+            yield effect.condition
+            yield from _conditions(effect.effects)
+        if isinstance(effect, When):
+            yield from _conditions(effect.otherwise)
 
 
 _PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSING_STEP)

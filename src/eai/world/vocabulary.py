@@ -103,6 +103,11 @@ class Vocabulary:
         return None if found is None else found.arity
 
 
+def parameters(arity: int) -> tuple[str, ...]:
+    """Names of so many parameters: x, y and z; numbered where there are more."""
+    return tuple("xyz"[:arity]) if arity <= len("xyz") else tuple([f"x{i}" for i in range(1, arity + 1)])
+
+
 def atom(name: str, arity: int, terms: Sequence[Term]) -> Atom:
     """The atom of a predicate with these terms.
 

@@ -75,4 +75,6 @@ def test_a_prompt_tells_the_perceived_scene() -> None:
         "cup_1 [cup]: -",
         "lamp_2 [lamp]: can_light",
         "lamp_7 [lamp]: can_light",
+        "",
+        "The agent is robot.",
     ]

@@ -192,5 +192,6 @@ def behavior() -> Benchmark:
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         english=english_of("eai.households.behavior"),
+        role="a household robot",
         planner_seconds=200,
     )

@@ -62,6 +62,7 @@ def behavior_1k() -> Benchmark:
         wordings=_with_conventions,
         also_observed=("held", "robot_on"),
         english=_english(),
+        role="a household robot",
         planner_seconds=200,
     )
 

@@ -217,10 +217,10 @@ def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualH
 
 def wording(ability: Ability) -> Wording:
     """As declared; but goal interpretation speaks of classes, and names relations as scene graphs do."""
-    words = Wording.of(as_meant())
+    said = Wording.of(as_meant()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return words
-    return Wording(words.domain, words.predicates, _RELATIONS, _class_name)
+        return Wording(as_meant(), said)
+    return Wording(as_meant(), said, _RELATIONS, _class_name)
 
 
 def _class_name(task: Task, index: int) -> str:
@@ -261,6 +261,7 @@ def virtualhome() -> Benchmark:
         task_id_of=published_task,
         own_figures=annotated_figures,
         english=english_of("eai.households.virtualhome"),
+        role="a household robot",
         planner_seconds=100,
     )
 

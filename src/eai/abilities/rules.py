@@ -1,0 +1,251 @@
+"""The rules of a domain in formulas: what its actions need and change, exactly as they are declared."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+
+import eai.logic.formula as f
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.traversal import walk, with_parts
+from eai.planning.effect_schema import written
+from eai.world.derived import Defined, Lookup, meaning, stored_sources
+from eai.world.domain import Domain
+from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
+from eai.world.fault import FaultKind
+from eai.world.operator import Operator, conditions_of
+from eai.world.reading import Readings
+from eai.world.vocabulary import DerivedPredicate
+
+_INDENT = "  "
+_HOW_TO_READ = (
+    ("requires:", "An action is possible if all holds that it requires."),
+    ("needed only if:", "One that is not needed is passed over."),
+    ("becomes", "Its conditions are read before it is taken, its changes are made in the order in which they"
+    " stand, and nothing else changes."),
+    ("*", "* is any object."),
+    ("for the first", "\"The first\" is meant in the order of the objects."),
+    ("is_a(", "is_a(x, k) says that x is of kind k."),
+    (" or ", "\"And\" binds more tightly than \"or\", and \"or\" than \"implies\"."),
+)  # fmt: skip
+"""The explanation of rules in which something stands."""
+_BECOMES: Mapping[type[Effect], str] = {Add: "becomes true", Delete: "becomes false"}
+
+
+@dataclass(frozen=True)
+class Rules:
+    """The rules of a domain without a word that no prompt may say: nothing of invisible memory.
+
+    Operators that read what cannot be seen and changes, that try several things, or that need a predicate
+    which no formula defines, cannot be shown; no question is about them.
+
+    Attributes:
+        domain: the declaration.
+    """
+
+    domain: Domain
+
+    @cached_property
+    def operators(self) -> tuple[Operator, ...]:
+        """The operators that can be shown."""
+        return tuple([each for each in self.domain.operators if self._can_be_shown(each)])
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The names of these."""
+        return frozenset([operator.name for operator in self.operators])
+
+    @cached_property
+    def readings(self) -> Readings:
+        """Formulas as functions of states."""
+        return Readings(self.domain.vocabulary)
+
+    @cached_property
+    def memory(self) -> frozenset[str]:
+        """The stored predicates that change and are never shown."""
+        predicates = self.domain.vocabulary.predicates
+        return frozenset([p.name for p in predicates if not p.visible and not p.static])
+
+    @cached_property
+    def fluents(self) -> frozenset[str]:
+        """The stored predicates that can be shown and can change."""
+        predicates = self.domain.vocabulary.predicates
+        return frozenset([p.name for p in predicates if p.visible and not p.static])
+
+    @cached_property
+    def written(self) -> Mapping[str, frozenset[str]]:
+        """By operator the predicates that it changes and that can be shown."""
+        return {each.name: frozenset(written(each.effects)) - self.memory for each in self.operators}
+
+    def predicates(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> frozenset[str]:
+        """The stored predicates that operators read or change, or that decide formulas."""
+        decisive = stored_sources(_read(formulas), self.domain.vocabulary)
+        return frozenset(decisive).union(*(self._about[name] for name in operators))
+
+    @cached_property
+    def _about(self) -> Mapping[str, frozenset[str]]:
+        """The stored predicates that each operator reads or changes."""
+        vocabulary = self.domain.vocabulary
+        return {
+            name: self.written[name].union(stored_sources(read, vocabulary))
+            for name, read in self._reads.items()
+        }
+
+    def text(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> str:
+        """The rules of some operators, and the definitions of what they and some formulas speak of."""
+        shown = [each for each in self.operators if each.name in operators]
+        named = list(
+            dict.fromkeys([*_read(formulas), *(n for each in shown for n in self._reads[each.name])])
+        )
+        lines = [
+            *(self._texts[each.name] for each in shown),
+            *(self._definitions[name] for name in self._derived(named)),
+        ]
+        return "\n".join(lines)
+
+    def brief(self, operator: Operator) -> str | None:
+        """An operator with what it requires and changes; None if it cannot be shown."""
+        if operator.name not in self.names:
+            return None
+        lines = [_titled(operator)]
+        for heading, of_needless in (("requires", False), ("needed only if", True)):
+            checks = [c for c in operator.checks if (c.fault is FaultKind.ADDITIONAL_STEP) is of_needless]
+            conditions = dict.fromkeys([_text_of(check.condition) for check in checks])
+            lines += [f"{_INDENT}{heading}: {'; '.join(conditions)}"] if conditions else []
+        return "\n".join([*lines, *self._changes(operator)])
+
+    def definitions(self) -> list[str]:
+        """The meanings of derived predicates, as far as they can be shown."""
+        return [text for name, text in self._definitions.items() if not self._reads_memory([name])]
+
+    def heads(self, operators: Collection[str]) -> str:
+        """Some operators with their parameters, and nothing about them."""
+        return "\n".join([_head(each) for each in self.operators if each.name in operators])
+
+    @cached_property
+    def _texts(self) -> Mapping[str, str]:
+        """The text of each operator, by name."""
+        return {operator.name: self._operator(operator) for operator in self.operators}
+
+    @cached_property
+    def _reads(self) -> Mapping[str, Sequence[str]]:
+        """The predicates that the conditions of each operator name."""
+        return {operator.name: _read(conditions_of(operator)) for operator in self.operators}
+
+    def _can_be_shown(self, operator: Operator) -> bool:
+        vocabulary = self.domain.vocabulary
+        read = _read(conditions_of(operator))
+        derived = [vocabulary.derived_by_name[name] for name in self._derived(read)]
+        undefined = any(meaning(each) is None for each in derived)
+        return not (operator.tries or undefined or self._reads_memory(read))
+
+    def _reads_memory(self, names: Iterable[str]) -> bool:
+        return not self.memory.isdisjoint(stored_sources(names, self.domain.vocabulary))
+
+    def _derived(self, names: Iterable[str]) -> list[str]:
+        """The derived predicates among these and in their definitions, each once."""
+        found: dict[str, None] = {}
+        pending = list(names)
+        while pending:
+            name = pending.pop(0)
+            derived = self.domain.vocabulary.derived_by_name.get(name)
+            if derived is None or name in found:
+                continue
+            found[name] = None
+            defined = meaning(derived)
+            pending += [] if defined is None else _read([defined.definition])
+        return list(found)
+
+    def _operator(self, operator: Operator) -> str:
+        lines = [_titled(operator)]
+        names = {parameter.name: parameter.name for parameter in operator.parameters}
+        for number, check in enumerate(operator.checks, 1):
+            lines.append(
+                f"{_INDENT}requirement {number}: {_text_of(check.condition)}"
+                f'   [otherwise "{check.reason.format_map(names)}"]'
+            )
+        return "\n".join([*lines, *self._changes(operator)])
+
+    def _changes(self, operator: Operator) -> list[str]:
+        return [*self._effects(operator.effects, _INDENT)] or [f"{_INDENT}changes nothing"]
+
+    def _effects(self, effects: Sequence[Effect], indent: str) -> Iterator[str]:
+        """The effects in order; what becomes true, or false, one after the other stands on one line."""
+        for kind, run in groupby(effects, type):
+            if kind in (Add, Delete):
+                atoms = [each.atom for each in run if isinstance(each, Add | Delete)]
+                shown = [_text_of(atom) for atom in atoms if atom.predicate not in self.memory]
+                yield from [f"{indent}{_BECOMES[kind]}: {', '.join(shown)}"] if shown else []
+                continue
+            for effect in run:
+                yield from self._compound(effect, indent)
+
+    def _compound(self, effect: Effect, indent: str) -> Iterator[str]:
+        match effect:
+            case When(condition, effects, otherwise):
+                yield from self._block(f"if {_text_of(condition)}", effects, indent)
+                yield from self._block(f"if {_text_of(f.Not(condition))}", otherwise, indent)
+            case ForEach(variable, condition, effects):
+                yield from self._block(
+                    f"for each {variable.name} with {_text_of(condition)}", effects, indent
+                )
+            case Let(variable, condition, effects):
+                first = f"for the first {variable.name} with {_text_of(condition)}"
+                yield from self._block(first, effects, indent)
+
+    def _block(self, heading: str, effects: Sequence[Effect], indent: str) -> Iterator[str]:
+        """A heading with the effects below it; neither where there is nothing to say."""
+        lines = list(self._effects(effects, indent + _INDENT))
+        yield from [f"{indent}{heading}:", *lines] if lines else []
+
+    @cached_property
+    def _definitions(self) -> Mapping[str, str]:
+        """The meaning of each derived predicate that a formula defines."""
+        meanings = [(each, meaning(each)) for each in self.domain.vocabulary.derived]
+        return {each.name: _definition(each, defined) for each, defined in meanings if defined is not None}
+
+
+def how_to_read(rules: str) -> str:
+    """The explanation of what stands in some rules."""
+    return " ".join([words for sign, words in _HOW_TO_READ if sign in rules])
+
+
+def _head(operator: Operator) -> str:
+    return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
+
+
+def _titled(operator: Operator) -> str:
+    head = _head(operator)
+    return f"{head}: {operator.description}" if operator.description else head
+
+
+def _definition(derived: DerivedPredicate, defined: Defined) -> str:
+    remark = derived.open_in_meaning if isinstance(derived, Lookup) else ""
+    head = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
+    return f"{head}{_text_of(defined.definition)}{f' ({remark})' if remark else ''}"
+
+
+def _read(formulas: Iterable[f.Formula]) -> list[str]:
+    """The predicates that formulas name, each once."""
+    parts = (part for formula in formulas for part in walk(formula))
+    return list(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
+
+
+def _text_of(formula: f.Formula) -> str:
+    """A formula as text, in which a membership reads ``is_a(x, lamp)``, without empty parts."""
+    return print_ltl(_simplified(formula))
+
+
+def _simplified(formula: f.Formula) -> f.Formula:
+    match formula:
+        case f.Exists(f.Variable(name, category), f.Equals(left, right)) if category is not None:
+            other = right if left.name == name else left
+            return f.Atom("is_a", (other, f.Constant(category)))
+        case f.And(parts) if f.TRUE in parts:
+            return _simplified(f.And(tuple([part for part in parts if part != f.TRUE])))
+        case f.Not(f.Not(operand)):
+            return _simplified(operand)
+        case _:
+            return with_parts(formula, _simplified)

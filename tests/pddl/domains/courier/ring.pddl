@@ -1,0 +1,6 @@
+(define (problem ring)
+  (:domain courier)
+  (:objects ann - courier red - van book lamp - parcel depot mill port - place)
+  (:init (at ann port) (at red depot) (empty red) (at book mill) (at lamp depot)
+    (path port depot) (path mill mill) (road depot mill) (road mill port) (road port depot))
+  (:goal (and (at book port) (at lamp mill) (at ann depot))))

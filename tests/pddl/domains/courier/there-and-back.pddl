@@ -1,0 +1,6 @@
+(define (problem there-and-back)
+  (:domain courier)
+  (:objects ann bob - courier red - van book - parcel depot mill - place)
+  (:init (at ann depot) (at bob mill) (at red depot) (empty red) (at book mill)
+    (path mill depot) (road depot mill) (road mill depot))
+  (:goal (and (at book depot) (aboard bob red))))
