@@ -50,7 +50,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
 ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
 IMPORTED_BY_NONE = frozenset({"reference"})
 """Packages that are found by an entry point, so that the rest works without them."""
-ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "ray": "envs"}
+ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "mcp": "acting", "ray": "envs"}
 OF_EXTRAS = frozenset({*ONLY_IMPORTER.values(), "acting"})
 """Packages that load a library that not everybody installs, be it through another one of them."""
 

@@ -27,6 +27,7 @@ EXAMPLES = frozenset(
         "cli/prompts.py",
         "cli/run.py",
         "cli/score.py",
+        "cli/serve.py",
         "tasks/source.py",
     }
 )

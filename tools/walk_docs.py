@@ -43,6 +43,7 @@ SKIPPED = {
     "python tools/": "belongs to the checkout",
     "lm_eval": "another harness, with an environment of its own",
     "eai score answers --domain virtualhome --ability action_sequencing --ray": "there is no cluster",
+    "eai serve": "it serves until it is interrupted, and the tests start it",
     "cd examples": "the walk puts the example into the folder",
 }
 FINDING = ("eai data info --annotations --errata none",)

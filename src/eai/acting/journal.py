@@ -78,6 +78,11 @@ class _Sealed:
     size: int = 0
 
 
+def is_begun(path: Path) -> bool:
+    """Whether a file has a whole line, so that its episode has begun."""
+    return path.exists() and b"\n" in path.read_bytes()
+
+
 def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: bool = True) -> str:
     """The episode in a journal, as an answer.
 
@@ -163,7 +168,7 @@ class Journal:
         self.ended: str | None = None
         self._path, self._key, self._seal = path, key, ""
         try:
-            size = self._resume() if path.exists() and b"\n" in path.read_bytes() else 0
+            size = self._resume() if is_begun(path) else 0
             path.touch(0o600)
             self._file = path.open("ab")
             self._file.truncate(size)

@@ -68,6 +68,7 @@ class _Commands(LazyGroup):
             "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
             "the main table to the screen.",
         ),
+        "serve": Place(MEASURE, "Let agents outside of this program act.", "serve:app"),
         "explain": Place(
             UNDERSTAND,
             "Show what became of an answer: each step, what it changed, the failing check and why; "

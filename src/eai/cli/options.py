@@ -13,6 +13,7 @@ from typer.core import TyperCommand
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, ability_of
+from eai.acting.setting import AGENT, Setting
 from eai.cli.console import DOMAIN_HELP, data_progress
 from eai.data.store import Store
 from eai.errors import InputError
@@ -115,6 +116,24 @@ def setting(text: str) -> tuple[str, str]:
     if not separator:
         raise InputError(f"{SETTING} {text}: expected OPTION=VALUE")
     return key, value
+
+
+AgentSettings = Annotated[
+    list[str] | None,
+    typer.Option(SETTING, metavar="OPTION=VALUE", help=f"An option of {AGENT}, as in eai run."),
+]
+
+
+def setting_of_others(settings: Sequence[str]) -> Setting:
+    """The setting in which somebody acts who is no model that this program asks.
+
+    Raises:
+        InputError: an option is one of models alone.
+    """
+    chosen = with_settings(AGENT, Setting, settings)
+    for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
+        raise InputError(f"{SETTING} {name}: it is for models of eai run")
+    return chosen
 
 
 class SettingsCommand(TyperCommand):

@@ -15,11 +15,18 @@ import typer
 
 from eai.abilities.responses import SUFFIX, model_name, read_responses
 from eai.abilities.task import Task
-from eai.acting.setting import ACTING, AGENT, Setting
+from eai.acting.setting import ACTING, Setting
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, say
-from eai.cli.options import OUTPUT, SETTING, DataFolder, OfDomain, opened_source, with_settings
+from eai.cli.options import (
+    OUTPUT,
+    AgentSettings,
+    DataFolder,
+    OfDomain,
+    opened_source,
+    setting_of_others,
+)
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, drawn
 from eai.data.files import write_whole
@@ -37,10 +44,7 @@ def play(
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(SETTING, metavar="OPTION=VALUE", help=f"An option of {AGENT}, as in eai run."),
-    ] = None,
+    settings: AgentSettings = None,
     out: Annotated[
         Path,
         typer.Option(metavar="FILE", help=f"Where episodes go: NAME{SUFFIX}.", rich_help_panel=OUTPUT),
@@ -55,7 +59,7 @@ def play(
 
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
     """
-    setting = _setting(settings or ())
+    setting = setting_of_others(settings or ())
     with opened_source(data) as source:
         suite = open_suite(find_benchmark(domain), ACTING, source=source)
     playable = {task_id: task for task_id, task in suite.tasks.items() if tasks or task.left_out is None}
@@ -64,18 +68,6 @@ def play(
     over = _play_all(chosen, suite, setting, answers)
     say(f"{over} of {counted(len(chosen), 'task')} over; written to {out}")
     say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
-
-
-def _setting(settings: Sequence[str]) -> Setting:
-    """The setting of a person.
-
-    Raises:
-        InputError: an option is one of models alone.
-    """
-    setting = with_settings(AGENT, Setting, settings)
-    for option in setting.model_fields_set & {"harness", "tokens", "seconds"}:
-        raise InputError(f"{SETTING} {option}: it is for models")
-    return setting
 
 
 class _Answers:

@@ -18,7 +18,7 @@ from eai.errors import DataError
 
 
 @dataclass(frozen=True, slots=True)
-class PackStatus:
+class _PackStatus:
     """The status of one pack, as `eai data info` prints it.
 
     Attributes:
@@ -96,20 +96,20 @@ def fetch(
     return tuple(pack.name for pack in wanted)
 
 
-def info(store: Store | None = None, *, packs: Sequence[Pack]) -> tuple[PackStatus, ...]:
+def info(store: Store | None = None, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
     """Where each pack is and what it holds; a damaged or absent one is reported, not raised."""
     store = store or Store()
     return tuple(_status(store, pack) for pack in packs)
 
 
-def _status(store: Store, pack: Pack) -> PackStatus:
+def _status(store: Store, pack: Pack) -> _PackStatus:
     path = store.path(pack.name)
     size = path.stat().st_size if path.is_file() else 0
     try:
         manifest = store.open(pack.name).manifest
     except DataError as error:
-        return PackStatus(pack.name, path, size, None, pack.pins, str(error))
-    return PackStatus(pack.name, path, size, manifest.sha256, manifest.archives, None)
+        return _PackStatus(pack.name, path, size, None, pack.pins, str(error))
+    return _PackStatus(pack.name, path, size, manifest.sha256, manifest.archives, None)
 
 
 def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:

@@ -7,6 +7,7 @@ the state of a sample, so that any solver finds them; ``eai/player`` is the one 
 from __future__ import annotations
 
 import json
+from collections.abc import Awaitable, Callable, Mapping
 from functools import cache
 from typing import Any
 
@@ -15,7 +16,7 @@ from inspect_ai.event import ModelEvent
 from inspect_ai.log import transcript
 from inspect_ai.model import ChatMessageUser, ModelOutput, StopReason, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
-from inspect_ai.tool import ToolDef, ToolParam, ToolParams
+from inspect_ai.tool import ToolDef, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
 from pydantic import Field
 
@@ -23,6 +24,7 @@ from eai.abilities.record import Usage
 from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, AGENT, STANDARD, Harness, Setting
+from eai.acting.tools import ACT, END, READ, command_of, tools_of
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE, LOOK
@@ -90,15 +92,11 @@ def _write_down(state: TaskState, play: Play, ended: str = "stopped") -> str:
     return text
 
 
-def tools_of(state: TaskState, play: Play, domain: Domain) -> list[ToolDef]:
-    """The tools of an agent, made from the declaration of the domain.
-
-    A name that there is not is an error of the action, which the world diagnoses, and none of the call.
-    """
-    signatures = [f"{each.name}({', '.join([p.name for p in each.parameters])})" for each in domain.operators]
+def _tools(state: TaskState, play: Play, domain: Domain) -> list[ToolDef]:
+    """The tools of an agent for one sample."""
 
     async def act(action: str, objects: list[str]) -> str:
-        return _carry_out(state, play, f"{action}({', '.join(objects)})")
+        return _carry_out(state, play, command_of(ACT, {"action": action, "objects": objects}))
 
     async def look() -> str:
         told = play.look()
@@ -108,19 +106,16 @@ def tools_of(state: TaskState, play: Play, domain: Domain) -> list[ToolDef]:
     async def done() -> str:
         return _carry_out(state, play, DONE)
 
-    action = ToolParam(type="string", description=f"One of {'; '.join(signatures)}.")
-    names = "Names of objects, in the order of the action's parameters."
-    objects = ToolParam(type="array", items=ToolParam(type="string"), description=names)
-    taken = ToolParams(properties={"action": action, "objects": objects}, required=["action", "objects"])
-    said = {
-        "act": "Take one action and read what became of it.",
-        "look": "Read again what you see. This costs nothing, once between two actions.",
-        "done": "Say that the task is done. Nothing can be done after it.",
-    }
+    calls: Mapping[str, Callable[..., Awaitable[str]]] = {ACT: act, READ: look, END: done}
     return [
-        ToolDef(act, "act", said["act"], taken, max_output=0),
-        ToolDef(look, "look", said["look"], ToolParams(), max_output=0),
-        ToolDef(done, "done", said["done"], ToolParams(), max_output=0),
+        ToolDef(
+            calls[tool.name],
+            tool.name,
+            tool.description,
+            ToolParams.model_validate(tool.schema),
+            max_output=0,
+        )
+        for tool in tools_of(domain)
     ]
 
 
@@ -134,7 +129,7 @@ def enter() -> Solver:
         if play is not None:
             _write_down(state, play)
             domain = find_benchmark(str(state.metadata["domain"])).domain
-            state.tools.extend([tool.as_tool() for tool in tools_of(state, play, domain)])
+            state.tools.extend([tool.as_tool() for tool in _tools(state, play, domain)])
         return state
 
     return solve

@@ -1,0 +1,131 @@
+"""An agent framework plays over `eai serve mcp`, by the lines of examples/mcp/openai_agents.py.
+
+    python -m venv agents && agents/bin/pip install openai-agents
+    python bench/mcp_agent.py --python agents/bin/python [--domain virtualhome] [--tasks 10]
+
+Its model is a server on this machine that looks, says the commands of the reference one after the other, and
+is done. Printed are the episodes, how many are won, and the seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+from eai.abilities.responses import read_responses
+from eai.acting.play import Arena
+from eai.acting.setting import ACTING
+from eai.benchmark.suite import Suite, open_suite
+
+AGENT = Path(__file__).parents[1] / "examples/mcp/openai_agents.py"
+
+
+def next_call(messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence[str]]) -> tuple[str, object]:
+    """The tool that the model calls after these messages, and its arguments."""
+    told = [message["content"] for message in messages if message["role"] == "tool"]
+    if not told:
+        return "look", {}
+    question = told[0] if isinstance(told[0], str) else told[0][0]["text"]
+    question = json.loads(question)["text"] if question.startswith('{"') else question
+    commands = gold[question]
+    if len(told) > len(commands):
+        return "done", {}
+    name, _, objects = commands[len(told) - 1].removesuffix(")").partition("(")
+    return "act", {"action": name, "objects": objects.split(", ") if objects else []}
+
+
+@contextmanager
+def model(gold: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    """A scripted model behind the chat completions of OpenAI; yields its address."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            messages = json.loads(self.rfile.read(int(self.headers["Content-Length"])))["messages"]
+            over = any(each.get("tool_calls", [{"id": ""}])[0]["id"].startswith("done") for each in messages)
+            message: dict[str, Any] = {"role": "assistant", "content": "It is done." if over else None}
+            if not over:
+                name, arguments = next_call(messages, gold)
+                function = {"name": name, "arguments": json.dumps(arguments)}
+                message["tool_calls"] = [
+                    {"id": f"{name}-{len(messages)}", "type": "function", "function": function}
+                ]
+            choice = {"index": 0, "message": message, "finish_reason": "stop" if over else "tool_calls"}
+            usage = {"prompt_tokens": 1, "completion_tokens": 1, "total_tokens": 2}
+            made = {"id": "x", "object": "chat.completion", "created": 0, "model": "scripted", "usage": usage}
+            body = json.dumps({**made, "choices": [choice]}).encode()
+            self.send_response(200)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: object) -> None:
+            """Say nothing."""
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/v1"
+        server.shutdown()
+
+
+def references(suite: Suite, tickets: Path) -> dict[str, Sequence[str]]:
+    """The commands that win the tasks of tickets, by question."""
+    arena = Arena(suite.benchmark)
+    tasks = [suite.tasks[row["identifier"]] for row in json.loads(tickets.read_text("utf-8"))]
+    return {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
+
+
+def listens(port: int) -> bool:
+    """Whether there is a server at a port of this machine."""
+    with socket.socket() as probe:
+        return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def main() -> None:
+    """Play, score and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--python", type=Path, required=True, help="of the environment with openai-agents")
+    parser.add_argument("--domain", default="virtualhome")
+    parser.add_argument("--tasks", type=int, default=10)
+    arguments = parser.parse_args()
+    suite = open_suite(arguments.domain, ACTING)
+    program = [sys.executable, "-c", "from eai.cli import main; main()", "serve", "mcp"]
+    options = ["--domain", arguments.domain, "--sample", str(arguments.tasks), "--port", "8000"]
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        subprocess.Popen([*program, *options, "--out", f"{folder}/served"]) as server,
+    ):
+        tickets = Path(folder, "served", "tickets.json")
+        while server.poll() is None and not (tickets.exists() and listens(8000)):
+            time.sleep(0.1)
+        with model(references(suite, tickets)) as url:
+            start = time.monotonic()
+            keys = {"OPENAI_BASE_URL": url, "OPENAI_API_KEY": "none", "OPENAI_AGENTS_DISABLE_TRACING": "1"}
+            command = [str(arguments.python), str(AGENT)]
+            subprocess.run(command, cwd=folder, env={**os.environ, **keys}, check=True)
+            spent = time.monotonic() - start
+        server.terminate()
+        server.wait()
+        answers = read_responses(Path(folder, "served", "agent_outputs.json"), suite.task_ids).responses
+        verdicts: list[Any] = [suite.score(answer.task_id, answer.text) for answer in answers]
+        won = sum(bool(verdict.success) for verdict in verdicts)
+        turns = sum(len(verdict.turns) for verdict in verdicts)
+        print(f"{won} of {len(verdicts)} episodes won, {turns} turns, {spent:.1f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""Tools by which an agent acts, for all who offer them: made from the declaration of a domain."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+from typing_extensions import TypedDict
+
+from eai.abilities.options import misfit
+from eai.envs.command import DONE, LOOK
+from eai.errors import InputError
+from eai.world.domain import Domain
+
+ACT, READ, END = "act", "look", "done"
+"""The names of the tools."""
+
+
+class _Tool(NamedTuple):
+    """A tool: its name and meaning, and the JSON schema of its arguments."""
+
+    name: str
+    description: str
+    schema: Mapping[str, Any]
+
+
+class _Action(TypedDict):
+    __pydantic_config__ = ConfigDict(strict=True)  # type: ignore[misc]
+
+    action: str
+    objects: list[str]
+
+
+_ACTION = TypeAdapter(_Action)
+
+
+def tools_of(domain: Domain) -> tuple[_Tool, ...]:
+    """The tools by which an agent acts in a domain.
+
+    Actions are no enumeration: one that there is not is an error that the world diagnoses, not one of the
+    call.
+    """
+    signatures = [f"{each.name}({', '.join([p.name for p in each.parameters])})" for each in domain.operators]
+    names = "Names of objects, in the order of the action's parameters."
+    action = {
+        "action": {"type": "string", "description": f"One of {'; '.join(signatures)}."},
+        "objects": {"type": "array", "items": {"type": "string"}, "description": names},
+    }
+    return (
+        _Tool(ACT, "Take one action and read what became of it.", _object(action)),
+        _Tool(READ, "Read again what you see. This costs nothing, once between two actions.", _object({})),
+        _Tool(END, "Say that the task is done. Nothing can be done after it.", _object({})),
+    )
+
+
+def _object(properties: Mapping[str, object]) -> dict[str, Any]:
+    return {"type": "object", "properties": {**properties}, "required": [*properties]}
+
+
+def command_of(name: str, arguments: Mapping[str, object]) -> str:
+    """The command that a call of a tool is.
+
+    Raises:
+        InputError: there is no such tool, or its arguments are others.
+    """
+    if name in (READ, END):
+        return LOOK if name == READ else DONE
+    if name != ACT:
+        raise InputError(f"there is no tool {name[:100]!r}: {ACT}, {READ}, {END}")
+    try:
+        call = _ACTION.validate_python(arguments)
+    except ValidationError as error:
+        raise InputError(misfit(error, whole="the arguments")) from error
+    return f"{call['action']}({', '.join(call['objects'])})"

@@ -1,0 +1,159 @@
+"""The episodes that are offered to agents outside of this process, each in a sealed journal of its own."""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from urllib.parse import quote, unquote
+
+from eai.abilities.responses import Response, ResponseFile, write_responses
+from eai.acting.journal import Journal, is_begun, key_in, read_journal
+from eai.acting.play import OVER, Arena, Play, read_episode, rules_of
+from eai.acting.setting import STANDARD, Setting
+from eai.benchmark.suite import Suite
+from eai.data.files import sole_run
+from eai.envs.command import LOOK
+from eai.errors import InputError
+from eai.scoring.trials import Place
+
+HARNESS = "mcp"
+"""How those act in records who act from outside."""
+
+_EPISODES, _ENDING = "episodes", ".journal"
+
+
+@contextmanager
+def opened(
+    folder: Path, suite: Suite, places: Sequence[Place], setting: Setting = STANDARD, agent: str = "agent"
+) -> Iterator[Worlds]:
+    """Worlds in a folder where no other process works during the block; see `Worlds`.
+
+    Raises:
+        InputError: another process works there, the folder cannot be used, or it has other episodes.
+    """
+    with suppress(OSError):  # it is there, or `sole_run` says why it cannot be
+        folder.mkdir(mode=0o700, parents=True)
+    with sole_run(folder):
+        worlds = Worlds(folder, suite, places, setting, agent)
+        try:
+            yield worlds
+        finally:
+            worlds.close()
+
+
+class Worlds:
+    """The worlds of tasks, one for each ticket; an episode begins with the first call, and only once.
+
+    The folder has the key, a journal of each episode, and the answers for `eai score`. The agent must not be
+    able to read or write there.
+
+    Args:
+        folder: the folder.
+        suite: the tasks.
+        places: which of them are offered, and how often.
+        setting: how they are played.
+        agent: who acts, in the name of the file with answers.
+
+    Attributes:
+        tickets: the episode of each ticket.
+
+    Raises:
+        InputError: the folder cannot be used, or has other episodes.
+    """
+
+    def __init__(
+        self, folder: Path, suite: Suite, places: Sequence[Place], setting: Setting, agent: str
+    ) -> None:
+        self._folder, self._suite, self._agent = folder, suite, agent
+        self._key = key_in(folder)
+        self._arena, self._rules = Arena(suite.benchmark, setting), rules_of(setting)
+        self._journals: dict[Place, Journal] = {}
+        self.places = places
+        self.tickets = {self._ticket(place): place for place in places}
+        self.write()
+
+    def path(self, place: Place) -> Path:
+        """The journal of an episode."""
+        return self._folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
+
+    def call(self, place: Place, command: str) -> str:
+        """Carry out a command in an episode; returns the observation.
+
+        To look before the first action tells the whole task.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        journal = self._journal(place)
+        if journal.ended is not None:
+            return OVER
+        if command == LOOK and not journal.play.turns:
+            return self._arena.prompt(journal.play.game.task).user
+        told = journal.look() if command == LOOK else journal.act(command)
+        if journal.ended is not None:
+            self.write()
+        return told
+
+    def end(self) -> None:
+        """End all episodes that have begun.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        for place in self.places:
+            if is_begun(self.path(place)):
+                self._journal(place).end()
+        self.write()
+
+    def close(self) -> None:
+        """Write the answers as they are, and close all journals; what has not ended can go on."""
+        for journal in self._journals.values():
+            journal.close()
+        self.write()
+
+    def write(self) -> None:
+        """Write all episodes that have begun as answers: what has not ended is stopped, and may be lost.
+
+        Raises:
+            InputError: a journal was changed or is of another setting, or the folder cannot be written.
+        """
+        by_epoch: dict[int, list[Response]] = {}
+        for (task_id, epoch), path in self._begun():
+            text = read_journal(path, self._key, ended=False)
+            if getattr(read_episode(text), "rules", None) != self._rules:
+                raise InputError(f"{path}: the episode is of another setting; give another --out")
+            by_epoch.setdefault(epoch, []).append(Response(task_id, text))
+        for epoch, responses in by_epoch.items():
+            name = self._agent if epoch == 1 else f"{self._agent}-{epoch}"
+            write_responses(self._folder, ResponseFile(name, tuple(responses)))
+
+    def _begun(self) -> Iterator[tuple[Place, Path]]:
+        """All episodes that have begun in the folder, in the order of the tasks."""
+        order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
+        found = []
+        for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
+            task_id = unquote(path.name.removesuffix(_ENDING))
+            if task_id not in order:
+                raise InputError(f"{path}: not of a task of {self._suite.domain}; give another --out")
+            if is_begun(path):
+                found.append((int(path.parent.name), order[task_id], task_id, path))
+        for epoch, _, task_id, path in sorted(found):
+            yield (task_id, epoch), path
+
+    def _journal(self, place: Place) -> Journal:
+        """The journal of an episode, which begins if it has not."""
+        journal = self._journals.get(place)
+        if journal is None:
+            task_id, epoch = place
+            path, stage = self.path(place), self._arena.stage(self._suite.tasks[task_id])
+            path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+            play = Play(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
+            journal = self._journals[place] = Journal(path, self._key, play)
+            self.write()
+        return journal
+
+    def _ticket(self, place: Place) -> str:
+        """The ticket of an episode, the same after a crash."""
+        return hmac.new(self._key, f"ticket {place[1]} {place[0]}".encode(), "sha256").hexdigest()

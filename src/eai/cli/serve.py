@@ -1,0 +1,114 @@
+"""``eai serve``: agents outside of this program act in its worlds."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.acting.setting import ACTING
+from eai.benchmark.suite import open_suite
+from eai.cli.console import counted, note
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, opened_source, setting_of_others
+from eai.cli.progress import resumable
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, drawn
+from eai.errors import EaiError, InputError, how_to_install
+from eai.scoring.trials import Place
+
+app = typer.Typer(help="Let agents outside of this program act.", no_args_is_help=True)
+
+_HTTP = "Over HTTP"
+_LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
+"""The addresses of this machine alone, as requests write them."""
+
+
+@app.command(no_args_is_help=True)
+@resumable
+def mcp(
+    domain: OfDomain,
+    out: Annotated[Path, typer.Option(help="Where journals and answers go.", rich_help_panel=OUTPUT)],
+    tasks: TaskIds = "",
+    sample: Sample = None,
+    seed: SampleSeed = 0,
+    settings: AgentSettings = None,
+    agent: Annotated[
+        str, typer.Option(metavar="NAME", help="Who acts, as tables name it.", rich_help_panel=OUTPUT)
+    ] = "agent",
+    port: Annotated[
+        int | None,
+        typer.Option(metavar="N", min=1, max=65_535, help="Serve over HTTP at /mcp.", rich_help_panel=_HTTP),
+    ] = None,
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Where to listen.", rich_help_panel=_HTTP)
+    ] = "127.0.0.1",
+    allow_host: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="What requests may call this host.", rich_help_panel=_HTTP),
+    ] = None,
+    tickets: Annotated[
+        int, typer.Option(metavar="N", min=1, help="Episodes of each task.", rich_help_panel=_HTTP)
+    ] = 1,
+    trust_network: Annotated[
+        bool,
+        typer.Option(
+            "--trust-network",
+            help="No tickets: one task, for whoever reaches the port.",
+            rich_help_panel=_HTTP,
+        ),
+    ] = False,
+    data: DataFolder = None,
+) -> None:
+    """Offer tasks over the Model Context Protocol, by the tools act, look and done.
+
+    Over standard input the process is the world of one task. With --port each task has a ticket, in
+    OUT/tickets.json, which the agent sends as a bearer token; it is one episode, which never begins anew.
+
+    OUT/NAME_outputs.json has all episodes that have begun, for eai score. What has not ended goes on when the
+    same command runs again. The agent must not be able to read or write OUT.
+
+    Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
+    """
+    setting = setting_of_others(settings or ())
+    try:
+        from eai.acting.server import http_app, serve_http, serve_stdio
+        from eai.acting.worlds import opened
+    except ImportError as error:
+        raise EaiError(
+            f"eai serve mcp needs mcp ({error.name} is missing): {how_to_install('mcp')}"
+        ) from error
+    with opened_source(data) as source:
+        suite = open_suite(domain, ACTING, source=source)
+    playable = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].left_out is None]
+    ids = list(drawn(dict.fromkeys(playable), tasks, sample, seed, f"{suite.domain} {ACTING.value}"))
+    by_ticket = port is not None and not trust_network
+    if not by_ticket and len(ids) != 1:
+        raise InputError(f"--tasks: expected one task, found {len(ids):,}; several need --port and tickets")
+    names = allow_host or ([_LOOPBACK[host]] if host in _LOOPBACK else [])
+    if port is not None and not names:
+        raise InputError(f"--host {host}: expected --allow-host NAME, what requests may call this host")
+    places = [(task_id, epoch + 1) for task_id in ids for epoch in range(tickets)]
+    with opened(out, suite, places, setting, agent) as worlds:
+        if port is None:
+            serve_stdio(worlds, suite.benchmark.domain)
+            return
+        listening = f"http://{names[0]}:{port}/mcp"
+        if by_ticket:
+            listening += f"; {counted(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
+        note(listening)
+        application = http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
+        serve_http(worlds, application, host, port)
+
+
+def _write_tickets(out: Path, tickets: Mapping[str, Place]) -> Path:
+    """Write the tickets for who hands them out, whom alone they are for."""
+    rows = [
+        {"identifier": task_id, "epoch": epoch, "ticket": ticket}
+        for ticket, (task_id, epoch) in tickets.items()
+    ]
+    path = out / "tickets.json"
+    path.touch(0o600)
+    path.write_text(json.dumps(rows, indent=1) + "\n", "utf-8")
+    return path
