@@ -22,7 +22,7 @@ from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import Exported, ExportOptions, export
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
-from eai.pddl.writer import write_domain, write_formula, write_problem
+from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
 from eai.planning.search import Limits, SearchEnd
 from eai.world.derived import Computed, Defined, is_a
 from eai.world.domain import Domain
@@ -267,6 +267,14 @@ def test_invisible_predicates_can_be_left_out() -> None:
     assert "memory" not in text
     assert "recalled" not in text
     assert write_formula(exported.domain.actions[0].precondition) == "(big ?x)"
+
+
+def test_an_effect_that_depends_on_an_invisible_predicate_does_not_happen() -> None:
+    effects = (ForEach(Y, MEMORY(Y), (Add(RED(Y)),)), When(MEMORY(X), (Add(BIG(X)),), (Delete(LIT()),)))
+    toy = Domain("toy", VOCABULARY, (Operator("recall", (X,), (), effects, "recall the object"),))
+    exported = export(toy, SCENE.state([]), (), options=ExportOptions(invisible=False))
+    (action,) = exported.domain.actions
+    assert write_effect(action.effect) == "(not (lit))"
 
 
 def test_a_problem_may_be_about_some_objects_only() -> None:

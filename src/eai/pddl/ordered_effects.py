@@ -134,7 +134,8 @@ class _OrderedEffects:
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
     def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
-        return self._conditions.convert(without(condition, self._hidden), context.scope)
+        """The condition of an effect; one that depends on what is hidden does not happen."""
+        return self._conditions.convert(without(condition, self._hidden, positive=False), context.scope)
 
     def _first(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context

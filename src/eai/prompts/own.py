@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from string import Template
 from typing import TypeAlias
@@ -19,13 +19,16 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
 from eai.logic.traversal import walk
 from eai.pddl.model import PddlDomain
-from eai.pddl.writer import write_domain
+from eai.pddl.writer import write_domain, write_problem
 from eai.prompts.prompt import TOLD, Belief, Prompt
 from eai.prompts.template import Templates
 from eai.world.vocabulary import parameters
 
 MOST_TYPES = 300
-"""How many types a domain may have for all of them to be shown."""
+"""How many types a domain may have for all of it to be shown; of more, what matters for a task."""
+
+EXAMPLES = 2
+"""How many operators an example of transition modeling shows at most."""
 
 _QUANTIFIERS = {f.ForAll: "forall", f.Exists: "exists", f.Exactly: "forn", f.ForPairs: "forpairs"}
 
@@ -163,16 +166,20 @@ def samples(wording: Wording) -> Mapping[str, str]:
 def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) -> dict[str, Prompt]:
     """The prompt of every task, by id. The example shows operators that the task does not ask for.
 
+    Of a domain with very many types are shown the predicates that these operators and both goals speak of.
+
     Raises:
         InputError: a template of the user's cannot be used.
     """
     answer_format = templates.text("formats/transition_modeling.txt")
     prompts = {}
     for task_id, task in tasks.items():
-        example = _example(task, tasks, templates)
-        asked = _operator_question(task, task.operators, templates)
+        other, others = _other_operators(task, tasks)
+        names = _names_of(task, other, (*task.operators, *others))
+        example = _example(other, others, names, templates)
+        asked = _operator_question(task, task.operators, names, templates)
         values = {
-            "predicates": write_domain(_shown(task.domain.header, f"{example}\n{asked}")),
+            "predicates": write_domain(_shown(task.domain.header, names, f"{example}\n{asked}")),
             "format": answer_format,
             "example": example,
             "task": asked,
@@ -181,32 +188,74 @@ def operator_prompts(tasks: Mapping[str, TransitionTask], templates: Templates) 
     return prompts
 
 
-def _shown(header: PddlDomain, text: str) -> PddlDomain:
-    """The domain as a prompt shows it: of very many types those that the text speaks of."""
+def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[str]) -> Set[str] | None:
+    """The names that operators and the goals of two tasks speak of; None if all are shown."""
+    header = task.domain.header
     if len(header.types) <= MOST_TYPES:
+        return None
+    texts = [task.domain.operators[name].pddl for name in operators]
+    names = set(_WORD.findall(" ".join((*texts, *(_goal_text(each) for each in (task, other))))))
+    grown = 0
+    while grown < len(names):
+        grown = len(names)
+        for axiom in header.axioms:
+            if axiom.name in names:
+                names |= {part.predicate for part in walk(axiom.condition) if isinstance(part, f.Atom)}
+    return names
+
+
+def _goal_text(task: TransitionTask) -> str:
+    return task.problem_text.partition("(:goal")[2]
+
+
+def _shown(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:
+    """The domain with these predicates, and the types that the text speaks of."""
+    if names is None:
         return header
     words = {*_WORD.findall(text), *(item.type for item in header.constants)}
-    return replace(header, types=tuple([each for each in header.types if each.name in words]))
+    return replace(
+        header,
+        types=tuple([each for each in header.types if each.name in words]),
+        predicates=tuple([each for each in header.predicates if each.name in names]),
+        axioms=tuple([each for each in header.axioms if each.name in names]),
+    )
 
 
-def _operator_question(task: TransitionTask, operators: Sequence[str], templates: Templates) -> str:
+def _operator_question(
+    task: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
+) -> str:
+    """The problem, with the facts at the start that have these names, and the heads of the operators."""
     heads = "\n".join(
         f"(:action {name}\n  :parameters {task.domain.operators[name].parameters}\n"
         "  :precondition ()\n  :effect ())"
         for name in operators
     )
-    values = {"problem": task.problem_text.strip(), "heads": heads}
-    return templates.fill("transition_modeling_task.txt", values)
+    problem = task.problem_text.strip()
+    if names is not None:
+        known = [fact for fact in task.problem.initial if fact.predicate in names]
+        problem = write_problem(replace(task.problem, initial=tuple(known))).strip()
+    return templates.fill("transition_modeling_task.txt", {"problem": problem, "heads": heads})
 
 
-def _example(task: TransitionTask, tasks: Mapping[str, TransitionTask], templates: Templates) -> str:
-    """The other task with the most operators that this one does not ask for, and only these of it."""
+def _other_operators(
+    task: TransitionTask, tasks: Mapping[str, TransitionTask]
+) -> tuple[TransitionTask, Sequence[str]]:
+    """Another task with some operators that this one does not ask for, the shortest of such, and these."""
     asked = set(task.operators)
-    best = max(tasks.values(), key=lambda other: len(set(other.operators) - asked))
-    operators = [name for name in best.operators if name not in asked]
+
+    def others(other: TransitionTask) -> list[str]:
+        return [name for name in other.operators if name not in asked][:EXAMPLES]
+
+    best = max(tasks.values(), key=lambda other: (len(others(other)), -len(other.problem_text)))
+    return best, others(best)
+
+
+def _example(
+    other: TransitionTask, operators: Sequence[str], names: Set[str] | None, templates: Templates
+) -> str:
+    """Some operators of another task with the answer; empty without operators."""
     if not operators:
         return ""
-    answer = json.dumps({"output": "\n".join(task.domain.operators[name].pddl for name in operators)})
-    return templates.fill(
-        "example.txt", {"task": _operator_question(best, operators, templates), "answer": answer}
-    )
+    answer = json.dumps({"output": "\n".join(other.domain.operators[name].pddl for name in operators)})
+    asked = _operator_question(other, operators, names, templates)
+    return templates.fill("example.txt", {"task": asked, "answer": answer})

@@ -22,7 +22,7 @@ works_inside oven; container pan; fillable pan; container bowl; fillable bowl; s
 absorbent rag; sliceable apple; diceable half_1; diceable half_2; part_of half_1 apple; part_of half_2 apple
 diced_as half_1 dice; diced_as half_2 dice; gives sink water; substance water; liquid water; substance soap
 liquid soap; substance stain; visual stain; substance dust; visual dust; substance dice; substance flour
-substance dough; water water; heats oven apple; cooks oven apple; heats oven pan; cooks oven dough
+substance dough; water water; heatable apple; cooks oven apple; heatable pan; cooks oven dough
 removes_dry rag dust; removes_soaked rag stain; dissolved_by stain soap; washes_off sink dust
 recipe recipe_1; by_stirring recipe_1; ingredient recipe_1 flour; ingredient recipe_1 water
 makes recipe_1 dough; product dough; recipe recipe_2; by_heat recipe_2; relaxed recipe_2; product loaf

@@ -5,13 +5,20 @@ import pytest
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
+from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, untold
 from eai.households.behavior_1k.conventions import HEADING
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.pack import NAME
 from eai.households.behavior_1k.tasks import Evidence
+from eai.logic.formula import Atom
+from eai.logic.traversal import walk
+from eai.pddl.planning import PlannerOutcome
+from eai.pddl.writer import write_formula
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source, TaskSet
 from eai.world.conformance import check
@@ -20,6 +27,7 @@ from eai.world.execution import execute
 from sweeps import every
 
 NUMBER, PLANNED = 1016, 960
+CHARACTERS_A_TOKEN = 3.5
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +98,43 @@ def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_st
         assert "mud_1 is removed by wiping with broom_1" in told[ability]
         assert HEADING not in silent[ability]
     assert told[Ability.GOAL_INTERPRETATION] == silent[Ability.GOAL_INTERPRETATION]
+
+
+@pytest.mark.parametrize("task_id", ["clean_clams", "cook_hot_dogs", "make_a_cappuccino"])
+def test_problems_tell_the_rules_without_which_the_gold_operators_reach_no_goal(
+    activity_store: Store, task_id: str
+) -> None:
+    suite = open_suite(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
+    gold = open_answer_book(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
+    verdict = suite.score(task_id, gold.gold(task_id).text)
+    assert isinstance(verdict, OperatorVerdict)
+    assert verdict.planner is PlannerOutcome.SOLVED
+    assert verdict.success
+
+
+def test_prompts_of_transition_modeling_tell_what_their_operators_read_and_little_else(
+    activity_store: Store,
+) -> None:
+    source = Source(store=activity_store)
+    operators = behavior_1k().operators(source)
+    prompts = Library(PromptSet.EAI, source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
+    for task_id in list(operators)[::40]:
+        shown, _, asked = prompts[task_id].user.partition("An example of another task")
+        task = operators[task_id]
+        facts = asked.partition("Your task")[2]
+        read = {
+            part.predicate
+            for each in task.gold.values()
+            for part in walk(each.precondition)
+            if isinstance(part, Atom)
+        }
+        assert all(f"({name}" in shown for name in read), task_id
+        assert all(write_formula(fact) in facts for fact in task.problem.initial if fact.predicate in read), (
+            task_id
+        )
+    lengths = sorted(len(prompt.user) for prompt in prompts.values())
+    assert lengths[int(0.95 * len(lengths))] < 6_000 * CHARACTERS_A_TOKEN
+    assert "removes_soaked" not in prompts["putting_shoes_on_rack"].user
 
 
 def test_the_declaration_conforms(activities: TaskSet[Task], domain: Domain) -> None:

@@ -7,12 +7,14 @@ from functools import cache
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.declaration import Category
+from eai.abilities.transition_modeling.task import TransitionTask, declared_tasks
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.english.english import English, english_of
+from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.conventions import conventions
 from eai.households.behavior_1k.operators import declared
-from eai.households.behavior_1k.predicates import GOAL_PREDICATES
 from eai.households.behavior_1k.tasks import Evidence, open_tasks
 from eai.tasks.source import Source, TaskSet, once_per_store
 from eai.world.domain import Domain
@@ -32,7 +34,7 @@ def _english() -> English:
 
 
 def _plain(ability: Ability) -> Wording:
-    return Wording(_domain(), GOAL_PREDICATES)
+    return Wording(_domain(), p.GOAL_PREDICATES)
 
 
 def _with_conventions(ability: Ability) -> Wording:
@@ -52,6 +54,17 @@ def _challenge(source: Source) -> TaskSet[Task]:
     return TaskSet(Evidence.load().subsets["challenge_2025"], tasks.__getitem__, tasks.sha256)
 
 
+@once_per_store
+def _operators(source: Source) -> TaskSet[TransitionTask]:
+    """The tasks of transition modeling; problems tell the rules, which operators read, but not rooms."""
+    tasks, vocabulary = _activities(source), _domain().vocabulary
+    told = tuple([replace(each, visible=each is not p.by_floor) for each in vocabulary.predicates])
+    domain = replace(_domain(), vocabulary=replace(vocabulary, predicates=told))
+    rules = {each.name: Category.NON_SPATIAL_RELATIONS for each in p.RULES}
+    declared = declared_tasks(domain, tasks, rules)
+    return TaskSet(declared, declared.__getitem__, tasks.sha256)
+
+
 def behavior_1k() -> Benchmark:
     """The benchmark: prompts tell the conventions that matter."""
     return Benchmark(
@@ -59,6 +72,7 @@ def behavior_1k() -> Benchmark:
         title="BEHAVIOR-1K",
         domain=_domain(),
         open_tasks=_activities,
+        open_operators=_operators,
         wordings=_with_conventions,
         also_observed=("held", "robot_on"),
         english=_english(),

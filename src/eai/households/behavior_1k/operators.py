@@ -500,7 +500,7 @@ def heat() -> Operator:
     """From states heat_source_or_sink, cooked; rules CookingSystemRule, CookingObjectRule, MeltingRule."""
 
     def warmed(thing: Variable, where: Formula) -> Iterator[Effect]:
-        yield ForEach(thing, where & p.heats(H, thing), (Add(p.is_hot(thing)), Delete(p.is_frozen(thing))))
+        yield ForEach(thing, where & p.heatable(thing), (Add(p.is_hot(thing)), Delete(p.is_frozen(thing))))
         yield ForEach(thing, where & p.cooks(H, thing) & ~p.substance(thing), (Add(p.is_cooked(thing)),))
 
     boils = Exists(W, p.boiled_water(W) & p.has_in(X, W))
@@ -508,7 +508,7 @@ def heat() -> Operator:
     softens = p.boils_to(S, O) & p.cooks(H, S)
     molten = Exists(Z, p.melts_to(Z, O) & p.melts(H, Z) & p.carries(X, Z))
     effects = (
-        When(p.heats(H, X), (Add(p.is_hot(X)), Delete(p.is_frozen(X)))),
+        When(p.heatable(X), (Add(p.is_hot(X)), Delete(p.is_frozen(X)))),
         When(p.cooks(H, X) & ~p.substance(X), (Add(p.is_cooked(X)),)),
         *warmed(Z, p.carried_by(Z, X)),
         ForEach(

@@ -205,9 +205,9 @@ class _Regression(Products):
     def _bring_into_state(self, state: str, name: str) -> None:
         match state:
             case "cooked":
-                self._heat(name, p.cooks)
+                self._heat(name, self._to(p.cooks, name))
             case "hot":
-                self._heat(name, p.heats)
+                self._heat(name, self._those(p.heat_source))
             case "frozen":
                 self._chill(name)
             case "open":

@@ -44,22 +44,22 @@ ABILITIES = (
 )
 
 # What the rules of the annotations come to in a scene. A recipe is an object that nobody sees.
-visual, water, boiled_water, recipe, relaxed = map(
-    _hidden, ("visual", "water", "boiled_water", "recipe", "relaxed")
+visual, heatable, water, boiled_water, recipe, relaxed = map(
+    _hidden, ("visual", "heatable", "water", "boiled_water", "recipe", "relaxed")
 )
 works_on, works_closed, works_inside = map(_hidden, ("works_on", "works_closed", "works_inside"))
 by_stirring, by_heat, product, makes_hot, makes_cooked = map(
     _hidden, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
 )
 _KNOWN = (
-    *(visual, water, boiled_water, recipe, relaxed, works_on, works_closed, works_inside),
+    *(visual, heatable, water, boiled_water, recipe, relaxed, works_on, works_closed, works_inside),
     *(by_stirring, by_heat, product, makes_hot, makes_cooked),
 )
 by_floor, gives, fits, part_of = (_hidden(n, 2) for n in ("by_floor", "gives", "fits", "part_of"))
 diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
     _hidden(n, 2) for n in ("diced_as", "diced_cooked_as", "melts_to", "cooks_to", "boils_to")
 )
-heats, cooks, melts, chills = (_hidden(n, 2) for n in ("heats", "cooks", "melts", "chills"))
+cooks, melts, chills = (_hidden(n, 2) for n in ("cooks", "melts", "chills"))
 removes_dry, removes_soaked, removes_running, dissolved_by, washes_off = (
     _hidden(n, 2) for n in ("removes_dry", "removes_soaked", "removes_running", "dissolved_by", "washes_off")
 )
@@ -67,9 +67,9 @@ ingredient, topping, base, raw, cooked_first = (
     _hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
 made_in, heated_by, makes = (_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
-_RULES = (
+RULES = (
     *(by_floor, gives, fits, part_of, diced_as, diced_cooked_as, melts_to, cooks_to, boils_to),
-    *(heats, cooks, melts, chills, removes_dry, removes_soaked, removes_running, dissolved_by, washes_off),
+    *(cooks, melts, chills, removes_dry, removes_soaked, removes_running, dissolved_by, washes_off),
     *(ingredient, topping, base, raw, cooked_first, made_in, heated_by, makes),
 )
 
@@ -120,6 +120,7 @@ floor_of = Lookup(
         | (~floor(X) & ~Exists(Z, carries(Z, X)) & ((held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))))
         | (~floor(X) & Exists(Z, carries(Z, X) & Atom("floor_of", (Z, Y)))),
     ),
+    single=True,
 )
 real = Defined(
     "real",
@@ -185,7 +186,7 @@ GOAL_PREDICATES = (*(each.name for each in GOAL_STATES), *(each.name for each in
 VOCABULARY = Vocabulary(
     predicates=(
         *(*ABILITIES, *_KNOWN, present, held, robot_on, *STATES),
-        *(*_RULES, *PLACES, *SUBSTANCES),
+        *(*RULES, *PLACES, *SUBSTANCES),
     ),
     derived=(
         *(carries, carried_by, within, floor_of, real, closed, shut_in, hands_full),

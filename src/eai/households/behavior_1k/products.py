@@ -52,7 +52,7 @@ class Products(Ways):
         if not self._is("real", whole):
             self._produce(whole)
         if cooked and not self._has(p.is_cooked, whole):
-            self._heat(whole, p.cooks)
+            self._heat(whole, self._to(p.cooks, whole))
         vessels = [
             v for v in (inside, *self._vessels()) if v is not None and not self._is("carried_by", v, whole)
         ]
@@ -90,7 +90,7 @@ class Products(Ways):
         def cook(pot: str) -> Way:
             def go() -> None:
                 self._have_in(pot, substance)
-                self._heat(pot, p.cooks, of=substance)
+                self._heat(pot, self._to(p.cooks, substance))
                 self._expect_in(pot, made)
 
             return go
@@ -109,9 +109,9 @@ class Products(Ways):
                 if not self._has(p.has_in, pot, boiled[0]):
                     for water in self._to(p.cooks_to, boiled[0])[:1]:
                         self._have_in(pot, water)
-                        self._heat(pot, p.cooks, of=water)
+                        self._heat(pot, self._to(p.cooks, water))
                 self._have_in(pot, substance)
-                self._heat(pot, p.cooks, of=substance)
+                self._heat(pot, self._to(p.cooks, substance))
                 self._expect_in(pot, made)
 
             return go
@@ -127,7 +127,7 @@ class Products(Ways):
                     self._put_into(thing, place)
                 else:
                     self._put_with("PLACE_ONTOP", thing, place)
-                self._heat(place, p.melts, of=thing)
+                self._heat(place, self._to(p.melts, thing))
                 if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
                     raise NoWayError(f"there is no {made} in or on {place}")
 
@@ -159,7 +159,7 @@ class Products(Ways):
             if not self._is_substance(each) and not self._is("real", each):
                 self._produce(each)
             if self._has(p.cooked_first, recipe, each) and not self._has(p.is_cooked, each):
-                self._heat(each, p.cooks)
+                self._heat(each, self._to(p.cooks, each))
         for each in (*things, *toppings):
             if self._is_substance(each) and not (self._holders(each, movable=False) or self._taps(each)):
                 self._produce(each)

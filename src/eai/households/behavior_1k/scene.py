@@ -67,6 +67,7 @@ _PLAIN: Mapping[Predicate, tuple[str, ...]] = {
     p.substance: ("substance",),
     p.liquid: ("liquid",),
     p.visual: ("visualSubstance",),
+    p.heatable: ("heatable",),
     p.flammable: ("flammable",),
     p.sink: ("drains",),
     p.heat_source: ("heatSource",),
@@ -349,16 +350,14 @@ class _SceneMaker:
                 yield _NEEDS[need], (name,)
 
     def _temperatures(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
-        """Yield the things that a source heats, cooks, melts or chills."""
+        """Yield the things that a source cooks, melts or chills; all sources of heat make things hot."""
         heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
         if heat is None and cold is None:
             return
         for other, its_kind in self._all.items():
-            warm, done = (self._kinds.threshold(its_kind, each) for each in ("heatable", "cookable"))
+            done = self._kinds.threshold(its_kind, "cookable")
             melting = its_kind in self._kinds.rules.melt
             if heat is not None:
-                if warm is not None and heat.temperature >= warm:
-                    yield p.heats, (name, other)
                 if done is not None and heat.temperature >= done:
                     yield p.cooks, (name, other)
                 if melting and heat.temperature >= HOT_ENOUGH_TO_MELT:

@@ -5,7 +5,7 @@ Several ways are tried in turn; one that fails is undone. Every action runs thro
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from typing import NamedTuple, TypeAlias
 
@@ -408,15 +408,15 @@ class Ways:
             self._switch_on(source)
         self._do(operator, name, source)
 
-    def _heat(self, name: str, effect: Predicate, of: str | None = None) -> None:
-        """Heat a thing so that it, or what is in it, is warmed, cooked or molten."""
-        sources = [s for s in self._to(effect, of or name) if not self._has(p.lighter, s)]
-        sources.sort(key=lambda source: not self._has(p.fixed, source))
-        ways = (lambda s=s: self._expose(name, s, "HEAT") for s in sources)
-        self._first_of(ways, f"no heat source that {effect.name} {of or name}")
+    def _heat(self, name: str, sources: Sequence[str]) -> None:
+        """Have one of some sources of heat work on a thing, sooner one that cannot be moved."""
+        able = [source for source in sources if not self._has(p.lighter, source)]
+        able.sort(key=lambda source: not self._has(p.fixed, source))
+        ways = (partial(self._expose, name, source, "HEAT") for source in able)
+        self._first_of(ways, f"no source of heat for {name}")
 
     def _chill(self, name: str) -> None:
-        ways = (lambda s=s: self._expose(name, s, "FREEZE") for s in self._to(p.chills, name))
+        ways = (partial(self._expose, name, source, "FREEZE") for source in self._to(p.chills, name))
         self._first_of(ways, f"nothing freezes {name}")
 
     def _thaw(self, name: str) -> None:
