@@ -120,7 +120,7 @@ def main() -> None:
             spent = time.monotonic() - start
         server.terminate()
         server.wait()
-        answers = read_responses(Path(folder, "served", "agent_outputs.json"), suite.task_ids).responses
+        answers = read_responses(Path(folder, "served", "agent_outputs.jsonl"), suite.task_ids).responses
         verdicts: list[Any] = [suite.score(answer.task_id, answer.text) for answer in answers]
         won = sum(bool(verdict.success) for verdict in verdicts)
         turns = sum(len(verdict.turns) for verdict in verdicts)

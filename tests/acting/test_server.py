@@ -72,7 +72,7 @@ async def win(client: Client) -> None:
 
 def verdicts(folder: Path, name: str = "agent") -> dict[str, ActingVerdict]:
     """The verdicts on the answers that a server wrote."""
-    answers = read_responses(folder / f"{name}_outputs.json", SUITE.task_ids).responses
+    answers = read_responses(folder / f"{name}_outputs.jsonl", SUITE.task_ids).responses
     found = {answer.task_id: SUITE.score(answer.task_id, answer.text) for answer in answers}
     return {task_id: each for task_id, each in found.items() if isinstance(each, ActingVerdict)}
 
@@ -177,8 +177,7 @@ def test_each_ticket_is_a_world_of_its_own_for_ever(tmp_path: Path) -> None:
 def test_an_episode_that_is_under_way_is_an_answer(tmp_path: Path) -> None:
     with opened(tmp_path, SUITE, ONE) as worlds:
         worlds.call(ONE[0], WINNING[0])
-        assert verdicts(tmp_path)[TASK].ended == "stopped"
-    assert len(verdicts(tmp_path)[TASK].turns) == 1
+    assert (verdicts(tmp_path)[TASK].ended, len(verdicts(tmp_path)[TASK].turns)) == ("stopped", 1)
     with opened(tmp_path, SUITE, ONE) as worlds:
         worlds.end()
         assert worlds.call(ONE[0], WINNING[1]) == OVER

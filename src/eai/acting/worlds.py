@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import hmac
+import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from eai.abilities.responses import Response, ResponseFile, write_responses
+from eai.abilities.responses import COLUMNS, LINES
 from eai.acting.journal import Journal, is_begun, key_in, read_journal
 from eai.acting.play import OVER, Arena, Play, read_episode, rules_of
 from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.suite import Suite
-from eai.data.files import sole_run
+from eai.data.files import sole_run, write_whole
 from eai.envs.command import LOOK
 from eai.errors import InputError
 from eai.scoring.trials import Place
@@ -93,7 +94,7 @@ class Worlds:
             return self._arena.prompt(journal.play.game.task).user
         told = journal.look() if command == LOOK else journal.act(command)
         if journal.ended is not None:
-            self.write()
+            self._append(place)
         return told
 
     def end(self) -> None:
@@ -114,20 +115,35 @@ class Worlds:
         self.write()
 
     def write(self) -> None:
-        """Write all episodes that have begun as answers: what has not ended is stopped, and may be lost.
+        """Write all episodes that have begun as answers: one that has not ended is stopped, and may be lost.
 
         Raises:
             InputError: a journal was changed or is of another setting, or the folder cannot be written.
         """
-        by_epoch: dict[int, list[Response]] = {}
-        for (task_id, epoch), path in self._begun():
-            text = read_journal(path, self._key, ended=False)
-            if getattr(read_episode(text), "rules", None) != self._rules:
-                raise InputError(f"{path}: the episode is of another setting; give another --out")
-            by_epoch.setdefault(epoch, []).append(Response(task_id, text))
-        for epoch, responses in by_epoch.items():
-            name = self._agent if epoch == 1 else f"{self._agent}-{epoch}"
-            write_responses(self._folder, ResponseFile(name, tuple(responses)))
+        files: dict[Path, list[str]] = {}
+        for place, path in self._begun():
+            files.setdefault(self._answers(place), []).append(self._answer(place, path))
+        write_whole(files)
+
+    def _append(self, place: Place) -> None:
+        """Add an episode that has ended to the answers."""
+        try:
+            with self._answers(place).open("a", encoding="utf-8") as file:
+                file.write(self._answer(place, self.path(place)))
+        except OSError as error:
+            raise InputError(f"{self._answers(place)}: cannot be written ({error.strerror})") from error
+
+    def _answers(self, place: Place) -> Path:
+        """The response file that an episode is in; further episodes of a task are another agent's."""
+        epoch = place[1]
+        return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
+
+    def _answer(self, place: Place, path: Path) -> str:
+        """An episode as a line of a response file."""
+        text = read_journal(path, self._key, ended=False)
+        if getattr(read_episode(text), "rules", None) != self._rules:
+            raise InputError(f"{path}: the episode is of another setting; give another --out")
+        return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
 
     def _begun(self) -> Iterator[tuple[Place, Path]]:
         """All episodes that have begun in the folder, in the order of the tasks."""
@@ -151,7 +167,6 @@ class Worlds:
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             play = Play(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
             journal = self._journals[place] = Journal(path, self._key, play)
-            self.write()
         return journal
 
     def _ticket(self, place: Place) -> str:

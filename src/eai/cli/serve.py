@@ -66,8 +66,9 @@ def mcp(
     Over standard input the process is the world of one task. With --port each task has a ticket, in
     OUT/tickets.json, which the agent sends as a bearer token; it is one episode, which never begins anew.
 
-    OUT/NAME_outputs.json has all episodes that have begun, for eai score. What has not ended goes on when the
-    same command runs again. The agent must not be able to read or write OUT.
+    OUT/NAME_outputs.jsonl has the episodes for eai score: each as it ends, and all that have begun once the
+    server has stopped or begins again. What has not ended goes on when the same command runs again. The agent
+    must not be able to read or write OUT.
 
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
     """
