@@ -33,7 +33,7 @@ def lemma(synset: str) -> str:
     return _SYNSET.sub(lambda match: match[1].replace("-", "_"), synset)
 
 
-class HeatSource(NamedTuple):
+class _HeatSource(NamedTuple):
     """A source of heat or cold: its temperature, and what it needs to work on something."""
 
     temperature: float
@@ -159,10 +159,10 @@ class Kinds:
         found = self._kinds.get(synset, {}).get(ability)
         return None if found is None else float(found)
 
-    def source(self, synset: str, ability: str) -> HeatSource | None:
+    def source(self, synset: str, ability: str) -> _HeatSource | None:
         """The source of heat or cold that a kind is; None if it is none."""
         found = self._kinds.get(synset, {}).get(ability)
-        return None if found is None else HeatSource(found["temperature"], tuple(found["needs"]))
+        return None if found is None else _HeatSource(found["temperature"], tuple(found["needs"]))
 
     def gives(self, synset: str) -> Sequence[str]:
         """The substances that a source or an applier gives."""

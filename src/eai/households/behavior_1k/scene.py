@@ -76,7 +76,7 @@ _PLAIN: Mapping[Predicate, tuple[str, ...]] = {
 """Which abilities of the annotations make which predicate true."""
 
 
-class Activity:
+class _Activity:
     """A definition, in names without senses: ``mug_1`` for ``mug.n.04_1``.
 
     Args:
@@ -181,7 +181,7 @@ class Setting:
     nameable: int
 
 
-def set_up(activity: Activity, kinds: Kinds, containers: frozenset[str]) -> Setting:
+def set_up(activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> Setting:
     """Make the scene of an activity.
 
     Args:
@@ -195,7 +195,7 @@ def set_up(activity: Activity, kinds: Kinds, containers: frozenset[str]) -> Sett
 class _SceneMaker:
     """Makes one scene."""
 
-    def __init__(self, activity: Activity, kinds: Kinds, containers: frozenset[str]) -> None:
+    def __init__(self, activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> None:
         self._activity = activity
         self._kinds = kinds
         self._containers = containers
@@ -505,10 +505,10 @@ class Scenes:
 
     def __init__(self, kinds: Kinds, texts: Mapping[str, str]) -> None:
         self._kinds = kinds
-        self.activities = {name: Activity(name, text) for name, text in texts.items()}
+        self.activities = {name: _Activity(name, text) for name, text in texts.items()}
         self._containers = frozenset(kind for each in self.activities.values() for kind in each.containers())
 
-    def set_up(self, name: str) -> tuple[Activity, Setting]:
+    def set_up(self, name: str) -> tuple[_Activity, Setting]:
         """An activity and its scene.
 
         Raises:

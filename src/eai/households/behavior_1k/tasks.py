@@ -51,7 +51,7 @@ class Evidence:
         return Evidence(hashlib.sha256(content).hexdigest(), left_out, subsets)
 
 
-class ActivityTasks(TaskSet[Task]):
+class _ActivityTasks(TaskSet[Task]):
     """The tasks of a pack, in alphabetical order; their digest is that of the data, evidence and reading.
 
     Args:
@@ -99,10 +99,10 @@ def _lines(pack: PackFile, member: str) -> Mapping[str, str]:
     return dict(line.split("\t") for line in pack.read(member).decode().splitlines())
 
 
-def open_tasks(english: English, store: Store | None = None, *, report: Report = silent) -> ActivityTasks:
+def open_tasks(english: English, store: Store | None = None, *, report: Report = silent) -> _ActivityTasks:
     """The tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return ActivityTasks(open_activities(store, report=report), english)
+    return _ActivityTasks(open_activities(store, report=report), english)
