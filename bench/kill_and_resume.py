@@ -33,11 +33,12 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import PromptSet
 from eai.run.evaluation import obtain_answers
-from eai.run.job import Endpoint, Job, Pace
+from eai.run.job import Job, Pace
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Believed, settle
 from eai.scoring.trials import open_trials
 from eai.studies.pipeline.stage_one import believe
+from eai.studies.variation import Endpoint
 
 EXPERIMENT = Experiment(3, feedback=Feedback.EXPLAINED, slip=0.05, slip_seed=0)
 MODEL = "eai/noisy"

@@ -36,10 +36,11 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.evaluation import obtain_answers
-from eai.run.job import Endpoint, Job
+from eai.run.job import Job
 from eai.run.tasks import build_task
 from eai.scoring.batch import Scoring
 from eai.scoring.collector import collecting_seldom
+from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 
 MODEL = "eai/oracle"

@@ -38,6 +38,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "generator households",
         "questions",
         "scoring",
+        "pictures",
         "reference",
         "studies",
         "envs",

@@ -4,8 +4,8 @@
     python tools/without.py reference -- -m "not sweep"  one of them, with options of pytest
 
 For each folder a copy of the repository is made out of which it is taken. All modules that are left are
-imported, but for those of the reference's protocol that are about it; of the tests all are run but those that
-speak of it or import one that does.
+imported, but for those of the reference's protocol and of commands that are about it; of the tests all are
+run but those that speak of it or import one that does.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ import eai
 root = pathlib.Path(eai.__file__).parent
 for path in sorted(root.rglob("*.py")):
     parts = ("eai", *path.relative_to(root).with_suffix("").parts)
-    about = parts[1] == "reference" and sys.argv[1] in path.name
-    if about or parts[-1] in ("__main__", "metadata_backend"):
+    of_protocol = parts[1] == "reference" and sys.argv[1].rpartition(".")[2] in path.name
+    of_command = parts[1] == "cli" and f"\\nfrom eai.{sys.argv[1]}" in path.read_text(encoding="utf-8")
+    if of_protocol or of_command or parts[-1] in ("__main__", "metadata_backend"):
         continue
     try:
         importlib.import_module(".".join(parts).removesuffix(".__init__"))
@@ -103,7 +104,7 @@ def _words_about(folder: str) -> str:
 def imports_without(package: Path, folder: str) -> subprocess.CompletedProcess[str]:
     """Import all modules that are left in a copy of the package."""
     environment = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-c", IMPORT_ALL, folder.rpartition("/")[2]]
+    command = [sys.executable, "-c", IMPORT_ALL, folder.replace("/", ".")]
     return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
 
 

@@ -14,8 +14,8 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.cli import order
 from eai.cli.order import Order
 from eai.data.store import Store
-from eai.run.job import Endpoint
 from eai.run.spec import RunSpec
+from eai.studies.variation import Endpoint
 from eai.tasks.adaptive import item_difficulties
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record

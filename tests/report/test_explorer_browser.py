@@ -10,10 +10,10 @@ import pytest
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
+from eai.pictures.course import Course
+from eai.pictures.tiles import Kind, Tile
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.scoring.runs import read_runs
-from eai.studies.perception.course import Course
-from eai.studies.perception.tiles import Kind, Tile
 from report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser

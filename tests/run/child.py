@@ -19,11 +19,12 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
 from eai.run.evaluation import obtain_answers, write_scores
-from eai.run.job import CAPTIONER, Endpoint, Job
+from eai.run.job import CAPTIONER, Job
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.studies.variation import Endpoint
 from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts
 

@@ -14,8 +14,9 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
-from eai.run.job import Decoding, Endpoint, Job, Pace
+from eai.run.job import Decoding, Job, Pace
 from eai.scoring.epochs import Obtained
+from eai.studies.variation import Endpoint
 from run.child import obtain_in_child
 from run.server import COUNTED, Log, Reply, serve
 

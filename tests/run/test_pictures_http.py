@@ -12,9 +12,9 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
+from eai.pictures.drawing import png
+from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.studies.perception.belief import scene_words
-from eai.studies.perception.drawing import png
-from eai.studies.perception.pictures import Clutter, picture_of, picture_words
 from eai.tasks.source import Source
 from processes import eai
 from run.server import Reply, serve

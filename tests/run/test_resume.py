@@ -19,7 +19,8 @@ from eai.errors import EaiError
 from eai.questions.question import questions_content
 from eai.questions.writer import Writer
 from eai.run.evaluation import obtain_answers
-from eai.run.job import Endpoint, Job
+from eai.run.job import Job
+from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 from processes import eai
 from run.server import Reply, serve

@@ -16,11 +16,11 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.pictures.scene_graph import ReadGraph
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
-from eai.studies.perception.scene_graph import ReadGraph
 from run.child import (
     Asked,
     Whom,

@@ -13,7 +13,6 @@ from eai.data.files import read_toml
 from eai.errors import InputError
 from eai.run.spec import RunSpec, read_spec, save, study_of
 from eai.studies.perception.noise import Noise
-from eai.studies.perception.study import Perception
 from eai.studies.registry import studies_of_runs
 
 EVERYTHING: dict[str, dict[str, Any]] = {
@@ -31,7 +30,7 @@ def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
     spec = read_spec(EVERYTHING)
     assert spec.tasks.limit == 3
     assert not spec.generation.stop
-    assert spec.of(Perception).noise == Noise(missing=0.1, seed=2)
+    assert spec.variation.noise == Noise(missing=0.1, seed=2)
     file = save(spec, tmp_path)
     assert file == tmp_path / "run.toml"
     assert read_spec(read_toml(file)) == spec

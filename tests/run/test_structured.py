@@ -13,7 +13,8 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.prompts.prompt import Prompt
-from eai.run.job import Decoding, Endpoint, Job
+from eai.run.job import Decoding, Job
+from eai.studies.variation import Endpoint
 from processes import eai
 from run.server import Reply, serve
 

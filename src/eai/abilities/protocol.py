@@ -139,13 +139,16 @@ FOUR = (
 )
 """The paper's four abilities, in its order: what is asked for where no ability is named."""
 
+SCENE_GRAPH = Ability("scene_graph")
+"""The ability that lists what is in pictures."""
+
 GROUP = "eai.abilities"
 """The group of entry points by which a distribution registers an `AbilityDeclaration`."""
 
 BUILT_IN = {
     **{ability.value: f"eai.abilities.{ability}.declaration:{ability.upper()}" for ability in FOUR},
     "world_model": "eai.questions.declaration:WORLD_MODEL",
-    "scene_graph": "eai.studies.perception.declaration:SCENE_GRAPH",
+    SCENE_GRAPH.value: "eai.studies.perception.declaration:SCENE_GRAPH",
     "acting": "eai.acting.declaration:ACTING",
 }
 """The abilities that come with the package, as its metadata have them, too."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,7 +13,6 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.quality import check_annotations
 from eai.benchmark.registry import find_benchmark, of_the_paper
-from eai.cli import annotate
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store
 from eai.data import dataset
@@ -215,4 +215,7 @@ def _check_annotations(
     tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)
 
 
-app.add_typer(annotate.app, name="annotate")
+if find_spec("eai.studies.annotation"):
+    from eai.cli.annotate import app as annotate
+
+    app.add_typer(annotate, name="annotate")

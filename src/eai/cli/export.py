@@ -28,14 +28,14 @@ from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
+from eai.pictures.drawing import png, svg
+from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.prompts.prompt import PromptSet
 from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping
 from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import LeftOut, Rewarded, Row
-from eai.studies.perception.drawing import png, svg
-from eai.studies.perception.pictures import Clutter, picture_of, picture_words
 from eai.tasks.task_files import task_files_in
 
 app = typer.Typer(

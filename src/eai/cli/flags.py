@@ -12,7 +12,7 @@ from typing import Any
 
 import typer
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
 from eai.acting.setting import AGENT
@@ -22,10 +22,10 @@ from eai.cli import options
 from eai.cli.options import SETTING, SettingsCommand
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
-from eai.run.job import CAPTIONER, PROVIDER, Endpoint, check_model
+from eai.run.job import CAPTIONER, PROVIDER, check_model
 from eai.run.spec import RunSpec, keys, read_spec, sections
-from eai.studies.perception.scenes import SCENE_GRAPH
 from eai.studies.registry import studies_of_runs
+from eai.studies.variation import Endpoint
 
 FLAGS = {
     "model": "model.name",
@@ -171,6 +171,15 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability] = ()) -> No
             raise InputError(
                 f"--model {model}: its results would overwrite those of {twin}; run it by itself"
             )
+
+
+def check_captioner(model: str) -> None:
+    """Raise if there is no such model, or it cannot see."""
+    check_model(model)
+    provider, _, name = model.partition("/")
+    if provider == PROVIDER and name != CAPTIONER:
+        expected = f"expected {PROVIDER}/{CAPTIONER} or another provider"
+        raise InputError(f"perception.scene_model {model}: {expected}")
 
 
 def check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:

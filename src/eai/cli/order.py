@@ -21,17 +21,17 @@ from eai.acting.setting import ACTING, STANDARD
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say
 from eai.cli.progress import run_progress, scoring_progress
-from eai.cli.stages import FirstStage, Scenes
 from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.results.table_files import write_files
-from eai.run.job import Endpoint, Job
+from eai.run.job import Job
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.trials import Trials
+from eai.studies.variation import Endpoint, Stage
 from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 
 LOGS = "logs"
@@ -58,7 +58,7 @@ def obtain_and_score(
     prompts: Mapping[str, Prompt],
     suite: Suite,
     trials: Trials | None = None,
-    first: FirstStage | Scenes | None = None,
+    first: Stage | None = None,
     epochs: int | None = None,
 ) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.

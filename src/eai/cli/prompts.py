@@ -20,7 +20,6 @@ from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt, PromptSet, prompt_file, system_file
 from eai.report.answer_form import form_html
-from eai.studies.pipeline.stage_one import read_believed
 from eai.tasks.adaptive import SHORT, short_test
 from eai.tasks.source import ErrataChoice
 
@@ -72,6 +71,8 @@ def prompts(
         whole = prompt_set is PromptSet.OFFICIAL and folder is None and goals is None and not some
         files = benchmark.official_files(ability, source) if whole else None
         if goals is not None:
+            from eai.studies.pipeline.stage_one import read_believed
+
             believed = read_believed(goals, benchmark, ability, source)
             opened = Library(prompt_set, folder, source).open(benchmark, ability, believed.beliefs)
             opened = {task_id: prompt for task_id, prompt in opened.items() if task_id in believed.beliefs}

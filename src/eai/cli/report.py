@@ -21,6 +21,7 @@ from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.households.packs import published_packs
+from eai.pictures.course import courses
 from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot, unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
@@ -35,7 +36,6 @@ from eai.results.markdown import superscript
 from eai.results.table import Table
 from eai.results.terminal import print_table
 from eai.scoring.runs import as_asked_in_paper, read_runs
-from eai.studies.perception.course import courses
 from eai.tasks.source import Source
 
 PLOTS = "plots"

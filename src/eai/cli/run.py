@@ -9,12 +9,21 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import FOUR, Ability, Protocol, ability_of, place_of, protocol_of
+from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import of_the_paper
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, need_inspect, note_planner, print_markdown, say
-from eai.cli.flags import HELP, RunCommand, check_models, check_replay, flag, listing, specification
+from eai.cli.flags import (
+    HELP,
+    RunCommand,
+    check_captioner,
+    check_models,
+    check_replay,
+    flag,
+    listing,
+    specification,
+)
 from eai.cli.options import OUTPUT, SCORING, SETTING, AsJson, DataFolder, Wide, opened_source, planner_terms
 from eai.cli.order import (
     Order,
@@ -25,7 +34,6 @@ from eai.cli.order import (
 )
 from eai.cli.progress import resumable
 from eai.cli.prompts import chosen_prompts, tasks_of
-from eai.cli.stages import FirstStage, Scenes, stage_two
 from eai.cli.table import Result, print_results, suite_title
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
@@ -33,10 +41,7 @@ from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
-from eai.studies.attempts.study import Attempts
-from eai.studies.perception.scenes import scene_abilities
-from eai.studies.perception.study import Perception, Scene
-from eai.studies.pipeline.study import Pipeline
+from eai.studies.variation import Stage
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 __all__ = ["RunCommand", "run"]
@@ -113,7 +118,7 @@ def run(
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
     target, scoring = spec.tasks.adaptive, spec.scoring
-    wanted = _wanted(spec)
+    wanted = spec.variation.abilities(spec.tasks.ability)
     check_models(spec.model.name, wanted)
     order = Order(spec, out, quiet or as_json)
     terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
@@ -149,7 +154,7 @@ def run(
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
     before = () if first is None else first.outcomes
-    if isinstance(first, Scenes) and not order.quiet:
+    if spec.variation.captioner is not None and not order.quiet:
         for outcome in before:
             _print(spec, [outcome], wide=wide)
     tell([*before, *outcomes], order, as_json=as_json)
@@ -162,39 +167,15 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
     print_results(_title(spec, suite), suite.ability, results, wide=wide)
 
 
-def _wanted(spec: RunSpec) -> list[Ability]:
-    """The abilities that are asked for, in order: in an experiment those that it can be made with.
-
-    Raises:
-        InputError: one that is named is none of them.
-    """
-    abilities, scene = spec.tasks.ability, spec.of(Perception).scene
-    if spec.of(Pipeline).goals is not None:
-        return stage_two(abilities)
-    if scene is not Scene.TEXT:
-        return scene_abilities(abilities, scene)
-    if spec.of(Attempts).experiment is None:
-        return sorted(set(abilities or FOUR), key=place_of)
-    for each in abilities or ():
-        if each is not Ability.ACTION_SEQUENCING:
-            raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
-    return [Ability.ACTION_SEQUENCING]
-
-
 def _title(spec: RunSpec, suite: Suite) -> str:
     """The title of the results of a suite."""
     title = suite_title(suite.domain, suite.ability, suite.protocol)
-    experiment, goals, shown = spec.of(Attempts).experiment, spec.of(Pipeline).goals, spec.of(Perception)
-    if experiment is not None:
-        title += f"\n{experiment.label}"
-    if goals is not None:
-        title += f"\ngoals: {goals}"
-    return title if shown.scene is Scene.TEXT else f"{title}\nscene: {shown.label}"
+    return f"{title}\n{spec.variation.heading}".rstrip()
 
 
 def _trials(spec: RunSpec, library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> Trials | None:
     """How answers are carried out, in several attempts or where actions slip."""
-    experiment = spec.of(Attempts).experiment
+    experiment = spec.variation.experiment
     if experiment is None:
         return None
     return open_trials(suite, experiment, library.asker(suite.benchmark, suite.ability, prompts), prompts)
@@ -202,17 +183,15 @@ def _trials(spec: RunSpec, library: Library, suite: Suite, prompts: Mapping[str,
 
 def _first_stage(
     library: Library, order: Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
-) -> FirstStage | Scenes | None:
+) -> Stage | None:
     """The stage before the questions, if there is one: goals are interpreted, or scenes are seen."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
-    shown, goals = order.spec.of(Perception), order.spec.of(Pipeline).goals
-    if shown.scene is not Scene.TEXT:
-        return Scenes(shown, order.spec.captioner, library, partial(obtain_and_score, order), wanted)
-    if goals is not None:
-        return FirstStage(goals, library, partial(obtain_and_score, order), wanted)
-    return None
+    ask, variation = partial(obtain_and_score, order), order.spec.variation
+    if variation.captioner is not None:
+        check_captioner(variation.captioner)
+    return variation.stage(library, wanted, ask, order.spec.model.prices)
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:

@@ -19,7 +19,7 @@ from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
 from eai.envs.rules import Rules
 from eai.errors import InputError
-from eai.studies.perception.pictures import pixels
+from eai.pictures.picture import pixels
 from eai.tasks.source import Source
 
 

@@ -19,12 +19,12 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
 from eai.benchmark.registry import title_of
+from eai.pictures.course import Course
+from eai.pictures.tiles import Tile
 from eai.results.breakdown import outcome
 from eai.results.page import build_page, for_script
 from eai.results.summary import after
 from eai.scoring.runs import Run, RunKey
-from eai.studies.perception.course import Course
-from eai.studies.perception.tiles import Tile
 
 VERSION = 3
 """The version of the format."""

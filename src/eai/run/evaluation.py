@@ -21,13 +21,14 @@ from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.acting import act
-from eai.run.job import Endpoint, Job
+from eai.run.job import PROVIDER, Job
 from eai.run.journal import Desk, Journal, Watch
 from eai.run.scorer import score_of
 from eai.run.solver import ask, without_odd_usage
 from eai.run.tasks import build_task
 from eai.scoring.epochs import Obtained, majority
 from eai.scoring.trials import Place
+from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 
 SUFFIX = ".eval"
@@ -214,6 +215,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     """
     pace, model = job.pace, find_model(job.endpoint)
     sampling: dict[str, Any] = {**job.decoding.sampling}
+    is_built_in = job.endpoint.model.startswith(f"{PROVIDER}/")
     if job.endpoint.prices is not None:
         set_price(model, read_prices(job.endpoint.prices))
     logs = inspect_ai.eval(
@@ -227,7 +229,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
-        max_connections=1 if job.endpoint.is_built_in else pace.max_connections,  # interrupts come in between
+        max_connections=1 if is_built_in else pace.max_connections,  # interrupts come in between
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
 from functools import partial
-from pathlib import Path
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.options import Options, option
@@ -18,9 +17,10 @@ from eai.acting.setting import AGENT
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import answer_form
 from eai.errors import InputError, did_you_mean
+from eai.pictures.scene_graph import SCENE
 from eai.prompts.prompt import Prompt
 from eai.scoring.trials import Inquiry, Trials
-from eai.studies.perception.scene_graph import SCENE
+from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 
 PROVIDER = "eai"
@@ -50,28 +50,6 @@ def check_model(name: str) -> None:
     if not separator:
         hint = did_you_mean(f"{PROVIDER}/{name}", known)
         raise InputError(f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known[0]}{hint}")
-
-
-@dataclass(frozen=True, slots=True)
-class Endpoint:
-    """A model and how to reach it.
-
-    Attributes:
-        model: an Inspect model name, built-in ones included (``eai/oracle``).
-        arguments: arguments of the model's provider.
-        base_url: where an OpenAI-compatible server listens; None for the provider's own.
-        prices: a file with the prices of models, as Inspect's ``--model-cost-config`` takes it.
-    """
-
-    model: str
-    arguments: Mapping[str, Json] = field(default_factory=dict)
-    base_url: str | None = None
-    prices: Path | None = None
-
-    @property
-    def is_built_in(self) -> bool:
-        """Whether answers are worked out in this process."""
-        return self.model.startswith(f"{PROVIDER}/")
 
 
 class _Effort(Enum):

@@ -24,7 +24,7 @@ from inspect_ai.model import (
 )
 from inspect_ai.tool import ToolChoice, ToolInfo
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.abilities.responses import read_responses
 from eai.acting.play import AGENTS, Arena, commands_of
 from eai.acting.setting import ACTING, AGENT, STANDARD, Setting
@@ -47,17 +47,13 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import DONE
 from eai.errors import InputError, did_you_mean
+from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
 from eai.run.job import CAPTIONER, EXPLORERS, PROVIDER, check_model
 from eai.run.solver import ERRATA
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
-from eai.studies.perception.belief import perceiving, scene_words
-from eai.studies.perception.noise import Noise as SceneNoise
-from eai.studies.perception.noise import perceive
-from eai.studies.perception.scene_graph import SCENE, read_scene_graph
-from eai.studies.perception.scenes import SCENE_GRAPH
-from eai.studies.pipeline.stage_one import STATED
+from eai.scoring.epochs import STATED
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.execution import Action
 
@@ -260,13 +256,18 @@ class BuiltInModel(ModelAPI):
         """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
         if asked.ability is not SCENE_GRAPH:
             raise InputError(f"eai/{CAPTIONER} has no answer: it only lists scenes")
+        from eai.studies.perception.belief import scene_words
+        from eai.studies.perception.noise import Noise, perceive
+
         half = self._rate / 2
-        noise, stream = SceneNoise(missing=half, misplaced=half, seed=self._seed), str(asked.epoch)
+        noise, stream = Noise(missing=half, misplaced=half, seed=self._seed), str(asked.epoch)
         task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]
         return perceive(task, scene_words(asked.benchmark), noise, stream).text
 
     def _believing(self, asked: _Question, scene: str) -> str:
         """A plan in the perceived scene; little is spent on it, as many have none."""
+        from eai.studies.perception.belief import perceiving, scene_words
+
         graph = read_scene_graph(scene, scene_words(asked.benchmark).arities).graph
         seen = perceiving(asked.benchmark, {asked.task_id: graph})
         book = open_planned_book(seen, asked.ability, asked.source, limits=LIMITS)

@@ -40,16 +40,14 @@ from eai.abilities.verdict import Verdict
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.pictures.scene_graph import SCENE
 from eai.results.breakdown import outcome
 from eai.results.summary import summarise
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
 from eai.scoring.batch import Scoring, Settings, score_run
-from eai.scoring.epochs import majority
+from eai.scoring.epochs import STATED, majority
 from eai.scoring.trials import Place, record_of_trial, replay
-from eai.studies.perception.scene_graph import SCENE
-from eai.studies.perception.scenes import listed_scenes
-from eai.studies.pipeline.stage_one import STATED, believe
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 
@@ -175,10 +173,14 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     if experiment is not None and experiment.scene is not None:
         if SCENE not in state.metadata:
             return replace(record, experiment=experiment)
+        from eai.studies.perception.scenes import listed_scenes
+
         listed = {task_id: state.metadata[SCENE]}
         return listed_scenes(experiment.scene, suite, listed).marked(record)
     if experiment is None or experiment.goals_from is None:
         return record
+    from eai.studies.pipeline.stage_one import believe
+
     stated = experiment.goals_from, {task_id: state.metadata[STATED]}
     return believe(stated, suite.benchmark, suite.source).marked(record)
 

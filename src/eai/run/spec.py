@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterator, Mapping
 from itertools import count
 from pathlib import Path
-from typing import Annotated, NamedTuple, TypeVar
+from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, JsonValue, model_validator
 from typing_extensions import Self
@@ -24,12 +24,10 @@ from eai.benchmark.registry import REFERENCES
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import PromptSet
-from eai.run.job import CAPTIONER, PROVIDER, Decoding, Endpoint, Pace, check_model
+from eai.run.job import Decoding, Pace
 from eai.scoring.options import ScoringOptions
-from eai.studies.attempts.study import Attempts
-from eai.studies.perception.study import Perception, Scene
-from eai.studies.pipeline.study import Pipeline
 from eai.studies.registry import studies_of_runs
+from eai.studies.variation import Endpoint, Variation
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 """Keys that need no quotes."""
@@ -69,9 +67,6 @@ def _value(value: JsonValue) -> str:
     if isinstance(value, list):
         return f"[{', '.join(_value(each) for each in value if each is not None)}]"
     return str(value).lower() if isinstance(value, bool) else repr(value)
-
-
-T = TypeVar("T", bound=Options)
 
 
 def _several(given: object) -> object:
@@ -149,43 +144,23 @@ class RunSpec(Options):
     requests: Pace = Pace()
     scoring: ScoringOptions = ScoringOptions()
     agent: Setting = STANDARD
-    studies: Mapping[str, Options] = {}
+    studies: Mapping[str, Variation] = {}
 
     @model_validator(mode="after")
     def _of_one_experiment(self) -> Self:
         """Feedback would tell the goals of the task, and all of these make tasks harder or easier."""
-        scene = self.of(Perception).scene
-        chosen = {
-            f"perception.scene {scene.value}": scene is not Scene.TEXT,
-            "pipeline.goals": self.of(Pipeline).goals,
-            "attempts.replans, slip or until": self.of(Attempts).experiment,
-            "tasks.adaptive": self.tasks.adaptive,
-        }
-        names = [name for name, is_chosen in chosen.items() if is_chosen]
+        chosen = [self.studies[each.key] for each in reversed(studies_of_runs()) if each.key in self.studies]
+        names = [each.choice for each in chosen if each.choice]
+        if self.tasks.adaptive:
+            names.append("tasks.adaptive")
         if len(names) > 1:
             raise InputError(f"{names[1]}: not with {names[0]}; a run is of one experiment")
         return self
 
-    def of(self, study: type[T]) -> T:
-        """The options of a study, be it chosen or not."""
-        return next((each for each in self.studies.values() if isinstance(each, study)), study())
-
     @property
-    def captioner(self) -> Endpoint | None:
-        """The model that lists what is in pictures, if there is one.
-
-        Raises:
-            InputError: there is no such model, or it cannot see.
-        """
-        seen = self.of(Perception)
-        if seen.scene_model is None:
-            return None
-        check_model(seen.scene_model)
-        provider, _, name = seen.scene_model.partition("/")
-        if provider == PROVIDER and name != CAPTIONER:
-            expected = f"expected {PROVIDER}/{CAPTIONER} or another provider"
-            raise InputError(f"perception.scene_model {seen.scene_model}: {expected}")
-        return Endpoint(seen.scene_model, seen.scene_args, seen.scene_base_url, self.model.prices)
+    def variation(self) -> Variation:
+        """The study that the run is one of, by its options; without a choice if it is plain."""
+        return next((each for each in self.studies.values() if each.choice), Variation())
 
     @property
     def tables(self) -> dict[str, dict[str, JsonValue]]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import click
@@ -23,7 +22,7 @@ from inspect_ai.util import registry_info
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
+from eai.abilities.protocol import DEFAULT_PROTOCOL, SCENE_GRAPH, Ability, Protocol
 from eai.abilities.verdict import Json
 from eai.acting.play import in_setting
 from eai.acting.setting import ACTING, AGENT, Setting
@@ -35,25 +34,14 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.prompts.template import Templates
 from eai.run.acting import enter, player
 from eai.run.job import CAPTIONER
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ERRATA, ask_as_published, messages_of, part
 from eai.run.spec import read_spec, study_of
+from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
-from eai.studies.attempts.study import Attempts
-from eai.studies.perception.scenes import (
-    SCENE_GRAPH,
-    listed_scenes,
-    refuse_published,
-    scene_abilities,
-    showing_prompts,
-    shown_scenes,
-)
-from eai.studies.perception.study import PERCEPTION, Perception, Scene
-from eai.studies.pipeline.stage_one import read_believed
-from eai.studies.pipeline.study import Pipeline
+from eai.studies.variation import Endpoint, Stage
 from eai.tasks.source import ErrataChoice, Source
 
 
@@ -78,12 +66,11 @@ def refusing() -> Iterator[None]:
 
 
 @solver(name="eai_see")
-def see(choice: Perception, library: Library, suite: Suite) -> Solver:
+def see(stage: Stage, suite: Suite) -> Solver:
     """Has the model in the role ``captioner`` write the scene graph, and makes the question of what it wrote.
 
     Args:
-        choice: how scenes are shown.
-        library: where prompts come from.
+        stage: the stage before the questions.
         suite: what is asked.
     """
 
@@ -92,11 +79,10 @@ def see(choice: Perception, library: Library, suite: Suite) -> Solver:
         about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
         state.messages[-1].metadata = about
         output = await captioner.generate(state.messages)
-        label = choice.model_copy(update={"scene_model": str(captioner)}).label
-        scenes = listed_scenes(label, suite, {task_id: part(output.completion).answer})
-        prompt = showing_prompts(library, suite.benchmark, suite.ability, scenes, [task_id])[task_id]
-        known = {**scenes.about[task_id], "ability": suite.ability.value}
-        experiment = experiment_to_json(scenes.experiment)
+        believed = stage.heard(str(captioner), suite, {task_id: part(output.completion).answer})
+        prompt = believed.prompts(stage.library, suite, [task_id])[task_id]
+        known = {**believed.about[task_id], "ability": suite.ability.value}
+        experiment = experiment_to_json(believed.experiment)
         state.metadata |= {**known, EXPERIMENT: experiment, "stop": list(prompt.stop)}
         state.messages = messages_of(prompt, {**about, **known})
         return state
@@ -184,19 +170,18 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                     **_of_sections(ability, studies),
                 }
             )
-            scoring, goals, shown = spec.scoring, spec.of(Pipeline).goals, spec.of(Perception)
-            experiment = spec.of(Attempts).experiment
+            scoring, experiment = spec.scoring, spec.variation.experiment
             source = Source(planner=scoring.planner, errata=scoring.errata)
             suite = open_suite(find_benchmark(domain), ability, scoring.protocol, source=source)
             library = Library(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
+            stage = spec.variation.stage(library, {suite.domain: asked.prompts}, _ask_nobody)
             if ability is ACTING:
                 asked = _playing(spec.agent, asked, suite)
-            elif shown.scene is not Scene.TEXT:
-                asked = _showing(shown, asked, library, suite)
-            elif goals is not None:
-                asked = _stating(Path(goals), asked, library, suite)
+            elif stage is not None:
+                spec.variation.abilities([ability])
+                asked = _staged(stage, asked, suite)
             elif experiment is not None:
                 asker = library.asker(suite.benchmark, ability, asked.prompts)
                 trials = open_trials(suite, experiment, asker, asked.prompts)
@@ -239,9 +224,9 @@ def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, di
                 f"{name}: in Inspect the model that lists scenes is --model-role {CAPTIONER}=MODEL"
             )
         tables.setdefault(study_of(name), {})[name] = value
-    perception = tables.get(PERCEPTION.name, {})
-    if perception.get("scene") == Scene.PREDICTED.value:
-        perception["scene_model"] = CAPTIONER
+    for table in tables.values():
+        if table.get("scene") == "predicted":
+            table["scene_model"] = CAPTIONER
     return tables
 
 
@@ -277,37 +262,30 @@ def _playing(setting: Setting, asked: _Asked, suite: Suite) -> _Asked:
     return _Asked(prompts, about, asking=player())
 
 
-def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _Asked:
-    """The same questions with interpreted goals.
+def _ask_nobody(*_: object, **__: object) -> SuiteResult:
+    raise InputError("goals: in Inspect those of answers that there are; eai run asks for a model's own")
+
+
+def _staged(stage: Stage, asked: _Asked, suite: Suite) -> _Asked:
+    """The same questions stating what came of an earlier stage, or those that another model is asked first.
 
     Raises:
-        InputError: a task has no answer to goal interpretation; a log would leave it out of all rates.
+        InputError: there is nothing to state of a task; a log would leave it out of all rates.
     """
-    believed = read_believed(answers, suite.benchmark, suite.ability, suite.source)
-    missing = [task_id for task_id in asked.prompts if task_id not in believed.beliefs]
+    anybody, before = Endpoint(""), stage.before(suite)
+    if before is not None:
+        of_scenes = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
+        prompts, _ = before.second(anybody, asked.prompts, of_scenes)
+        about = {task_id: {"ability": SCENE_GRAPH.value} for task_id in prompts}
+        return _Asked(prompts, about, first=see(stage, suite))
+    prompts, believed = stage.second(anybody, asked.prompts, suite)
+    missing = len(asked.prompts) - len(prompts)
     if missing:
         raise InputError(
-            f"goals: {len(missing)} of {len(asked.prompts)} tasks have no answer to goal interpretation; "
+            f"{missing} of {len(asked.prompts)} tasks cannot be asked: {believed.lacking}; "
             "leave them out with -T tasks=, or take eai run, which counts them as failed"
         )
-    prompts = library.open(suite.benchmark, suite.ability, believed.beliefs)
-    return _Asked({i: prompts[i] for i in asked.prompts}, believed.about, believed.experiment)
-
-
-def _showing(choice: Perception, asked: _Asked, library: Library, suite: Suite) -> _Asked:
-    """The same questions with the scene shown in another way, or those that another model is asked first."""
-    scene_abilities([suite.ability], choice.scene)
-    refuse_published(choice, library, suite)
-    is_listed = choice.scene is Scene.PREDICTED
-    tasks, templates = {i: suite.tasks[i] for i in asked.prompts}, Templates(library.folder)
-    seen = choice.of_pictures() if is_listed else choice
-    scenes = shown_scenes(seen, suite.benchmark, tasks, templates)
-    ability = SCENE_GRAPH if is_listed else suite.ability
-    prompts = showing_prompts(library, suite.benchmark, ability, scenes, asked.prompts)
-    if not is_listed:
-        return _Asked(prompts, scenes.about, scenes.experiment)
-    about = {i: {"ability": SCENE_GRAPH.value} for i in prompts}
-    return _Asked(prompts, about, first=see(choice, library, suite))
+    return _Asked(prompts, believed.about, believed.experiment)
 
 
 def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:

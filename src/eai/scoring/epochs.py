@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Perceived, Record, Stated, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.abilities.verdict import Json
+from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.coverage import Coverage, coverage_of, errata_effect
@@ -78,6 +79,10 @@ def _spaced(text: str) -> str:
     return " ".join(text.split())
 
 
+STATED = "stated"
+"""The field of a question's metadata that has the answer whose goals it states instead of the task's."""
+
+
 @dataclass(frozen=True, slots=True)
 class Believed:
     """The beliefs that questions state in the place of the facts: goals in a pipeline, or perceived scenes.
@@ -97,6 +102,16 @@ class Believed:
     about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     stated: Mapping[str, Stated] = field(default_factory=dict)
     perceived: Mapping[str, Perceived] = field(default_factory=dict)
+
+    def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
+        """The questions of those of the tasks that have a belief.
+
+        Raises:
+            InputError: published prompts cannot state it.
+        """
+        beliefs = {task_id: self.beliefs[task_id] for task_id in task_ids if task_id in self.beliefs}
+        prompts = library.open(suite.benchmark, suite.ability, beliefs)
+        return {task_id: prompts[task_id] for task_id in beliefs}
 
     def marked(self, record: Record) -> Record:
         """The record of an answer to such a question."""

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint
 
-from eai.abilities.options import Options
 from eai.data.entry_points import entry_points_of
 from eai.errors import InputError, did_you_mean
 from eai.studies.study import Study
+from eai.studies.variation import Variation
 
 GROUP = "eai.studies"
 """The group of entry points."""
@@ -66,4 +66,4 @@ def find_study(name: str) -> Study:
 @cache
 def studies_of_runs() -> tuple[Study, ...]:
     """The studies that a run can be of: those that have options."""
-    return tuple([study for study in map(find_study, _registered()) if study.options is not Options])
+    return tuple([study for study in map(find_study, _registered()) if study.options is not Variation])

@@ -10,6 +10,7 @@ from eai.abilities.options import Options
 from eai.errors import InputError
 from eai.results.lines import SuiteKey
 from eai.results.plots import clipped, entitle
+from eai.studies.variation import Variation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,7 +66,7 @@ class Study:
 
     name: str
     title: str
-    options: type[Options] = Options
+    options: type[Variation] = Variation
     section: str = ""
     choices: type[Options] = Options
     analyze: Callable[[Records, Any], Iterator[Analysis]] | None = None

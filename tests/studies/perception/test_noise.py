@@ -18,15 +18,15 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.pictures.scene_graph import ReadGraph, Supports
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
-from eai.studies.perception.scene_graph import ReadGraph, Supports
 from eai.tasks.source import Source
-from studies.perception.kitchen import TRUTH, WORDS, kitchen_task, seen
+from pictures.kitchen import TRUTH, WORDS, kitchen_task, seen
 from sweeps import swept
 
 HOUSEHOLDS = ("behavior", "virtualhome")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -11,9 +11,11 @@ from typing_extensions import Self
 
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.options import Options, option
+from eai.abilities.protocol import Ability
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
 from eai.studies.study import Analysis, Figures, Study, of_run
+from eai.studies.variation import Variation
 from eai.world.slips import Notice, Until
 
 if TYPE_CHECKING:
@@ -31,7 +33,7 @@ _SHOWN = (
 """The columns that are shown on the screen."""
 
 
-class Attempts(Options):
+class Attempts(Variation):
     """How often plans are tried, and how reliable actions are.
 
     Raises:
@@ -66,6 +68,29 @@ class Attempts(Options):
     def _without_contradictions(self) -> Self:
         _ = self.experiment
         return self
+
+    @property
+    def choice(self) -> str:
+        """Several attempts, or actions that fail."""
+        return "attempts.replans, slip or until" if self.experiment else ""
+
+    @property
+    def heading(self) -> str:
+        """The experiment."""
+        return self.experiment.label if self.experiment else ""
+
+    def abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Action sequencing.
+
+        Raises:
+            InputError: another ability is named.
+        """
+        if not self.experiment:
+            return super().abilities(named)
+        for each in named:
+            if each is not Ability.ACTION_SEQUENCING:
+                raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
+        return [Ability.ACTION_SEQUENCING]
 
     @property
     def experiment(self) -> Experiment | None:

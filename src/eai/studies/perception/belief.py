@@ -17,7 +17,7 @@ from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import NO_ERRATA
 from eai.logic.traversal import objects
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
+from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 from eai.tasks.source import Source, TaskSet
 from eai.world.state import Fact, Scene, State, WorldObject
 

@@ -25,7 +25,7 @@ from eai.abilities.verdict import Share, Verdict, add, confusion_shares, of_all
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
-    from eai.studies.perception.scene_graph import SceneWords
+    from eai.pictures.scene_graph import SceneWords
 
 _NOTHING = Perceived(0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {})
 
@@ -71,7 +71,7 @@ def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
 
 
 def _words(world: AskedWorld) -> SceneWords:
-    from eai.studies.perception.scene_graph import SceneWords
+    from eai.pictures.scene_graph import SceneWords
 
     return SceneWords(world.wording(Ability.ACTION_SEQUENCING))
 
@@ -83,8 +83,8 @@ def _pose(world: AskedWorld, task: Task) -> Posed:
 
 
 def _pictures(world: AskedWorld, task: Task) -> Sequence[tuple[str, bytes]]:
-    from eai.studies.perception.pictures import drawn_image
-    from eai.studies.perception.scene_graph import SceneWords
+    from eai.pictures.picture import drawn_image
+    from eai.pictures.scene_graph import SceneWords
 
     return (drawn_image(task, SceneWords(world.observed())),)
 

@@ -11,8 +11,8 @@ from eai.abilities.record import Perceived
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, ErrorReport
+from eai.pictures.scene_graph import NamedFact, ReadGraph, SceneWords, read_scene_graph
 from eai.studies.perception.declaration import SceneGraphVerdict
-from eai.studies.perception.scene_graph import NamedFact, ReadGraph, SceneWords, read_scene_graph
 from eai.world.fault import FaultKind
 
 

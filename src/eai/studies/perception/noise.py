@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 
 from eai.abilities.task import Task
 from eai.errors import InputError, did_you_mean
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports, graph_of
+from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports, graph_of
 
 _NUMBER = re.compile(r"\d+$")
 

@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.suite import Suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
-from eai.prompts.prompt import Belief, Image, Prompt, PromptSet
+from eai.pictures.picture import Clutter, drawn_images, images_in
+from eai.pictures.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
+from eai.prompts.prompt import Belief, Image, PromptSet
 from eai.prompts.template import Templates
 from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
-from eai.studies.perception.pictures import Clutter, drawn_images, images_in
-from eai.studies.perception.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
 from eai.studies.perception.study import Perception, Scene
-
-SCENE_GRAPH = Ability("scene_graph")
-"""The ability that lists what is in pictures."""
+from eai.studies.variation import Endpoint, Stage
 
 ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
 """The abilities whose questions tell of a scene."""
@@ -88,7 +88,7 @@ def _pictures(
     return drawn_images(benchmark, tasks, choice.clutter or Clutter.NONE)
 
 
-def scene_abilities(abilities: Collection[Ability] | None, scene: Scene) -> list[Ability]:
+def scene_abilities(abilities: Collection[Ability], scene: Scene) -> list[Ability]:
     """The abilities that are asked for, in order; all that tell of a scene if none is named.
 
     Scene graphs are of pictures alone.
@@ -97,30 +97,13 @@ def scene_abilities(abilities: Collection[Ability] | None, scene: Scene) -> list
         InputError: the questions of one that is named tell of none.
     """
     known = (*ABILITIES, SCENE_GRAPH) if scene is Scene.IMAGE else ABILITIES
-    for each in abilities or ():
+    for each in abilities:
         if each not in known:
             raise InputError(f"perception.scene {scene.value}: questions of {each.value} tell of no scene")
     return [each for each in known if each in (abilities or ABILITIES)]
 
 
-def showing_prompts(
-    library: Library,
-    benchmark: Benchmark,
-    ability: Ability,
-    shown: Believed,
-    task_ids: Collection[str],
-) -> dict[str, Prompt]:
-    """The prompts of tasks that show scenes, of those tasks whose scenes can be shown.
-
-    Raises:
-        InputError: published prompts cannot tell of another scene.
-    """
-    beliefs = {task_id: shown.beliefs[task_id] for task_id in task_ids if task_id in shown.beliefs}
-    prompts = library.open(benchmark, ability, beliefs)
-    return {task_id: prompts[task_id] for task_id in beliefs}
-
-
-def refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
+def _refuse_published(choice: Perception, library: Library, suite: Suite) -> None:
     """Raise if a scene is to be shown in another way by published prompts."""
     is_posed = declaration_of(suite.ability).asked.pose is not None
     published = suite.benchmark.published_prompts is not None and not is_posed
@@ -130,3 +113,62 @@ def refuse_published(choice: Perception, library: Library, suite: Suite) -> None
             f"perception.scene {scene}: published prompts tell of scenes in their own way; "
             "ask ours (--set eai, in Inspect -T prompts=eai)"
         )
+
+
+@dataclass
+class Scenes(Stage):
+    """The scenes of a run, once for each domain.
+
+    A captioner is asked first, for all tasks of a domain at once; its lists are then what other models read.
+
+    Attributes:
+        choice: how they are shown.
+        prices: a file with the prices of models.
+    """
+
+    choice: Perception
+    prices: Path | None = None
+    _known: dict[str, Believed] = field(default_factory=dict, init=False)
+
+    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
+        """The scenes, the same for all models.
+
+        Raises:
+            InputError: published prompts cannot describe another scene, or a picture is missing.
+        """
+        pictured = self.before(suite)
+        if suite.domain not in self._known:
+            self._known[suite.domain] = (
+                self._show(suite) if pictured is None else self._listed(suite, pictured)
+            )
+        return self._known[suite.domain]
+
+    def before(self, suite: Suite) -> Stage | None:
+        """The pictures that a captioner sees.
+
+        Raises:
+            InputError: published prompts cannot describe another scene.
+        """
+        _refuse_published(self.choice, self.library, suite)
+        if self.choice.scene is not Scene.PREDICTED:
+            return None
+        return Scenes(self.library, self.wanted, self.ask, self.choice.of_pictures())
+
+    def heard(self, model: str, suite: Suite, answers: Mapping[str, str]) -> Believed:
+        """The scenes as a captioner lists them."""
+        label = self.choice.model_copy(update={"scene_model": model}).label
+        return listed_scenes(label, suite, answers)
+
+    def _show(self, suite: Suite) -> Believed:
+        tasks = {i: suite.tasks[i] for i in suite.tasks if i in self.wanted[suite.domain]}
+        return shown_scenes(self.choice, suite.benchmark, tasks, Templates(self.library.folder))
+
+    def _listed(self, suite: Suite, pictured: Stage) -> Believed:
+        choice, asked = self.choice, open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
+        captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url, self.prices)
+        task_ids = [task_id for task_id in asked.task_ids if task_id in self.wanted[suite.domain]]
+        prompts, _ = pictured.second(captioner, task_ids, asked)
+        outcome = self.ask(captioner, prompts, asked, first=pictured, epochs=1)
+        self.outcomes.append(outcome)
+        answers = {each.task_id: each.response for each in outcome.records if each.unanswered is None}
+        return self.heard(captioner.model, suite, answers)

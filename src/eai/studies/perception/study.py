@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,13 +11,16 @@ from pydantic import BeforeValidator, model_validator
 from typing_extensions import Self
 
 from eai.abilities.options import Arguments, Options, option
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.errors import InputError
+from eai.pictures.picture import Clutter
 from eai.studies.perception.noise import Noise, noise_of
-from eai.studies.perception.pictures import Clutter
 from eai.studies.study import Analysis, Figures, Study, metric_of, of_run
+from eai.studies.variation import Ask, Stage, Variation
 
 if TYPE_CHECKING:
+    from eai.benchmark.prompt_library import Library
     from eai.results.table import Table
     from eai.scoring.runs import RunKey
     from eai.studies.records import Records
@@ -48,7 +51,7 @@ def _noise(given: object) -> object:
     return noise_of([str(each) for each in given]) if isinstance(given, list | tuple) else given
 
 
-class Perception(Options):
+class Perception(Variation):
     """How the questions of a run show the scene.
 
     Raises:
@@ -96,6 +99,41 @@ class Perception(Options):
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
             raise InputError("perception.scene_args, scene_base_url: expected perception.scene_model")
         return self
+
+    @property
+    def choice(self) -> str:
+        """The scene, if questions do not list it as it is."""
+        return "" if self.scene is Scene.TEXT else f"perception.scene {self.scene.value}"
+
+    @property
+    def heading(self) -> str:
+        """How the scene is shown."""
+        return "" if self.scene is Scene.TEXT else f"scene: {self.label}"
+
+    @property
+    def captioner(self) -> str | None:
+        """The model that lists a predicted scene."""
+        return self.scene_model
+
+    def abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Those whose questions tell of a scene.
+
+        Raises:
+            InputError: those of one that is named tell of none.
+        """
+        if self.scene is Scene.TEXT:
+            return super().abilities(named)
+        from eai.studies.perception.scenes import scene_abilities
+
+        return scene_abilities(named, self.scene)
+
+    def stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask, prices: Path | None = None
+    ) -> Stage | None:
+        """The scenes."""
+        from eai.studies.perception.scenes import Scenes
+
+        return None if self.scene is Scene.TEXT else Scenes(library, wanted, ask, self, prices)
 
     @property
     def label(self) -> str:

@@ -8,7 +8,7 @@ Where there is none, nothing is asked, and the task counts as not answered. None
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -26,15 +26,16 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.prompt import Belief
-from eai.scoring.epochs import Believed
+from eai.scoring.epochs import STATED, Believed
 from eai.scoring.records import RECORDS, read_records
+from eai.studies.variation import Endpoint, Stage
 from eai.tasks.source import Source
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 """The abilities whose questions state the goals of a task."""
 
-STATED = "stated"
-"""The field of a question's metadata that has the answer whose goals it states instead of the task's."""
+OWN = "own"
+"""The value of ``pipeline.goals`` for the goals that the model itself is asked for first."""
 
 
 Interpretations: TypeAlias = tuple[str, Mapping[str, str]]
@@ -150,3 +151,40 @@ def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[
     for file in files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.task_id_of)
         yield read.model, {each.task_id: each.text for each in read.responses}
+
+
+@dataclass
+class StageOne(Stage):
+    """Goal interpretation, once for each model and domain.
+
+    Attributes:
+        goals: `OWN`, or the file or folder with the answers.
+    """
+
+    goals: str
+    _known: dict[tuple[str, str], Believed] = field(default_factory=dict, init=False)
+
+    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
+        """The interpreted goals.
+
+        Raises:
+            InputError: there are no such answers, or none to any of the tasks.
+        """
+        key = (endpoint.model, suite.domain)
+        if key not in self._known:
+            interpretations = self._interpretations(endpoint, suite)
+            self._known[key] = believe(interpretations, suite.benchmark, suite.source)
+        if not self._known[key].beliefs.keys() & set(self.wanted[suite.domain]):
+            raise InputError(f"goals {self.goals}: none of the tasks has an answer to goal interpretation")
+        return self._known[key]
+
+    def _interpretations(self, endpoint: Endpoint, suite: Suite) -> Interpretations:
+        if self.goals != OWN:
+            return read_interpretations(Path(self.goals), suite.benchmark, suite.source, endpoint.model)
+        first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
+        prompts = self.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
+        wanted = [task_id for task_id in first.task_ids if task_id in self.wanted[suite.domain]]
+        outcome = self.ask(endpoint, {task_id: prompts[task_id] for task_id in wanted}, first)
+        self.outcomes.append(outcome)
+        answered = [record for record in outcome.records if record.unanswered is None]
+        return file_name(endpoint.model), {record.task_id: record.response for record in answered}

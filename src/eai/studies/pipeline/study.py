@@ -2,27 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
+from eai.abilities.protocol import FOUR, Ability
 from eai.studies.study import Analysis, Study
+from eai.studies.variation import Ask, Stage, Variation
 
 if TYPE_CHECKING:
+    from eai.benchmark.prompt_library import Library
     from eai.studies.records import Records
 
-OWN = "own"
-"""The value of ``goals`` for the goals that the model itself is asked for first."""
 
-
-class Pipeline(Options):
+class Pipeline(Variation):
     """Whose goals the questions state instead of the task's."""
 
     goals: str | None = option(
         "Ask with interpreted goals: the model's own, asked for first (own), or those in a file "
         "or folder of answers to goal interpretation (its path)."
     )
+
+    @property
+    def choice(self) -> str:
+        """Interpreted goals."""
+        return "" if self.goals is None else "pipeline.goals"
+
+    @property
+    def heading(self) -> str:
+        """Whose goals they are."""
+        return "" if self.goals is None else f"goals: {self.goals}"
+
+    def abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Those whose questions state goals.
+
+        Raises:
+            InputError: one that is named does not.
+        """
+        if self.goals is None:
+            return super().abilities(named)
+        from eai.studies.pipeline.stage_one import STAGE_TWO, refuse_no_stage_two
+
+        for each in named:
+            refuse_no_stage_two(each)
+        return [each for each in FOUR if each in (named or STAGE_TWO)]
+
+    def stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask, prices: Path | None = None
+    ) -> Stage | None:
+        """Goal interpretation."""
+        from eai.studies.pipeline.stage_one import StageOne
+
+        return None if self.goals is None else StageOne(library, wanted, ask, self.goals)
 
 
 class _Choices(Options):

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from eai.studies.perception.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
+from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 
 BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Between a relation and the other object: it holds in both directions, or in one."""

@@ -17,12 +17,12 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
+from eai.pictures.course import Course, course_of, courses, states_along
+from eai.pictures.picture import picture_words
 from eai.scoring.batch import Scoring
-from eai.studies.perception.course import Course, course_of, courses, states_along
-from eai.studies.perception.pictures import picture_words
 from eai.tasks.source import Source
 from eai.world.execution import execute
-from studies.perception.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
+from pictures.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
 
 DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
 

@@ -12,13 +12,13 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.studies.perception.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
+from eai.pictures.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
+from eai.pictures.picture import Clutter, images_in, picture_of, picture_words
+from eai.pictures.scene_graph import ReadGraph, SceneGraph
+from eai.pictures.tiles import Kind, tiles_of
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.pictures import Clutter, images_in, picture_of, picture_words
-from eai.studies.perception.scene_graph import ReadGraph, SceneGraph
-from eai.studies.perception.tiles import Kind, tiles_of
 from eai.tasks.source import Source
-from studies.perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
+from pictures.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
 
 
 def within(inner: _Rectangle, outer: _Rectangle) -> bool:

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.studies.perception.scene_graph import UNREADABLE, NamedFact, ReadGraph, SceneGraph, read_scene_graph
+from eai.pictures.scene_graph import UNREADABLE, NamedFact, ReadGraph, SceneGraph, read_scene_graph
 
 ARITIES = {"in": 2, "lit": 1}
 GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("a",))))

@@ -6,8 +6,8 @@ import re
 
 import eai.world as w
 from eai import Benchmark, Task, given, make_task
-from eai.studies.perception.scene_graph import NamedFact, ReadGraph, SceneGraph, SceneWords
-from eai.studies.perception.tiles import BOTH_WAYS, HANDS, ONE_WAY, Tile
+from eai.pictures.scene_graph import NamedFact, ReadGraph, SceneGraph, SceneWords
+from eai.pictures.tiles import BOTH_WAYS, HANDS, ONE_WAY, Tile
 
 X, Y = w.Variable("x"), w.Variable("y")
 HOLDS, IN, ON, LIT = (

@@ -20,9 +20,9 @@ from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
-from eai.studies.perception.pictures import picture_words
-from eai.studies.perception.scene_graph import SceneWords
-from eai.studies.perception.tiles import Tile, tiles_of
+from eai.pictures.picture import picture_words
+from eai.pictures.scene_graph import SceneWords
+from eai.pictures.tiles import Tile, tiles_of
 from eai.tasks.source import ErrataChoice, Source
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute

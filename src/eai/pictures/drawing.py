@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
 from eai.errors import EaiError, how_to_install
-from eai.studies.perception.tiles import BOTH_WAYS, ONE_WAY, Kind, Tile
+from eai.pictures.tiles import BOTH_WAYS, ONE_WAY, Kind, Tile
 
 if TYPE_CHECKING:
     from PIL.Image import Image

@@ -12,10 +12,10 @@ from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
+from eai.pictures.drawing import Drawing, draw, image_of, png
+from eai.pictures.scene_graph import SceneGraph, SceneWords
+from eai.pictures.tiles import tiles_of
 from eai.prompts.prompt import Image
-from eai.studies.perception.drawing import Drawing, draw, image_of, png
-from eai.studies.perception.scene_graph import SceneGraph, SceneWords
-from eai.studies.perception.tiles import tiles_of
 from eai.world.state import State
 
 PNG = "image/png"

@@ -1,0 +1,137 @@
+"""Variations of a run: what a study has models told or asked first, and how it carries answers out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from eai.abilities.experiment import Experiment
+from eai.abilities.options import Options
+from eai.abilities.protocol import FOUR, Ability, place_of
+from eai.abilities.verdict import Json
+
+if TYPE_CHECKING:
+    from eai.benchmark.prompt_library import Library
+    from eai.benchmark.suite import Suite
+    from eai.prompts.prompt import Prompt
+    from eai.scoring.epochs import Believed, SuiteResult
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A model and how to reach it.
+
+    Attributes:
+        model: an Inspect model name, built-in ones included (``eai/oracle``).
+        arguments: arguments of the model's provider.
+        base_url: where an OpenAI-compatible server listens; None for the provider's own.
+        prices: a file with the prices of models, as Inspect's ``--model-cost-config`` takes it.
+    """
+
+    model: str
+    arguments: Mapping[str, Json] = field(default_factory=dict)
+    base_url: str | None = None
+    prices: Path | None = None
+
+
+Ask: TypeAlias = "Callable[..., SuiteResult]"
+"""Asks a model, an `Endpoint`, questions by task of a suite, and scores its answers.
+
+It also takes ``first``, a `Stage` before them, and ``epochs``, if there are to be as many as the run has.
+"""
+
+
+@dataclass
+class Stage(ABC):
+    """A stage before the questions of a run, which state what comes of it instead of the facts.
+
+    Attributes:
+        library: where prompts come from.
+        wanted: the tasks that the run is about, by domain.
+        ask: asks a model.
+        outcomes: the results of the questions that were asked in this stage.
+    """
+
+    library: Library
+    wanted: Mapping[str, Collection[str]]
+    ask: Ask
+    outcomes: list[SuiteResult] = field(default_factory=list, init=False)
+
+    @abstractmethod
+    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
+        """What questions to a model state.
+
+        Raises:
+            InputError: they cannot state it, or there is nothing.
+        """
+
+    def second(
+        self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
+    ) -> tuple[Mapping[str, Prompt], Believed]:
+        """The questions to a model, and what they state; tasks for which there is nothing are left out.
+
+        Raises:
+            InputError: as of `believed`.
+        """
+        believed = self.believed(endpoint, suite)
+        return believed.prompts(self.library, suite, task_ids), believed
+
+    def before(self, suite: Suite) -> Stage | None:
+        """The stage of another model, whose answers this one states; None if there is none.
+
+        Raises:
+            InputError: questions of the suite cannot state them.
+        """
+        return None
+
+    def heard(self, model: str, suite: Suite, answers: Mapping[str, str]) -> Believed:
+        """What questions state after the answers of another model, by task."""
+        raise NotImplementedError
+
+
+class Variation(Options):
+    """The options of a study of runs; without a choice a run is as it is without the study."""
+
+    @property
+    def choice(self) -> str:
+        """The choice that makes a run one of the study, as messages name it; empty if there is none."""
+        return ""
+
+    @property
+    def heading(self) -> str:
+        """A line about the choice."""
+        return ""
+
+    @property
+    def experiment(self) -> Experiment | None:
+        """How answers are carried out, if not once in a world where every action works."""
+        return None
+
+    @property
+    def captioner(self) -> str | None:
+        """The model that lists what is in pictures for the one who is asked; None if there is none."""
+        return None
+
+    def abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """The abilities that are asked for, in order, of those that are named if any are.
+
+        Raises:
+            InputError: one that is named cannot be varied so.
+        """
+        return sorted(set(named or FOUR), key=place_of)
+
+    def stage(
+        self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask, prices: Path | None = None
+    ) -> Stage | None:
+        """The stage before the questions, if there is one.
+
+        Args:
+            library: where prompts come from.
+            wanted: the tasks that the run is about, by domain.
+            ask: asks a model.
+            prices: a file with the prices of models.
+        """
+        return None
