@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.errors import InputError
-from eai.studies.attempts.study import Attempts
+from eai.studies.attempts.study import REPLANNING
 from eai.world.slips import Notice, Until
 
 
@@ -42,7 +42,7 @@ from eai.world.slips import Notice, Until
     ],
 )
 def test_what_some_choices_come_to(choices: dict[str, Any], experiment: Experiment | None) -> None:
-    assert Attempts.read("attempts", {"slip_seed": 7, **choices}).experiment == experiment
+    assert REPLANNING.options.read("attempts", {"slip_seed": 7, **choices}).experiment == experiment
 
 
 @pytest.mark.parametrize(
@@ -63,5 +63,5 @@ def test_what_some_choices_come_to(choices: dict[str, Any], experiment: Experime
 )
 def test_choices_that_contradict_each_other_or_are_unknown(choices: dict[str, Any], complaint: str) -> None:
     with pytest.raises(InputError) as caught:
-        Attempts.read("attempts", choices)
+        REPLANNING.options.read("attempts", choices)
     assert str(caught.value).startswith(complaint)

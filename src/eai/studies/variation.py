@@ -62,7 +62,7 @@ class Stage(ABC):
 
     @abstractmethod
     def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
-        """What questions to a model state.
+        """The beliefs that questions to a model state.
 
         Raises:
             InputError: they cannot state it, or there is nothing.
@@ -88,7 +88,7 @@ class Stage(ABC):
         return None
 
     def heard(self, model: str, suite: Suite, answers: Mapping[str, str]) -> Believed:
-        """What questions state after the answers of another model, by task."""
+        """The beliefs that questions state after the answers of another model, by task."""
         raise NotImplementedError
 
 

@@ -33,7 +33,7 @@ _SHOWN = (
 """The columns that are shown on the screen."""
 
 
-class Attempts(Variation):
+class _Attempts(Variation):
     """How often plans are tried, and how reliable actions are.
 
     Raises:
@@ -208,7 +208,7 @@ def _paper(domain: str) -> tuple[Table, list[str]]:
 REPLANNING = Study(
     "replanning",
     "Replanning and actions that fail (action sequencing).",
-    Attempts,
+    _Attempts,
     section="attempts",
     choices=_Choices,
     analyze=_analyze,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from eai.studies.records import Records
 
 
-class Pipeline(Variation):
+class _Pipeline(Variation):
     """Whose goals the questions state instead of the task's."""
 
     goals: str | None = option(
@@ -76,7 +76,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 PIPELINE = Study(
     "pipeline",
     "Interpreted goals (action sequencing, subgoal decomposition).",
-    Pipeline,
+    _Pipeline,
     choices=_Choices,
     analyze=_analyze,
 )
