@@ -1,10 +1,10 @@
 """The exceptions of the package. An expected failure of an answer is a value, never one of these.
 
 EaiError
-├── InputError     a file, an answer file or an argument that the user can mend: file, place, expectation
-│   └── ParseError a text that does not parse: line, column, what was expected
+├── InputError     a file, an argument or a declaration that the user can mend: place, expectation
+│   ├── ParseError a text that does not parse: line, column, what was expected
+│   └── DomainError a domain's declaration contradicts itself: names the declaration
 ├── DataError      the data set is missing, damaged or cannot be obtained: says what to do
-├── DomainError    a domain's declaration contradicts itself: names the declaration
 ├── WorkerError    processes that score die again and again: says at what
 └── InterruptError the user ended it: says how to go on
 """
@@ -39,12 +39,12 @@ class ParseError(InputError):
         self.expected = expected
 
 
+class DomainError(InputError):
+    """A domain's declaration contradicts itself; the message names the declaration."""
+
+
 class DataError(EaiError):
     """The data set is missing, damaged or cannot be obtained; the message says what to do."""
-
-
-class DomainError(EaiError):
-    """A domain's declaration contradicts itself; the message names the declaration."""
 
 
 class WorkerError(EaiError):
@@ -63,4 +63,4 @@ def how_to_install(extra: str) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a message on an unknown name: the known one that is nearest, or nothing if none is near."""
     near = get_close_matches(word, list(known), 1)
-    return f"; did you mean {near[0]}?" if near else ""
+    return f"; did you mean {near[0]}?" if near and near[0] != word else ""

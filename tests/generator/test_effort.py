@@ -90,7 +90,7 @@ def test_there_are_no_more_tasks_after_so_many_seeds(
     )
     monkeypatch.setattr(generators, "bases_of", lambda tasks, split, held_out: tasks)
     generator = made(lamps, Tier.DATA, split=split)
-    with pytest.raises(InputError, match=f"only 0 of 1 tasks found: the last {limit} seeds gave none"):
+    with pytest.raises(InputError, match=f"only 0 of 1 tasks found; the last {limit} seeds gave none: "):
         list(generate(generator, iter(Seeds("train", 0)), 1, set()))
     assert len(tried) == limit
 

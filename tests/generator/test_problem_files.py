@@ -131,6 +131,8 @@ def test_a_problem_of_ones_own_has_objects_like_those_of_the_data_set(behavior_t
             "line 14: expected facts that agree: with the others, not dusty",
         ),
         ("(:init", "(:start", "line 9, column 4: expected "),
+        ("(onfloor agent", "(ontop agent", "line 15: there is no object agent.n.01_1"),
+        ("(not (dusty ?table.n.02_1))", "(dusty agent.n.01_1)", "line 16: there is no object agent.n.01_1"),
     ],
 )
 def test_what_is_no_problem_of_this_world_is_refused(

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
-from eai.logic.formula import FALSE, Formula
-from eai.world.derived import Computed, is_a
+from eai.errors import DomainError
+from eai.logic.formula import FALSE, Atom, Formula, Variable
+from eai.world.derived import Computed, Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete
 from eai.world.execution import Action, Fault, Trajectory, attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.history import HistoryRule, Past, each_held_before, was_possible_before
-from eai.world.operator import Operator, Try, additional, affordance, in_paper_order, missing
+from eai.world.operator import Check, Operator, Try, additional, affordance, in_paper_order, missing
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
@@ -33,6 +36,80 @@ TAKE, LOSE = Operator("TAKE", (), (), (Add(SOAP()),)), Operator("LOSE", (), (), 
 DOMAIN = Domain(
     "bath", Vocabulary((WET, DIRTY, MUDDY, SOAP)), (CLEAN, TAKE, LOSE), history_rule=was_possible_before
 )
+
+X, Y = Variable("x"), Variable("y")
+LIT, FIXED, NEAR = Predicate("lit", 1), Predicate("fixed", 1, static=True), Predicate("near", 2)
+
+
+def press(*effects: object, checks: object = (), parameters: object = (X,)) -> Operator:
+    return Operator("PRESS", parameters, checks, effects)  # type: ignore[arg-type]
+
+
+def lamps(*operators: Operator, derived: tuple[Defined, ...] = (), **more: Any) -> Domain:
+    return Domain("lamps", Vocabulary((LIT, FIXED, NEAR), derived), operators, **more)
+
+
+def circle(name: str, other: str) -> Defined:
+    return Defined(name, (X,), ~Atom(other, (X,)))
+
+
+@pytest.mark.parametrize(
+    ("declare", "problem"),
+    [
+        (lambda: lamps(press(), press()), "operator PRESS is declared twice"),
+        (lambda: press(parameters=(X, X)), "operator PRESS: two parameters are called x"),
+        (lambda: press(parameters=X), "operator PRESS, parameters: expected a tuple; of one it is written"),
+        (
+            lambda: press(parameters="x"),
+            "operator PRESS, parameters: expected a tuple of Variable, found",
+        ),
+        (lambda: press(checks=(LIT(X),)), "operator PRESS, checks: expected Check, found Atom"),
+        (lambda: press(LIT(X)), "operator PRESS, effects: expected Add, Delete, When, ForEach or Let, found"),
+        (lambda: Domain("d", Vocabulary(()), press()), "operators: expected a tuple; of one it is written"),
+        (
+            lambda: press(checks=(missing(LIT(X), "{lamp} is dark"),), parameters=(Variable("lamps"),)),
+            "operator PRESS: a reason speaks of lamp, no parameter; did you mean lamps?",
+        ),
+        (lambda: missing(LIT(X), ""), "a check of missing_step gives no reason"),
+        (lambda: Check(LIT(X), FaultKind.PARSING, "no"), "check 'no' names parsing, which no check can find"),
+        (
+            lambda: lamps(press(Add(Atom("lt", (X,))))),
+            "operator PRESS: predicate lt is not declared; did you mean lit?",
+        ),
+        (lambda: lamps(press(Add(Atom("lit", (X, X))))), "operator PRESS: lit takes 1 argument, not 2"),
+        (lambda: lamps(press(Add(LIT(Y)))), "operator PRESS: variable y is not bound"),
+        (lambda: lamps(press(Add(FIXED(X)))), "operator PRESS: an effect changes fixed, which is declared"),
+        (
+            lambda: lamps(press(Add(Atom("bright", (X,)))), derived=(Defined("bright", (X,), LIT(X)),)),
+            "operator PRESS: an effect changes bright, which is not a stored predicate",
+        ),
+        (
+            lambda: lamps(press(checks=(missing(Atom("nearr", (X, X)), "far"),))),
+            "operator PRESS: predicate nearr is not declared; did you mean near?",
+        ),
+        (
+            lambda: lamps(derived=(Defined("d", (X,), Atom("at", (X,))),)),
+            "derived predicate d: predicate at is not declared",
+        ),
+        (
+            lambda: lamps(derived=(circle("d", "d"),)),
+            "derived predicate d: derived predicate d is defined",
+        ),
+        (
+            lambda: lamps(derived=(circle("c", "d"), circle("d", "c"))),
+            "derived predicate c: derived predicate c is defined by itself",
+        ),
+        (lambda: lamps(visible=LIT(Y)), "visible: variable y is not bound"),
+        (lambda: lamps(landmarks=Atom("new", (X,))), "landmarks: predicate new is not declared"),
+    ],
+)
+def test_a_mistake_in_a_declaration_is_named_when_it_is_made(
+    declare: Callable[[], object], problem: str
+) -> None:
+    with pytest.raises(DomainError) as error:
+        declare()
+    assert str(error.value).startswith(problem)
+    assert "\n" not in str(error.value)
 
 
 def run(facts: str, *names: str, domain: Domain = DOMAIN) -> Trajectory:

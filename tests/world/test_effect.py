@@ -90,7 +90,7 @@ X = Variable("x")
     ("effect", "message"),
     [
         (Add(STATIC(X)), "STATIC, which is declared static"),
-        (Add(Predicate("OTHER", 1)(X)), "OTHER, which is not a stored predicate"),
+        (Add(Predicate("OTHER", 1)(X)), "predicate OTHER is not declared"),
         (Add(Predicate("PAIR", 1)(X)), "PAIR takes 2 arguments, not 1"),
         (Add(PAIR(X, ANYTHING)), "an addition of PAIR cannot be a pattern"),
         (Delete(PAIR(Variable("y"), AGENT)), "variable y is not bound"),

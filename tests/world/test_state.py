@@ -1,7 +1,17 @@
 from __future__ import annotations
 
+import pytest
+
+from eai.errors import InputError
+from eai.logic.formula import Variable
+from eai.world.derived import Defined
 from eai.world.state import Scene, WorldObject
-from eai.world.vocabulary import Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
+
+X = Variable("x")
+AT, OPEN, DARK = Predicate("at", 2), Predicate("open", 1), Predicate("dark", 0)
+VOCABULARY = Vocabulary((AT, OPEN, DARK), (Defined("shut", (X,), ~OPEN(X)),))
+SCENE = Scene(VOCABULARY, {"robot": "robot", "dock": "place", "bay-2": "place"}, agent="robot")
 
 
 def test_objects_come_by_category_in_the_order_of_the_scene() -> None:
@@ -10,3 +20,52 @@ def test_objects_come_by_category_in_the_order_of_the_scene() -> None:
     assert scene.named("cup") == ("b", "a")
     assert scene.named(None) == ("b", "box", "a")
     assert scene.named("car") == ()
+
+
+def test_facts_are_said_by_index_by_name_or_as_text() -> None:
+    """A name with a sign that formulas do not have is spelt with underscores there."""
+    expected = [("open", (2,)), ("dark", ()), ("at", (0, 1))]
+    for facts in (
+        [("at", (0, 1)), ("open", (2,)), ("dark", ())],
+        [("at", ("robot", "dock")), ("open", ["bay-2"]), ("dark", ())],
+        ["at(robot, dock)", "open(bay_2)", "dark()"],
+    ):
+        assert [*SCENE.state(facts).facts()] == expected
+
+
+@pytest.mark.parametrize(
+    ("fact", "problem"),
+    [
+        ("at(robot, dok)", "there is no object dok; did you mean dock?"),
+        (("at", ("robt", "dock")), "there is no object robt; did you mean robot?"),
+        (("at", (0, 3)), "there is no object 3"),
+        (("at", (-1, 1)), "there is no object -1"),
+        ("att(robot, dock)", "predicate att is not declared; did you mean at?"),
+        ("at(robot)", "at takes 2 arguments, not 1"),
+        (("open", ("dock")), "open: expected a tuple of objects; of one it is written with a comma, (x,)"),
+        (("open", 1), "open: expected a tuple of objects; of one it is written with a comma, (x,)"),
+        (("open", "dock", "robot"), "('open', 'dock', 'robot'): expected a fact, as in 'at(robot, dock)'"),
+        ("not open(dock)", "'not open(dock)': expected a fact, as in 'at(robot, dock)'"),
+        ("at(robot dock)", "line 1, column 10: expected ')' or ','"),
+        ("shut(dock)", "shut is derived from other facts; a state has none of it"),
+    ],
+)
+def test_a_mistake_in_a_fact_is_named(fact: object, problem: str) -> None:
+    with pytest.raises(InputError) as error:
+        SCENE.state([fact])  # type: ignore[list-item]
+    assert str(error.value) == problem
+
+
+@pytest.mark.parametrize(
+    ("objects", "agent", "problem"),
+    [
+        ([WorldObject("a", "b"), WorldObject("a", "c")], None, "two objects are called a"),
+        ({"robot": "robot"}, "robt", "there is no object robt; did you mean robot?"),
+        ({"robot": "robot"}, 1, "there is no object 1"),
+        ([("robot", "robot")], None, "objects: expected WorldObject, found tuple"),
+    ],
+)
+def test_a_mistake_in_a_scene_is_named(objects: object, agent: int | str | None, problem: str) -> None:
+    with pytest.raises(InputError) as error:
+        Scene(VOCABULARY, objects, agent)  # type: ignore[arg-type]
+    assert str(error.value) == problem

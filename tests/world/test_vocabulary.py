@@ -5,12 +5,11 @@ from collections.abc import Callable
 import pytest
 
 from eai.errors import DomainError
-from eai.logic.formula import Variable
+from eai.logic.formula import Atom, Constant, Variable
 from eai.world.derived import Computed
-from eai.world.domain import Domain
-from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
+DERIVED = Computed("d", 1, lambda state, objects: True, reads=())
 P, Q = Predicate("P", 1), Predicate("Q", 2)
 
 
@@ -24,10 +23,10 @@ P, Q = Predicate("P", 1), Predicate("Q", 2)
             "d reads Q, which is not declared",
         ),
         (lambda: Q(Variable("x")), "Q takes 2 arguments, not 1"),
-        (
-            lambda: Domain("d", Vocabulary((P,)), (Operator("A", (), (), ()), Operator("A", (), (), ()))),
-            "operator A is declared twice",
-        ),
+        (lambda: Vocabulary(P), r"^predicates: expected a tuple; of one .* with a comma, \(x,\)$"),
+        (lambda: Vocabulary(("P",)), "^predicates: expected Predicate, found str$"),
+        (lambda: Vocabulary((P,), (DERIVED)), "^derived predicates: expected a tuple; of one "),
+        (lambda: Vocabulary((P,), 3), "^derived predicates: expected a tuple of DerivedPredicate, found int"),
     ],
 )
 def test_a_declaration_that_contradicts_itself_is_an_error(
@@ -35,3 +34,7 @@ def test_a_declaration_that_contradicts_itself_is_an_error(
 ) -> None:
     with pytest.raises(DomainError, match=message):
         declare()
+
+
+def test_a_term_may_be_the_name_of_an_object() -> None:
+    assert Q("a", Variable("x")) == Atom("Q", (Constant("a"), Variable("x")))

@@ -9,18 +9,26 @@ from __future__ import annotations
 import tempfile
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability, place_of, registered_abilities
 from eai.abilities.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
-from eai.benchmark.registry import registered
-from eai.errors import InputError
+from eai.benchmark.registry import find_benchmark, registered
+from eai.data.files import read_toml
+from eai.errors import EaiError, InputError
+
+if TYPE_CHECKING:
+    from eai.benchmark.benchmark import Benchmark
 
 MAX_SIZE, PER_BYTE = 32_000_000, 50
 """How many bytes of answers a zip may hold: so many, and so many for each byte of its own."""
+
+_RUN, _ABOVE = "run*.toml", 4
+"""How the files are called that say what runs were of, and how many folders above records they may be."""
 
 ZIP = ".zip"
 """How the names of zips end."""
@@ -45,11 +53,33 @@ class _SuiteFile:
     @property
     def order(self) -> tuple[int, int, str]:
         """The key by which files are sorted."""
-        return registered().index(self.domain), place_of(self.ability), self.model
+        return (*registered(), self.domain).index(self.domain), place_of(self.ability), self.model
 
 
-def suite_files(path: Path) -> list[_SuiteFile]:
+def benchmarks_of_runs(paths: Iterable[Path]) -> Mapping[str, Benchmark]:
+    """The benchmarks that are not registered of the runs at some paths, by name, as far as they still open.
+
+    A run says in its ``run.toml`` by what its benchmarks were found.
+    """
+    found: dict[str, Benchmark] = {}
+    for path in map(Path.absolute, paths):
+        beside = (file for folder in (path, *path.parents[:_ABOVE]) for file in folder.glob(_RUN))
+        for file in dict.fromkeys((*path.glob(f"*/{_RUN}"), *beside)):
+            try:
+                references = read_toml(file).get("tasks", {}).get("domain", ())
+                opened = [find_benchmark(each) for each in references if each not in registered()]
+            except EaiError:
+                continue
+            found |= {benchmark.name: benchmark for benchmark in opened}
+    return found
+
+
+def suite_files(path: Path, own: Collection[str] = ()) -> list[_SuiteFile]:
     """The response file at a path, or all below a folder, in order; each names its suite.
+
+    Args:
+        path: the file or folder.
+        own: the names of benchmarks that are known besides those that are registered.
 
     Raises:
         InputError: there is none, or one does not say what it answers.
@@ -57,10 +87,12 @@ def suite_files(path: Path) -> list[_SuiteFile]:
     found = []
     for file in find_response_files(path):
         suite = _suite_of(file)
-        if suite is None or suite[0] not in registered():
+        if suite is None:
             named = f"<domain>/<ability>/<model>{SUFFIX} or <domain>_<ability>{SUFFIX}"
             raise InputError(f"{file}: give --domain and --ability; its place does not say them ({named})")
         domain, ability = suite
+        if domain not in (*registered(), *own):
+            raise InputError(f"{file}: {domain} is no registered benchmark; give --domain")
         model = model_name(file)
         if model == f"{domain}_{ability}":
             model = file.absolute().parent.name

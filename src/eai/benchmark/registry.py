@@ -6,18 +6,20 @@ without arguments that returns one. What opens the other kinds is imported where
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
+from traceback import extract_tb
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.data.entry_points import entry_points_of
-from eai.errors import InputError, did_you_mean
+from eai.errors import EaiError, InputError, did_you_mean
 
 if TYPE_CHECKING:
     from eai.abilities.declaration import OwnTasks
@@ -36,6 +38,9 @@ REFERENCES = (
     "files, FILE.jsonl or DIR/"
 )
 """How a benchmark is named, in words."""
+
+_SUFFIXES = (".pddl", ".jsonl", ".gz")
+"""How the names of files end whose change is noticed in a folder."""
 
 OBFUSCATED = "obfuscated"
 """The word before the colon in a reference to the twin of a benchmark whose words mean other things."""
@@ -78,10 +83,23 @@ def find_benchmark(reference: str) -> Benchmark:
     having a slash in its name. ``obfuscated:`` before any of them is its twin in other words, ``rules:`` the
     same prompts in its own words.
 
+    It is loaded once, and again after its files of PDDL or tasks have changed.
+
     Raises:
         InputError: there is none, or it cannot be loaded.
     """
-    return _find(reference)
+    return _find(reference, tuple(_versions(reference)))
+
+
+def _versions(reference: str) -> Iterator[tuple[str, int, int]]:
+    """The files of PDDL or tasks that a reference names, with what changes where their content does."""
+    named = [] if reference in _entry_points() else re.split("[:,]", reference)
+    for path in map(Path, named):
+        inside = path.iterdir() if path.is_dir() else ()
+        for file in (path, *sorted(file for file in inside if file.suffix in _SUFFIXES)):
+            if file.is_file():
+                status = file.stat()
+                yield str(file.resolve()), status.st_mtime_ns, status.st_size
 
 
 def title_of(name: str) -> str:
@@ -90,7 +108,7 @@ def title_of(name: str) -> str:
 
 
 @cache
-def _find(reference: str) -> Benchmark:
+def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
     from eai.tasks.task_files import ENDINGS
@@ -203,6 +221,10 @@ def _load(module: str, name: str, reference: str) -> object:
         raise InputError(f"{reference}: the module cannot be imported ({error})") from error
     except AttributeError as error:
         raise InputError(f"{reference}: {module} has no object {name!r}") from error
+    except EaiError as error:  # the declaration in the module is not sound
+        file = f"{module.replace('.', '/')}.py"
+        frames = [each for each in extract_tb(error.__traceback__) if each.filename.endswith(file)]
+        raise InputError(f"{file}: line {frames[-1].lineno}: {error}" if frames else str(error)) from error
     finally:
         if added:
             sys.path.remove(here)

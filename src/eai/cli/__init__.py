@@ -102,9 +102,10 @@ class _Commands(LazyGroup):
         "data": Place(
             MATERIAL, "The data set: fetch it, say where it is, check it, count it, annotate it.", "data:app"
         ),
+        "new": Place(MATERIAL, "Write a small domain that runs, to be made your own."),
         "check": Place(
             MATERIAL,
-            "Check task files: name each line that is no task, and each plan that does not solve its.",
+            "Check a benchmark: its declaration, its tasks, and each line of task files.",
             target="tasks:check",
         ),
         "export": Place(

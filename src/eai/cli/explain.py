@@ -23,6 +23,7 @@ from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.acting.declaration import ActingVerdict, outlook_text
+from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
@@ -112,20 +113,21 @@ def explain(
         say("no such answer")
     elif task and len({record.task_id for record in chosen}) == 1 and len(chosen) <= SHOWN_WHOLE:
         for record in chosen:
-            print_record(output(), record, _background(record, store(data)))
+            print_record(output(), record, _background(record, records, store(data)))
     else:
         _print_list(output(), chosen, limit or len(chosen))
 
 
-def _background(record: Record, store: Store) -> _Background | None:
+def _background(record: Record, records: Path, store: Store) -> _Background | None:
     """The data set's words on a record's task; None where it is not at hand, or another than was used."""
-    if record.domain not in registered():
+    own = benchmarks_of_runs([records]).get(record.domain)
+    if own is None and record.domain not in registered():
         return None
-    if any(status.problem for status in dataset.info(store, packs=published_packs())):
+    if own is None and any(status.problem for status in dataset.info(store, packs=published_packs())):
         return None
     try:
         opened_with = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
-        suite = open_suite(record.domain, record.ability, record.protocol, source=opened_with)
+        suite = open_suite(own or record.domain, record.ability, record.protocol, source=opened_with)
         task = suite.tasks.get(record.task_id)
         if task is None or suite.data_sha256 != record.data_sha256:
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +11,7 @@ import typer
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability
+from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
@@ -91,7 +92,8 @@ def report(
         return
     listed_prices = None if prices is None else read_price_list(prices)
     runs = list(read_runs(records))
-    known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
+    own = benchmarks_of_runs(records)
+    known = background(store(data), [run.key.domain for run in runs], own) if prompts else Background()
     if pictures:
         if not _at_hand(store(data)):
             raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
@@ -137,11 +139,15 @@ def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking
         return []
 
 
-def background(source: Store, domains: Iterable[str]) -> Background:
-    """The words of the user's data set on the tasks of some domains; nothing is fetched for it."""
-    if not _at_hand(source):
-        return Background()
-    known = [find_benchmark(name) for name in dict.fromkeys(domains) if name in registered()]
+def background(source: Store, domains: Iterable[str], own: Mapping[str, Benchmark]) -> Background:
+    """The words of the user's data set on the tasks of some domains, or of the user's own benchmarks.
+
+    Nothing is fetched for it.
+    """
+    names = dict.fromkeys(domains)
+    known = [own[name] for name in names if name in own]
+    if _at_hand(source):
+        known += [find_benchmark(name) for name in names if name in registered() and name not in own]
     return Background(
         prompts={
             (benchmark.name, ability.value): _prompts(benchmark, ability, source)
@@ -172,8 +178,11 @@ def _prompts(benchmark: Benchmark, ability: Ability, source: Store) -> dict[str,
 
 
 def _operators(benchmark: Benchmark, source: Store) -> dict[str, str]:
-    """The gold operators as PDDL, by name."""
-    tasks = benchmark.operators(Source(source)).values()
+    """The gold operators as PDDL, by name; none where PDDL cannot say what is declared."""
+    try:
+        tasks = benchmark.operators(Source(source)).values()
+    except EaiError:
+        return {}
     return {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
 
 

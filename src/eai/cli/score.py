@@ -15,7 +15,8 @@ from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, ability_
 from eai.abilities.record import Record
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Json
-from eai.benchmark.answer_files import files_of_suite, suite_files, unpacked
+from eai.benchmark.answer_files import benchmarks_of_runs, files_of_suite, suite_files, unpacked
+from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, counted, note, note_planner, print_json, say, without_inspect
@@ -126,7 +127,7 @@ def score(
 
     A task without an answer counts as failed. With several files each model gets a folder of its own in OUT.
 
-    Without --domain and --ability all suites are scored that files name by their places, as in
+    Without --domain or --ability all suites are scored that files name by their places, as in
     <domain>/<ability>/<model>_outputs.json or <domain>_<ability>_outputs.json; each gets a folder of OUT.
 
     Example: eai score gpt-4o_outputs.json --domain virtualhome --ability action_sequencing --out scores
@@ -296,15 +297,20 @@ def _shares_by_place(
     Raises:
         InputError: there is none, or two are of one model and one suite.
     """
-    every = sorted((f for place in places for f in suite_files(place)), key=lambda file: file.order)
-    found = [f for f in every if domain in (None, f.domain) and ability in (None, f.ability)]
+    own = benchmarks_of_runs(places)
+    named = None
+    if domain is not None:
+        benchmark = find_benchmark(domain)
+        named, own = benchmark.name, {**own, benchmark.name: benchmark}
+    every = sorted((f for place in places for f in suite_files(place, own)), key=lambda file: file.order)
+    found = [f for f in every if named in (None, f.domain) and ability in (None, f.ability)]
     if not found:
         asked = " ".join([domain or "", ability.value if ability else ""]).strip()
         raise InputError(f"{places[0]}: no file with answers to {asked}")
     _refuse_twins([f"{file.domain} {file.ability.value} {file.model}" for file in found])
     shares = []
     for (name, each), files in groupby(found, key=lambda file: (file.domain, file.ability)):
-        suite = open_suite(name, each, protocol, source=source)
+        suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
             shares.append(_Share(suite, replace(_read(file.path, suite), model=file.model), folder))

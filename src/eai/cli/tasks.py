@@ -1,4 +1,4 @@
-"""``eai check`` and ``eai export tasks``: task files, checked and written."""
+"""``eai check`` and ``eai export tasks``: benchmarks checked, task files checked and written."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import typer
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmark.registry import PDDL, find_benchmark, of_the_paper
+from eai.benchmark.check import Check
+from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, opened_source
 from eai.errors import InputError
@@ -19,14 +20,12 @@ from eai.generator.problem_files import problem_files_in, read_problems
 from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
 from eai.tasks.source import Finding
-from eai.tasks.task_files import check_task_files, write_task_file
+from eai.tasks.task_files import ENDINGS, check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
 
 
 def check(
-    path: Annotated[
-        str, typer.Argument(help="A task file, or a folder of them; with --against any benchmark.")
-    ] = "",
+    path: Annotated[str, typer.Argument(metavar="REFERENCE", help=DOMAIN_HELP)] = "",
     against: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Count what this benchmark gives away, say what was trained on."),
@@ -41,9 +40,11 @@ def check(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Check task files: name each line that is no task, and each plan that does not solve its.
+    """Check a benchmark: its declaration, its tasks, and each line of task files.
 
-    The exit status is 2 if there is one.
+    The declaration is tried by random walks; a goal that holds at the start or names what there is not, a
+    plan that does not solve its task, and a task that no plan solves are named. The exit status is 2 if there
+    is one.
 
     With --against, count the tasks that another benchmark gives away: the same, of the same goals, solved by
     its plans (eai/lookup). With --split, check that the set was made with the secret whose digest is known.
@@ -53,7 +54,7 @@ def check(
     if schema:
         print(json.dumps(json_schema(), indent=2))
     elif not path:
-        raise InputError("expected a task file, or a folder of them")
+        raise InputError(f"expected a benchmark: {REFERENCES}")
     elif against is not None:
         _count_overlap(against, path, data, as_json=as_json)
     elif split is not None:
@@ -62,9 +63,23 @@ def check(
         folder = Path(path)
         findings = [Finding(str(folder / split), problem) for problem in unproven(folder, split, secret)]
         tell_findings(findings, "the set was made with this secret", as_json=as_json)
-    else:
+    elif path.endswith((*ENDINGS, "/")) or Path(path).is_dir():
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
         tell_findings(findings, "all tasks are as they say", as_json=as_json)
+    else:
+        _check_benchmark(path, data, as_json=as_json)
+
+
+def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:
+    benchmark = find_benchmark(reference)
+    with opened_source(data) as source:
+        tested = Check(benchmark, source)
+        findings = list(tested.findings())
+        parts = [counted(len(benchmark.domain.operators), "operator")]
+        parts += [counted(len(benchmark.tasks(source)), "task")]
+    parts += [f"the planner solves {len(tested.planned)}"] if tested.planned else []
+    parts += [f"it finds no plan for {', '.join(tested.open)}"] if tested.open else []
+    tell_findings(findings, f"{benchmark.name}: {', '.join(parts)}; nothing is wrong", as_json=as_json)
 
 
 def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:

@@ -430,13 +430,20 @@ def generate(
         known: the fingerprints of tasks that there are already; those of the new ones are added.
     """
     found = failures = 0
+    reasons = Counter[str]()
     limit = _FAILURES if generator.spec.split is Split.ALL else round(_FAILURES / min(SHARES.values()))
     while found < number:
         if failures == limit:
-            raise InputError(f"only {found} of {number} tasks found: the last {failures} seeds gave none")
+            why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
+            given = f"the last {failures} seeds gave none: {why}"
+            raise InputError(f"only {found} of {number} tasks found; {given}")
         outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):
             known.add(fingerprint_of(outcome.task))
             found += 1
-        failures = 0 if isinstance(outcome, Generated) else failures + 1
+            failures = 0
+            reasons.clear()
+        else:
+            failures += 1
+            reasons[outcome.reason.value] += 1
         yield outcome

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
+from eai.abilities.goal_text import check_goal
 from eai.abilities.task import Task, make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import files_below
@@ -20,7 +21,7 @@ from eai.logic.traversal import walk
 from eai.pddl.check import check_problem
 from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
 from eai.pddl.model import PddlProblem, TypedName
-from eai.tasks.problem_world import DeclaredWorld, ProblemWorld
+from eai.tasks.problem_world import DeclaredWorld, Posed, ProblemWorld
 from eai.tasks.source import Source
 from eai.world.reading import Readings
 from eai.world.state import State
@@ -95,15 +96,27 @@ def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmar
     readings = Readings(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
-        if not readings.holds(posed.meaning(each), {}, posed.initial):
+        meaning = _meaning(each, posed, file, _line(file.text, each))
+        if not readings.holds(meaning, {}, posed.initial):
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
             raise InputError(f"{file.path}: line {_line(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = asked.operands if isinstance(asked, f.And) else (asked,)
-    goals = list(dict.fromkeys(map(posed.meaning, parts)))
+    line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
+    goals = list(dict.fromkeys([_meaning(part, posed, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: expected a goal")
     return make_task(name, _instruction(goals, posed.initial, benchmark), posed.initial, *goals)
+
+
+def _meaning(formula: f.Formula, posed: Posed, file: ProblemFile, line: int) -> f.Formula:
+    """The meaning of what stands on a line, of which all is there: the agent of a problem may not be."""
+    meaning = posed.meaning(formula)
+    try:
+        check_goal(meaning, posed.initial.scene)
+    except InputError as error:
+        raise InputError(f"{file.path}: line {line}: {error}") from error
+    return meaning
 
 
 def _instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:

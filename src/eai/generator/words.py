@@ -106,7 +106,8 @@ class Words:
         They alone are in a relation to a thing that is the only one of its kind, or in a state.
         """
         described: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
-        for fact in sorted(self.seen, key=lambda fact: -len(fact.arguments)):
+        about = [fact for fact in self.seen if fact.arguments]
+        for fact in sorted(about, key=lambda fact: -len(fact.arguments)):
             thing, *places = fact.arguments
             if all(map(self._is_alone, places)):
                 category = self.scene.objects[thing].category
@@ -356,14 +357,14 @@ class _Reader:
         """The meaning of a sentence that says a predicate of things in words, or asks for it."""
         named = [self._objects.get(word) for word in words]
         rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
-        is_ground = len(rest) == len(words) - 1
+        is_ground = None not in named[1:]
 
         def atom(*terms: f.Term) -> f.Formula:
             return f.Not(f.Atom(predicate, terms)) if negated else f.Atom(predicate, terms)
 
-        if named[0] is not None:
+        if not named or named[0] is not None:
             if is_ground and not several:
-                yield atom(f.Constant(named[0]), *rest)
+                yield atom(*[f.Constant(name) for name in named if name is not None])
             return
         found = _QUANTIFIED.fullmatch(words[0])
         if found is None:

@@ -8,7 +8,7 @@ reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is no
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
@@ -51,6 +51,28 @@ def parse(text: str, signature: Signature | None = None, dialect: Dialect = Dial
             counts with too large a number (`traversal.MAX_COUNT_DIGITS`).
     """
     return _LtlReader(text, signature, dialect).reading()
+
+
+_UNSPEAKABLE = re.compile(r"\W")
+_NUMBERED = re.compile(r"(.+)\.([0-9]+)")
+
+
+def spelt(names: Iterable[str]) -> dict[str, str]:
+    """Names as formulas can have them -> the names themselves, in order.
+
+    What cannot stand in a formula's names becomes an underscore; where that makes two names one, the later
+    gets one more.
+    """
+    words: dict[str, str] = {}
+    for name in names:
+        match = _NUMBERED.fullmatch(name)
+        stem, number = (match[1], f".{match[2]}") if match else (name, "")
+        stem = _UNSPEAKABLE.sub("_", stem)
+        stem = stem if stem[:1].isalpha() or stem[:1] == "_" else f"_{stem}"
+        while f"{stem}{number}" in words:
+            stem += "_"
+        words[f"{stem}{number}"] = name
+    return words
 
 
 _BLANK = r"[ \t\f\r\n]*"

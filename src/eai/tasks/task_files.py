@@ -136,13 +136,13 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
                 raise InputError(f"the id {line.id!r} stands at {seen[line.id]} already")
             seen[line.id] = place
             domain = domain_of(line.base)
-            problems: Iterable[str] = _problems(task_of(line, domain), domain)
+            problems: Iterable[str] = problems_of(task_of(line, domain), domain)
         except InputError as error:
             problems = [str(error)]
         yield from (Finding(str(place), problem) for problem in problems)
 
 
-def _problems(task: Task, domain: Domain) -> Iterator[str]:
+def problems_of(task: Task, domain: Domain) -> Iterator[str]:
     """Yield the statements of a task that are not true: goals that are none, a plan that is no solution."""
     test = GoalTest(task)
     if all(test.reached(task.initial, ())):

@@ -8,25 +8,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
+from eai.abilities.goal_text import lexicon_of_goals, read_goal
 from eai.abilities.options import misfit
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
-from eai.errors import InputError, ParseError
-from eai.logic.ltl import parse
+from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
-from eai.logic.traversal import is_state_formula, objects, walk
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.state import Fact, Scene, State, WorldObject
+from eai.world.state import Scene, State, WorldObject
 
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
 
@@ -120,11 +117,19 @@ def task_of(line: _TaskLine, domain: Domain) -> Task:
         id=line.id,
         title=line.title or line.id,
         instruction=line.instruction,
-        initial=scene.state(_facts(line, scene)),
+        initial=_initial(line, scene),
         goals=tuple(map(goal, dict.fromkeys(_goals(line, domain, scene)))),
         relevant=tuple([_index(name, scene.index, "relevant") for name in relevant]),
         script=tuple(_plan(line, domain, scene)),
     )
+
+
+def _initial(line: _TaskLine, scene: Scene) -> State:
+    stated = [(name, entry) for name, entries in line.facts.items() for entry in entries]
+    try:
+        return scene.state((name, [entry] if isinstance(entry, str) else entry) for name, entry in stated)
+    except InputError as error:
+        raise InputError(f"facts: {error}") from error
 
 
 def _index(name: str, index: Mapping[str, object], place: str) -> int:
@@ -134,52 +139,12 @@ def _index(name: str, index: Mapping[str, object], place: str) -> int:
     return found if isinstance(found, int) else list(index).index(name)
 
 
-def _facts(line: _TaskLine, scene: Scene) -> Iterator[Fact]:
-    for predicate, entries in line.facts.items():
-        declared = scene.vocabulary.stored(predicate)
-        if declared is None:
-            raise InputError(f"facts: expected a stored predicate of the domain, found {predicate!r}")
-        for entry in entries:
-            names = [entry] if isinstance(entry, str) else entry
-            if len(names) != declared.arity:
-                raise InputError(f"facts.{predicate}: expected {declared.arity} objects, found {entry!r}")
-            yield Fact(predicate, tuple([_index(name, scene.index, f"facts.{predicate}") for name in names]))
-
-
 def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
-    lexicon = _lexicon(domain, scene)
     for number, text in enumerate(line.goals):
-        place = f"goals.{number}"
         try:
-            reading = parse(text, lexicon.signature)
-        except ParseError as error:
-            raise InputError(f"{place}: {error}") from error
-        if reading.offences:
-            raise InputError(f"{place}: {reading.offences[0]}")
-        try:
-            formula = rewrite_in_time(reading.formula, lexicon.meaning)
+            yield read_goal(text, domain, scene)
         except InputError as error:
-            raise InputError(f"{place}: {error}") from error
-        unknown = next((name for name in objects(formula) if name not in scene.index), None)
-        if unknown is not None:
-            raise InputError(f"{place}: there is no object {unknown}")
-        actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
-        if not is_state_formula(formula):
-            misapplied = next((a for a in actions if len(a.arguments) != domain.arities[a.action]), None)
-            if misapplied is not None:
-                raise InputError(
-                    f"{place}: {takes(misapplied.action, domain.arities[misapplied.action], 'object')}, "
-                    f"not {len(misapplied.arguments)}"
-                )
-        elif actions and not _is_choice(formula):
-            raise InputError(f"{place}: expected actions without objects, joined by 'or'")
-        yield formula
-
-
-def _is_choice(formula: f.Formula) -> bool:
-    """Whether a formula is an action, or several of which one will do, with whatever objects."""
-    parts = formula.operands if isinstance(formula, f.Or) else (formula,)
-    return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
+            raise InputError(f"goals.{number}: {error}") from error
 
 
 def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
@@ -190,13 +155,6 @@ def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
         if arity != len(names):
             raise InputError(f"plan.{number}: {takes(operator, arity, 'object')}, not {len(names)}")
         yield Action(operator, tuple([_index(name, scene.index, f"plan.{number}") for name in names]))
-
-
-def _lexicon(domain: Domain, scene: Scene) -> SubgoalLexicon:
-    """The words of goals: those of subgoals; but actions may stand there without objects."""
-    lexicon = SubgoalNotation(domain).lexicon(scene)
-    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), known={})
-    return replace(lexicon, signature=signature)
 
 
 def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
@@ -245,6 +203,6 @@ def facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
 
 def goal_texts(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
     """Goals as task files state them."""
-    lexicon = _lexicon(domain, scene)
+    lexicon = lexicon_of_goals(domain, scene)
     renamed = [rename_variables(formula) for formula in formulas]
     return [print_ltl(rewrite_in_time(formula, lexicon.worded)) for formula in renamed]

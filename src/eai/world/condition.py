@@ -271,11 +271,7 @@ class Conditions:
             self._unfolded.pop()
 
     def _slots(self, atom: f.Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
-        arity = self._vocabulary.arity(atom.predicate)
-        if arity is None:
-            raise DomainError(f"predicate {atom.predicate} is not declared")
-        if arity != len(atom.arguments):
-            raise DomainError(f"{atom.predicate} takes {arity} arguments, not {len(atom.arguments)}")
+        self._vocabulary.require(atom.predicate, len(atom.arguments))
         return tuple(self._frame.slot_of(term, scope) for term in atom.arguments)
 
 

@@ -6,42 +6,30 @@ Run it over a domain of your own with a few of its initial states::
     for defect in check(domain, states):
         print(defect)
 
-It looks at the declaration first; if that is sound, it takes random walks from the states and watches the
-laws of execution. One of them is the paper's: a step is additional only if its intended effect is already
-there (appendix, "Action Sequencing: Trajectory Error Detection"). The intended effect is what the operator
-does in any case and can be seen: its own additions and deletions. What it does besides, for each object that
-happens to be there or only under a condition, is no reason to do it again: who sits on a sofa already does
-not sit down because he has turned away from what it faces.
+It takes random walks from the states and watches the laws of execution. One of them is the paper's: a step is
+additional only if its intended effect is already there (appendix, "Action Sequencing: Trajectory Error
+Detection"). The intended effect is what the operator does in any case and can be seen: its own additions and
+deletions. What it does besides, for each object that happens to be there or only under a condition, is no
+reason to do it again: who sits on a sofa already does not sit down because he has turned away from what it
+faces.
 """
 
 from __future__ import annotations
 
 import random
-import string
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from eai.errors import DomainError
-from eai.logic.formula import And, Atom, Formula, Not, Or, Variable
+from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.ltl_printer import print_ltl
-from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
 from eai.world.execution import Action, Fault, attempt, describe
 from eai.world.fault import FaultKind
-from eai.world.frame import Frame
 from eai.world.history import Past
 from eai.world.operator import Operator
-from eai.world.state import State, change
+from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
-
-_CHECKED_FAULTS = (
-    FaultKind.AFFORDANCE,
-    FaultKind.ADDITIONAL_STEP,
-    FaultKind.MISSING_STEP,
-    FaultKind.UNCATEGORISED,
-)
-"""The kinds that a check may name; a wrong order is the history rule's to find, grammar errors a parser's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,46 +52,9 @@ def check(domain: Domain, states: Iterable[State], *, seed: int = 0, steps: int 
         seed: of the random walks.
         steps: how many actions to try from each state.
     """
-    defects = tuple(_declaration(domain))
-    if defects:
-        return defects
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
     walks = (defect for state in states for defect in _walk(domain, state, rng, steps))
     return tuple(dict.fromkeys(walks))
-
-
-def _declaration(domain: Domain) -> Iterator[Defect]:
-    for derived in domain.vocabulary.derived:
-        parameters = tuple(Variable(f"p{i}") for i in range(derived.arity))
-        try:
-            Conditions(domain.vocabulary, Frame(parameters)).truth(derived(*parameters))
-        except DomainError as error:
-            yield Defect(derived.name, str(error))
-    for operator in domain.operators:
-        yield from _operator(operator)
-    for subject, needed in (
-        (domain.name, lambda: domain.compiled),
-        ("what is visible", lambda: domain.sees),
-        ("landmarks", lambda: domain.is_landmark),
-    ):
-        try:
-            needed()
-        except DomainError as error:
-            yield Defect(subject, str(error))
-
-
-def _operator(operator: Operator) -> Iterator[Defect]:
-    names = [parameter.name for parameter in operator.parameters]
-    if len(set(names)) < len(names):
-        yield Defect(operator.name, "two parameters have one name")
-    for number, each in enumerate(operator.checks, 1):
-        if each.fault not in _CHECKED_FAULTS:
-            yield Defect(operator.name, f"check {number} names {each.fault.value}, which no check can find")
-        if not each.reason:
-            yield Defect(operator.name, f"check {number} gives no reason")
-        for _, field, _, _ in string.Formatter().parse(each.reason):
-            if field is not None and field not in names:
-                yield Defect(operator.name, f"the reason of check {number} mentions {field}, no parameter")
 
 
 def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Iterator[Defect]:
@@ -112,7 +63,6 @@ def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Ite
         yield Defect(domain.name, "a state belongs to another vocabulary")
         return
     past = Past(initial)
-    static = {predicate.name for predicate in domain.vocabulary.predicates if predicate.static}
     for _ in range(steps):
         action = _random_action(domain.operators, initial, rng)
         before = _fingerprint(past.state)
@@ -124,9 +74,6 @@ def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Ite
         if isinstance(outcome, Fault):
             yield from _fault(domain, past, action, outcome)
             continue
-        changed = {fact.predicate for facts in change(past.state, outcome) for fact in facts}
-        for name in sorted(changed & static):
-            yield Defect(action.operator, f"it changes {name}, which is declared static")
         past = past.then(outcome)
 
 

@@ -45,7 +45,7 @@ class Defined:
         """Nothing beyond what its formula says."""
         return ()
 
-    def __call__(self, *terms: f.Term) -> f.Atom:
+    def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""
         return atom(self.name, self.arity, terms)
 
@@ -63,7 +63,7 @@ class Computed:
     reads: tuple[str, ...]
     meaning: Defined | None = None
 
-    def __call__(self, *terms: f.Term) -> f.Atom:
+    def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""
         return atom(self.name, self.arity, terms)
 
@@ -86,7 +86,7 @@ class Lookup:
     single: bool = False
     open_in_meaning: str = ""
 
-    def __call__(self, *terms: f.Term) -> f.Atom:
+    def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""
         return atom(self.name, self.arity, terms)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,7 +16,7 @@ from eai.world.frame import UNBOUND, Frame
 from eai.world.history import HistoryRule, each_held_before
 from eai.world.operator import Operator
 from eai.world.state import State
-from eai.world.vocabulary import Predicate, Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary, several
 
 PRECEDENCE = (
     FaultKind.UNCATEGORISED,
@@ -25,6 +26,15 @@ PRECEDENCE = (
     FaultKind.MISSING_STEP,
 )
 """Which kind of fault counts where a step has several, first to last."""
+
+
+@contextmanager
+def _declaring(place: str) -> Iterator[None]:
+    """Say of an error in what the block declares where it is."""
+    try:
+        yield
+    except DomainError as error:
+        raise DomainError(f"{place}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -44,7 +54,8 @@ class Domain:
         egocentric: the relations that such an agent perceives of itself alone, not between other things.
 
     Raises:
-        DomainError: two operators have one name, or a formula or effect uses what is not declared.
+        DomainError: two operators have one name, or a formula or effect uses what is not declared. All of
+            the declaration is compiled to find out.
     """
 
     name: str
@@ -57,10 +68,20 @@ class Domain:
     egocentric: tuple[Predicate, ...] = ()
 
     def __post_init__(self) -> None:
+        several("operators", self.operators, Operator)
         names = [operator.name for operator in self.operators]
         for name in names:
             if names.count(name) > 1:
                 raise DomainError(f"operator {name} is declared twice")
+        for derived in self.vocabulary.derived:
+            parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
+            with _declaring(f"derived predicate {derived.name}"):
+                Conditions(self.vocabulary, Frame(parameters)).truth(derived(*parameters))
+        with _declaring("visible"):
+            _ = self.sees
+        with _declaring("landmarks"):
+            _ = self.is_landmark
+        _ = self.compiled
 
     @cached_property
     def arities(self) -> Mapping[str, int]:
@@ -72,10 +93,8 @@ class Domain:
         """The operators by name, ready to run."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
-            try:
+            with _declaring(f"operator {operator.name}"):
                 compiled[operator.name] = CompiledOperator(operator, self.vocabulary)
-            except DomainError as error:
-                raise DomainError(f"operator {operator.name}: {error}") from error
         return compiled
 
     @cached_property

@@ -185,15 +185,12 @@ class Effects:
         return lambda before, draft, binding: write(draft, index, binding[source], binding[target])
 
     def _slot_of_predicate(self, atom: Atom) -> int:
+        self._vocabulary.require(atom.predicate, len(atom.arguments))
         predicate = self._vocabulary.stored(atom.predicate)
         if predicate is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
         if predicate.static:
             raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
-        if predicate.arity != len(atom.arguments):
-            raise DomainError(
-                f"{atom.predicate} takes {predicate.arity} arguments, not {len(atom.arguments)}"
-            )
         if predicate.arity == 2:
             return self._vocabulary.binary_slots[predicate.name]
         return self._vocabulary.unary_slots[predicate.name]

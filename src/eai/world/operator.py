@@ -7,12 +7,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from eai.errors import DomainError, did_you_mean
 from eai.logic.formula import Exists, Formula, Variable
 from eai.world.effect import Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
+from eai.world.vocabulary import several
 
 _PARAMETER = re.compile(r"{(\w+)}")
 _WORD = re.compile(r"\w+")
+_PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSING_STEP)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +31,9 @@ class Check:
         id: what records call the check; by default the words of its reason without the objects. A check that
             is worded anew keeps its id by giving it here.
         witness: tells what the reason speaks of without a name; explanations name what it is true of.
+
+    Raises:
+        DomainError: it gives no reason, or names a kind of error that no check can find.
     """
 
     condition: Formula
@@ -38,6 +44,10 @@ class Check:
     witness: Exists | None = None
 
     def __post_init__(self) -> None:
+        if not self.reason:
+            raise DomainError(f"a check of {self.fault.value} gives no reason")
+        if self.fault not in (*_PAPER_ORDER, FaultKind.UNCATEGORISED):
+            raise DomainError(f"check {self.reason!r} names {self.fault.value}, which no check can find")
         if not self.id:
             words = _WORD.findall(_PARAMETER.sub("", self.reason))
             object.__setattr__(self, "id", "_".join(words).lower())
@@ -114,6 +124,9 @@ class Operator:
         tries: where there are any, the action succeeds if one of those made succeeds, or if none is made; it
             has the effects of all that do. If all fail, what is wrong with each is reported together.
         role: what it is for; by default inferred from its effects (`eai.planning.role`).
+
+    Raises:
+        DomainError: two parameters have one name, a reason speaks of no parameter, or a part is no tuple.
     """
 
     name: str
@@ -123,6 +136,23 @@ class Operator:
     description: str = ""
     tries: tuple[Try, ...] = ()
     role: Role | None = None
+
+    def __post_init__(self) -> None:
+        place = f"operator {self.name}"
+        parts = ((self.checks, self.effects), *((each.checks, each.effects) for each in self.tries))
+        several(f"{place}, parameters", self.parameters, Variable)
+        for checks, effects in parts:
+            several(f"{place}, checks", checks, Check)
+            several(f"{place}, effects", effects, Effect)
+        names = [parameter.name for parameter in self.parameters]
+        for name in names:
+            if names.count(name) > 1:
+                raise DomainError(f"{place}: two parameters are called {name}")
+        for name in (name for checks, _ in parts for each in checks for name in each.concerned):
+            if name not in names:
+                raise DomainError(
+                    f"{place}: a reason speaks of {name}, no parameter{did_you_mean(name, names)}"
+                )
 
     @property
     def arity(self) -> int:
@@ -146,9 +176,6 @@ def _conditions(effects: Iterable[Effect]) -> Iterator[Formula]:
             yield from _conditions(effect.effects)
         if isinstance(effect, When):
             yield from _conditions(effect.otherwise)
-
-
-_PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSING_STEP)
 
 
 def in_paper_order(operator: Operator) -> Operator:

@@ -7,12 +7,16 @@ inside the execution of one action.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from itertools import starmap
+from typing import NamedTuple, TypeAlias
 
+from eai.errors import InputError, did_you_mean
+from eai.logic.formula import Atom
+from eai.logic.ltl import parse, spelt
 from eai.world.relation import Matrix, Relation, bits
-from eai.world.vocabulary import Vocabulary
+from eai.world.vocabulary import Vocabulary, several
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,24 +34,39 @@ class Fact(NamedTuple):
     arguments: tuple[int, ...]
 
 
+StatedFact: TypeAlias = "str | tuple[str, Sequence[int | str]]"
+"""A fact as it is declared: a text, ``at(robot, dock)``, or a predicate with objects by index or name."""
+
+
 class Scene:
     """The objects of a task. Their number, order and categories never change during an episode.
 
     Args:
         vocabulary: the predicates that states over this scene keep.
-        objects: all objects; the index of an object is its position here.
-        agent: the index of the acting object, or None if the domain has no object for it.
+        objects: all objects, or their names with their categories; the index of one is its position here.
+        agent: the acting object by name or index, or None if the domain has no object for it.
+
+    Raises:
+        InputError: two objects have one name, or there is no such agent.
     """
 
     __slots__ = ("_categories", "agent", "everything", "index", "objects", "vocabulary")
 
     def __init__(
-        self, vocabulary: Vocabulary, objects: Iterable[WorldObject], agent: int | None = None
+        self,
+        vocabulary: Vocabulary,
+        objects: Iterable[WorldObject] | Mapping[str, str],
+        agent: int | str | None = None,
     ) -> None:
         self.vocabulary = vocabulary
+        objects = starmap(WorldObject, objects.items()) if isinstance(objects, Mapping) else objects
         self.objects = tuple(objects)
-        self.agent = agent
+        several("objects", self.objects, WorldObject)
         self.index = {thing.name: i for i, thing in enumerate(self.objects)}
+        if len(self.index) < len(self.objects):
+            name = next(each.name for i, each in enumerate(self.objects) if self.index[each.name] != i)
+            raise InputError(f"two objects are called {name}")
+        self.agent = None if agent is None else self.find(agent)
         self.everything = (1 << len(self.objects)) - 1
         self._categories: dict[str, int] | None = None
 
@@ -67,18 +86,62 @@ class Scene:
         """The names of the objects of a category, in the scene's order; of all if it is None."""
         return self.names(self.category(category))
 
-    def state(self, facts: Iterable[Fact | tuple[str, tuple[int, ...]]]) -> State:
-        """The state in which exactly these facts about stored predicates hold."""
+    def find(self, named: int | str) -> int:
+        """The index of an object by its name, which may be spelt as in formulas.
+
+        Raises:
+            InputError: there is no such object.
+        """
+        found = self.index.get(named) if isinstance(named, str) else named
+        if isinstance(named, str) and found is None:
+            found = self.index.get(spelt(self.index).get(named, ""))
+        if found is None or not 0 <= found < len(self.objects):
+            hint = did_you_mean(named, self.index) if isinstance(named, str) else ""
+            raise InputError(f"there is no object {named}{hint}")
+        return found
+
+    def fact(self, stated: StatedFact) -> Fact:
+        """A fact about a stored predicate.
+
+        Raises:
+            InputError: it is none; says what was expected.
+        """
+        said = _in_text(stated) if isinstance(stated, str) else stated
+        if not isinstance(said, tuple) or len(said) != 2 or not isinstance(said[0], str):
+            raise InputError(f"{stated!r}: expected a fact, as in 'at(robot, dock)'")
+        name, arguments = said
+        if isinstance(arguments, str) or not isinstance(arguments, Sequence):
+            raise InputError(f"{name}: expected a tuple of objects; of one it is written with a comma, (x,)")
+        self.vocabulary.require(name, len(arguments))
+        if self.vocabulary.stored(name) is None:
+            raise InputError(f"{name} is derived from other facts; a state has none of it")
+        return Fact(name, tuple([self.find(each) for each in arguments]))
+
+    def state(self, facts: Iterable[StatedFact]) -> State:
+        """The state in which exactly these facts about stored predicates hold.
+
+        Raises:
+            InputError: one is no fact; says what was expected.
+        """
         slots = self.vocabulary.unary_slots
         unary = [0] * len(slots)
         pairs: dict[str, list[tuple[int, int]]] = {name: [] for name in self.vocabulary.binary_slots}
-        for predicate, arguments in facts:
+        for predicate, arguments in map(self.fact, facts):
             if predicate in slots:
                 unary[slots[predicate]] |= 1 << arguments[0] if arguments else 1
             else:
                 pairs[predicate].append((arguments[0], arguments[1]))
         size = len(self.objects)
         return State(self, tuple(unary), tuple(Relation(Matrix.of_pairs(size, p)) for p in pairs.values()))
+
+
+def _in_text(stated: str) -> tuple[str, Sequence[str]] | None:
+    """The predicate and the objects of a fact that is written down; None if it is no fact."""
+    match parse(stated).formula:
+        case Atom(predicate, arguments):
+            return predicate, [term.name for term in arguments]
+        case _:
+            return None
 
 
 def _by_category(objects: Iterable[WorldObject]) -> dict[str, int]:

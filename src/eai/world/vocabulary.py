@@ -5,13 +5,14 @@ A stored predicate is part of every state. A derived predicate is computed from 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Protocol
+from types import MappingProxyType, UnionType
+from typing import Protocol, get_args, runtime_checkable
 
-from eai.errors import DomainError
-from eai.logic.formula import Atom, Term
+from eai.errors import DomainError, did_you_mean
+from eai.logic.formula import Atom, Constant, Term
+from eai.logic.signature import either, takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +30,12 @@ class Predicate:
     visible: bool = True
     single: bool = False
 
-    def __call__(self, *terms: Term) -> Atom:
-        """The atom of this predicate with these terms."""
+    def __call__(self, *terms: Term | str) -> Atom:
+        """The atom of this predicate with these terms; a text is the name of an object."""
         return atom(self.name, self.arity, terms)
 
 
+@runtime_checkable
 class DerivedPredicate(Protocol):
     """A predicate that is computed from the stored ones: `eai.world.derived` has its forms."""
 
@@ -52,7 +54,7 @@ class DerivedPredicate(Protocol):
         """The predicates that it reads, where it does not say so by a formula."""
         ...
 
-    def __call__(self, *terms: Term) -> Atom:
+    def __call__(self, *terms: Term | str) -> Atom:
         """The atom of this predicate with these terms."""
         ...
 
@@ -75,6 +77,8 @@ class Vocabulary:
     _stored: Mapping[str, Predicate] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        several("predicates", self.predicates, Predicate)
+        several("derived predicates", self.derived, DerivedPredicate)
         names = [p.name for p in self.predicates] + [d.name for d in self.derived]
         for name in names:
             if names.count(name) > 1:
@@ -102,18 +106,47 @@ class Vocabulary:
         found = self.stored(name) or self.derived_by_name.get(name)
         return None if found is None else found.arity
 
+    def require(self, name: str, number: int) -> None:
+        """Check that a predicate of this name takes so many arguments.
+
+        Raises:
+            DomainError: it takes more or fewer, or is not declared.
+        """
+        arity = self.arity(name)
+        if arity is None:
+            hint = did_you_mean(name, (*self._stored, *self.derived_by_name))
+            raise DomainError(f"predicate {name} is not declared{hint}")
+        if arity != number:
+            raise DomainError(f"{takes(name, arity, 'argument')}, not {number}")
+
+
+def several(place: str, values: object, kind: type | UnionType) -> None:
+    """Check that a part of a declaration is a tuple of some kind of value.
+
+    Raises:
+        DomainError: it is a single one, as where a comma was forgotten, or has something else in it.
+    """
+    if isinstance(values, kind):
+        raise DomainError(f"{place}: expected a tuple; of one it is written with a comma, (x,)")
+    expected = either([each.__name__ for each in get_args(kind) or (kind,)])
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise DomainError(f"{place}: expected a tuple of {expected}, found {type(values).__name__}")
+    for value in values:
+        if not isinstance(value, kind):
+            raise DomainError(f"{place}: expected {expected}, found {type(value).__name__}")
+
 
 def parameters(arity: int) -> tuple[str, ...]:
     """Names of so many parameters: x, y and z; numbered where there are more."""
     return tuple("xyz"[:arity]) if arity <= len("xyz") else tuple([f"x{i}" for i in range(1, arity + 1)])
 
 
-def atom(name: str, arity: int, terms: Sequence[Term]) -> Atom:
+def atom(name: str, arity: int, terms: Sequence[Term | str]) -> Atom:
     """The atom of a predicate with these terms.
 
     Raises:
         DomainError: there are more or fewer than its arity.
     """
     if len(terms) != arity:
-        raise DomainError(f"{name} takes {arity} arguments, not {len(terms)}")
-    return Atom(name, tuple(terms))
+        raise DomainError(f"{takes(name, arity, 'argument')}, not {len(terms)}")
+    return Atom(name, tuple([Constant(term) if isinstance(term, str) else term for term in terms]))

@@ -15,6 +15,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula
+from eai.logic.ltl import spelt
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
@@ -25,9 +26,6 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, attempt
 from eai.world.history import Past
 from eai.world.state import Fact, Scene, State, change
-
-_UNSPEAKABLE = re.compile(r"\W")
-_NUMBERED = re.compile(r"(.+)\.([0-9]+)")
 
 
 @dataclass(frozen=True)
@@ -182,24 +180,6 @@ def _renamed(
 def objects_and_classes(objects: Iterable[str], scene: Scene) -> frozenset[str]:
     """The names of objects, and those of the classes of a scene: a class stands for any object of it."""
     return frozenset([*objects, *[thing.category for thing in scene.objects]])
-
-
-def spelt(names: Iterable[str]) -> dict[str, str]:
-    """Names as formulas can have them -> the names themselves, in order.
-
-    What cannot stand in a formula's names becomes an underscore; where that makes two names one, the later
-    gets one more.
-    """
-    words: dict[str, str] = {}
-    for name in names:
-        match = _NUMBERED.fullmatch(name)
-        stem, number = (match[1], f".{match[2]}") if match else (name, "")
-        stem = _UNSPEAKABLE.sub("_", stem)
-        stem = stem if stem[:1].isalpha() or stem[:1] == "_" else f"_{stem}"
-        while f"{stem}{number}" in words:
-            stem += "_"
-        words[f"{stem}{number}"] = name
-    return words
 
 
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")

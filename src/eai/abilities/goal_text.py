@@ -1,0 +1,84 @@
+"""Goals as they are declared, formulas or text in the syntax of subgoals, checked in their scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import eai.logic.formula as f
+from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation
+from eai.errors import InputError, did_you_mean
+from eai.logic.ltl import parse
+from eai.logic.rewriting import rewrite_in_time
+from eai.logic.signature import MisuseKind, takes
+from eai.logic.traversal import free_variables, is_state_formula, objects, walk
+from eai.world.domain import Domain
+from eai.world.frame import AGENT
+from eai.world.state import Scene
+
+
+def lexicon_of_goals(domain: Domain, scene: Scene) -> SubgoalLexicon:
+    """The words of goals: those of subgoals; but actions may stand there without objects."""
+    lexicon = SubgoalNotation(domain).lexicon(scene)
+    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), known={})
+    return replace(lexicon, signature=signature)
+
+
+def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
+    """The goal that a text states.
+
+    Raises:
+        InputError: it does not parse, or is no goal in this scene; says what was expected.
+    """
+    lexicon = lexicon_of_goals(domain, scene)
+    signature = lexicon.signature
+    reading = parse(text, signature)
+    for offence in reading.offences:
+        is_object = offence.kind is MisuseKind.UNKNOWN_OBJECT
+        known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
+        raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
+    formula = rewrite_in_time(reading.formula, lexicon.meaning)
+    actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
+    if not is_state_formula(formula):
+        for action in actions:
+            wanted, found = domain.arities[action.action], len(action.arguments)
+            if wanted != found:
+                raise InputError(f"{takes(action.action, wanted, 'object')}, not {found}")
+    elif actions and not _is_choice(formula):
+        raise InputError("expected actions without objects, joined by 'or'")
+    check_goal(formula, scene)
+    return formula
+
+
+def check_goal(formula: f.Formula, scene: Scene) -> None:
+    """Check that a goal speaks of what a scene has and its vocabulary declares.
+
+    Raises:
+        InputError: it does not; names what is unknown, and what may be meant.
+    """
+    kinds = {thing.category for thing in scene.objects}
+    for part in walk(formula):
+        match part:
+            case f.Atom(name, arguments):
+                scene.vocabulary.require(name, len(arguments))
+            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
+                _check_kind(variable, kinds)
+            case f.ForPairs(first, second):
+                _check_kind(first, kinds)
+                _check_kind(second, kinds)
+    for name in objects(formula):
+        if name != AGENT.name or scene.agent is None:
+            scene.find(name)
+    for name in sorted(free_variables(formula)):
+        raise InputError(f"variable {name} is not bound")
+
+
+def _check_kind(variable: f.Variable, kinds: set[str]) -> None:
+    kind = variable.category
+    if kind is not None and kind not in kinds:
+        raise InputError(f"there is no object of the kind {kind}{did_you_mean(kind, kinds)}")
+
+
+def _is_choice(formula: f.Formula) -> bool:
+    """Whether a formula is an action, or several of which one will do, with whatever objects."""
+    parts = formula.operands if isinstance(formula, f.Or) else (formula,)
+    return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)

@@ -1,0 +1,93 @@
+"""A benchmark tested: its declaration by random walks, and that its tasks are what they say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import chain
+
+import eai.logic.formula as f
+from eai.abilities.goal_text import check_goal
+from eai.abilities.planning import find_plan
+from eai.abilities.task import NO_GOALS, Task
+from eai.benchmark.benchmark import Benchmark
+from eai.errors import InputError, did_you_mean
+from eai.logic.traversal import walk
+from eai.planning.planner import Planner
+from eai.planning.search import SearchEnd
+from eai.tasks.source import Finding, Source
+from eai.tasks.task_files import problems_of
+from eai.world.conformance import check
+from eai.world.derived import Defined
+from eai.world.domain import Domain
+from eai.world.operator import conditions_of
+
+WALKS = 5
+"""From the initial states of so many tasks random walks begin."""
+
+
+@dataclass
+class Check:
+    """The test of a benchmark.
+
+    Attributes:
+        benchmark: the benchmark.
+        source: where its data comes from.
+        planned: the tasks without a plan of their own for which the planner has found one.
+        open: those for which it has found none within its limits.
+    """
+
+    benchmark: Benchmark
+    source: Source
+    planned: list[str] = field(default_factory=list)
+    open: list[str] = field(default_factory=list)
+
+    def findings(self) -> Iterator[Finding]:
+        """All that is wrong with the declaration and its tasks, in this order."""
+        domain, tasks = self.benchmark.domain, self.benchmark.tasks(self.source)
+        starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
+        yield from (Finding(domain.name, str(defect)) for defect in check(domain, starts))
+        kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
+        for subject, formulas in _formulas(domain):
+            for kind in dict.fromkeys(chain.from_iterable(map(_kinds, formulas))):
+                if kind not in kinds:
+                    problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
+                    yield Finding(domain.name, f"{subject}: {problem}")
+        planner = Planner(domain)
+        for task_id, task in tasks.items():
+            yield from (Finding(task_id, problem) for problem in self._task(task, planner))
+
+    def _task(self, task: Task, planner: Planner) -> Iterator[str]:
+        if not task.goals:
+            yield NO_GOALS
+            return
+        for number, goal in enumerate(task.goals):
+            try:
+                check_goal(goal.formula, task.scene)
+            except InputError as error:
+                yield f"goals.{number}: {error}"
+                return
+        problems = list(problems_of(task, self.benchmark.domain))
+        yield from problems
+        if not problems and not task.script:
+            end = find_plan(task, planner).end
+            if end is SearchEnd.UNREACHABLE:
+                yield "no plan reaches its goals"
+            else:
+                (self.planned if end is SearchEnd.SOLVED else self.open).append(task.id)
+
+
+def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
+    """The formulas of a declaration, by what they are of."""
+    for operator in domain.operators:
+        yield f"operator {operator.name}", conditions_of(operator)
+    for derived in domain.vocabulary.derived:
+        if isinstance(derived, Defined):
+            yield f"derived predicate {derived.name}", [derived.definition]
+
+
+def _kinds(formula: f.Formula) -> Iterator[str]:
+    """The kinds of objects that a formula asks for."""
+    for part in walk(formula):
+        if isinstance(part, f.ForAll | f.Exists | f.Exactly) and part.variable.category is not None:
+            yield part.variable.category

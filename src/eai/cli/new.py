@@ -1,0 +1,44 @@
+"""``eai new``: a small domain that runs, to be changed into one's own."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from importlib.util import find_spec
+from keyword import iskeyword
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.cli.console import tell
+from eai.cli.options import AsJson
+from eai.data.files import write_whole
+from eai.errors import InputError
+
+_FILES = {"{name}.py": "domain.txt", "README.md": "readme.txt"}
+"""The files of a new domain -> their templates."""
+
+
+def new(
+    name: Annotated[str, typer.Argument(help="The domain's name, and its folder's: a name in Python.")],
+    as_json: AsJson = False,
+) -> None:
+    """Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.
+
+    Example: eai new warehouse
+    """
+    if not name.isidentifier() or iskeyword(name):
+        raise InputError(f"{name}: expected a name in Python: letters, digits and underscores")
+    folder = Path(name)
+    if folder.exists():
+        raise InputError(f"{name}: expected a new folder; this one is there already")
+    if find_spec(name) is not None:
+        raise InputError(f"{name}: expected another name; Python has a module of this one")
+    texts = files(__package__) / "templates"
+    made = {
+        folder / file.format(name=name): (texts / text).read_text(encoding="utf-8").replace("NAME", name)
+        for file, text in _FILES.items()
+    }
+    write_whole({path: text.encode() for path, text in made.items()})
+    lines = [f"{', '.join(map(str, made))} written", f"next: cd {name}; eai check {name}:{name}"]
+    tell(*lines, value={"files": [*map(str, made)], "domain": f"{name}:{name}"}, as_json=as_json)

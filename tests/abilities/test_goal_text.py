@@ -1,0 +1,73 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.task import make_task
+from eai.errors import InputError
+from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, ForPairs, Occurs, Variable
+from eai.logic.ltl import parse
+from eai.world.frame import AGENT
+from eai.world.state import Scene
+from world import toy
+
+BOX, BIX, RED = Variable("b", "box"), Variable("b", "bix"), Constant("red")
+
+
+def test_a_goal_as_text_is_the_formula() -> None:
+    """Of every part: kinds, numbers, order, actions where the domain says which there are."""
+    state = toy.initial()
+    told = make_task(
+        "t", "", state, "forall b: box. (at(b, hall)) and lit(lamp)", "lit(lamp) then holding(red)"
+    )
+    everywhere = ForAll(BOX, toy.at(Variable("b"), "hall"))
+    assert (
+        told.goals
+        == make_task(
+            "t", "", state, everywhere & toy.lit("lamp"), parse("lit(lamp) then holding(red)").formula
+        ).goals
+    )
+    assert make_task("t", "", state, "LIFT()", domain=toy.DOMAIN).goals[0].formula == Occurs("LIFT", ())
+
+
+def test_the_agent_may_be_named_as_in_the_domain() -> None:
+    assert make_task("t", "", toy.initial(), toy.at(AGENT, "hall")).goals
+    scene = Scene(toy.VOCABULARY, {"hall": "place"})
+    with pytest.raises(InputError, match="there is no object agent"):
+        make_task("t", "", scene.state([]), toy.at(AGENT, "hall"))
+
+
+@pytest.mark.parametrize(
+    ("goal", "problem"),
+    [
+        ("lit(lmap)", "line 1, column 5: there is no object lmap; did you mean lamp?"),
+        ("lot(lamp)", "line 1, column 1: lot is no predicate and no action; did you mean lit?"),
+        ("lit()", "line 1, column 1: lit takes 1 argument, not 0"),
+        ("lit(box)", "there is no object box"),
+        ("exists b: bax. (lit(b))", "there is no object of the kind bax; did you mean box?"),
+        ("lit(lamp", "line 1, column 9: expected ')' or ','"),
+        ("LIFT(red)", "line 1, column 1: LIFT is no predicate and no action"),
+        (toy.lit("lmap"), "there is no object lmap; did you mean lamp?"),
+        (Atom("lot", (RED,)), "predicate lot is not declared; did you mean lit?"),
+        (Atom("lit", (RED, RED)), "lit takes 1 argument, not 2"),
+        (Exists(BIX, toy.lit(BIX)), "there is no object of the kind bix; did you mean box?"),
+        (ForPairs(BOX, BIX, toy.at(BOX, BIX)), "there is no object of the kind bix; did you mean box?"),
+        (toy.lit(Variable("b")), "variable b is not bound"),
+    ],
+)
+def test_a_mistake_in_a_goal_is_named(goal: Formula | str, problem: str) -> None:
+    with pytest.raises(InputError) as error:
+        make_task("light", "", toy.initial(), "lit(lamp)", goal)
+    assert str(error.value) == f"task light, goal 2: {problem}"
+
+
+@pytest.mark.parametrize(
+    ("goal", "problem"),
+    [
+        ("LIFT() and lit(lamp)", "expected actions without objects, joined by 'or'"),
+        ("lit(lamp) then LIFT()", "LIFT takes 1 object, not 0"),
+    ],
+)
+def test_a_mistake_in_a_goal_of_actions_is_named(goal: str, problem: str) -> None:
+    with pytest.raises(InputError) as error:
+        make_task("light", "", toy.initial(), goal, domain=toy.DOMAIN)
+    assert str(error.value) == f"task light, goal 1: {problem}"
