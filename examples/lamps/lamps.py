@@ -3,7 +3,7 @@
 import eai.world as w
 from eai import Benchmark, given, make_task
 
-x, y, lamp = w.Variable("x"), w.Variable("y"), w.Variable("l", "lamp")
+x, y = w.Variable("x"), w.Variable("y")
 at, inside, holds = w.Predicate("at", 2), w.Predicate("inside", 2), w.Predicate("holds", 2)
 lit, is_open = w.Predicate("lit", 1), w.Predicate("is_open", 1)
 
@@ -31,11 +31,10 @@ operators = (
 domain = w.Domain("lamps", w.Vocabulary((at, inside, holds, lit, is_open)), operators)
 
 kinds = {"robot": "robot", "lamp_1": "lamp", "lamp_2": "lamp", "ball": "ball", "box": "box"}
-scene = w.Scene(domain.vocabulary, [w.WorldObject(name, kind) for name, kind in kinds.items()], agent=0)
-start = scene.state([])
+start = w.Scene(domain.vocabulary, kinds, agent="robot").state([])
 
 tasks = given(
-    make_task("light", "Switch both lamps on.", start, w.ForAll(lamp, lit(lamp))),
-    make_task("pack", "Put the ball into the box.", start, inside(w.Constant("ball"), w.Constant("box"))),
+    make_task("light", "Switch both lamps on.", start, "forall l: lamp. (lit(l))"),
+    make_task("pack", "Put the ball into the box.", start, "inside(ball, box)"),
 )
 lamps = Benchmark("lamps", domain, tasks)

@@ -10,10 +10,11 @@ import pytest
 
 from eai.abilities.task import Task, goal, make_task
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.check import Check
+from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.logic.formula import Atom, Variable
+from eai.planning.search import SearchEnd
 from eai.tasks.source import Source, given
 from eai.world.derived import is_a
 from eai.world.domain import Domain
@@ -28,14 +29,14 @@ GO, PRESS = Action("GO", (2,)), Action("PRESS", (5,))
 
 
 def findings(*tasks: Task, domain: Domain = toy.DOMAIN) -> list[tuple[str, str]]:
-    check = Check(Benchmark("toy", domain, given(*tasks)), Source())
-    return [(found.place, found.problem) for found in check.findings()]
+    found, _ = check_benchmark(Benchmark("toy", domain, given(*tasks)), Source())
+    return [(each.place, each.problem) for each in found]
 
 
 def test_a_task_without_a_plan_is_planned() -> None:
-    check = Check(Benchmark("toy", toy.DOMAIN, given(LIGHT)), Source())
-    assert list(check.findings()) == []
-    assert (check.planned, check.open) == (["light"], [])
+    planned = replace(LIGHT, id="planned", script=(GO, PRESS))
+    found = check_benchmark(Benchmark("toy", toy.DOMAIN, given(LIGHT, planned)), Source())
+    assert found == ([], {SearchEnd.SOLVED: 1})
 
 
 @pytest.mark.parametrize(

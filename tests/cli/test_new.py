@@ -22,7 +22,7 @@ def test_a_new_domain_is_checked_and_run(eai: Command, monkeypatch: pytest.Monke
     assert made.out == "depot/depot.py, depot/README.md written\nnext: cd depot; eai check depot:depot\n"
     monkeypatch.chdir("depot")
     assert eai("check", "depot:depot").out == (
-        "depot: 3 operators, 2 tasks, the planner solves 2; nothing is wrong\n"
+        "depot: 3 operators and 2 tasks; nothing is wrong; the planner solves 2 of the 2 without a plan\n"
     )
     done = in_own_process("run", "--model", "eai/oracle", "--domain", "depot:depot")
     assert done.status == 0, done.err

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from itertools import chain
 
 import eai.logic.formula as f
@@ -26,55 +26,43 @@ WALKS = 5
 """From the initial states of so many tasks random walks begin."""
 
 
-@dataclass
-class Check:
-    """The test of a benchmark.
+def check_benchmark(benchmark: Benchmark, source: Source) -> tuple[list[Finding], Counter[SearchEnd]]:
+    """All that is wrong with the declaration of a benchmark and its tasks.
 
-    Attributes:
-        benchmark: the benchmark.
-        source: where its data comes from.
-        planned: the tasks without a plan of their own for which the planner has found one.
-        open: those for which it has found none within its limits.
+    Besides, how many tasks without a plan of their own the planner solves, and how many it does not.
     """
-
-    benchmark: Benchmark
-    source: Source
-    planned: list[str] = field(default_factory=list)
-    open: list[str] = field(default_factory=list)
-
-    def findings(self) -> Iterator[Finding]:
-        """All that is wrong with the declaration and its tasks, in this order."""
-        domain, tasks = self.benchmark.domain, self.benchmark.tasks(self.source)
-        starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
-        yield from (Finding(domain.name, str(defect)) for defect in check(domain, starts))
-        kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
-        for subject, formulas in _formulas(domain):
-            for kind in dict.fromkeys(chain.from_iterable(map(_kinds, formulas))):
-                if kind not in kinds:
-                    problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
-                    yield Finding(domain.name, f"{subject}: {problem}")
-        planner = Planner(domain)
-        for task_id, task in tasks.items():
-            yield from (Finding(task_id, problem) for problem in self._task(task, planner))
-
-    def _task(self, task: Task, planner: Planner) -> Iterator[str]:
-        if not task.goals:
-            yield NO_GOALS
-            return
-        for number, goal in enumerate(task.goals):
-            try:
-                check_goal(goal.formula, task.scene)
-            except InputError as error:
-                yield f"goals.{number}: {error}"
-                return
-        problems = list(problems_of(task, self.benchmark.domain))
-        yield from problems
+    domain, tasks = benchmark.domain, benchmark.tasks(source)
+    starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
+    found = [Finding(domain.name, str(defect)) for defect in check(domain, starts)]
+    kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
+    for subject, formulas in _formulas(domain):
+        for kind in dict.fromkeys(chain.from_iterable(map(_kinds, formulas))):
+            if kind not in kinds:
+                problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
+                found.append(Finding(domain.name, f"{subject}: {problem}"))
+    planner, ends = Planner(domain), Counter[SearchEnd]()
+    for task_id, task in tasks.items():
+        problems = list(_problems(task, domain))
         if not problems and not task.script:
             end = find_plan(task, planner).end
-            if end is SearchEnd.UNREACHABLE:
-                yield "no plan reaches its goals"
-            else:
-                (self.planned if end is SearchEnd.SOLVED else self.open).append(task.id)
+            ends[end] += 1
+            problems = ["no plan reaches its goals"] if end is SearchEnd.UNREACHABLE else []
+        found += [Finding(task_id, problem) for problem in problems]
+    return found, ends
+
+
+def _problems(task: Task, domain: Domain) -> Iterator[str]:
+    """What is not as a task says."""
+    if not task.goals:
+        yield NO_GOALS
+        return
+    for number, goal in enumerate(task.goals):
+        try:
+            check_goal(goal.formula, task.scene)
+        except InputError as error:
+            yield f"goals.{number}: {error}"
+            return
+    yield from problems_of(task, domain)
 
 
 def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:

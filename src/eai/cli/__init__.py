@@ -102,7 +102,10 @@ class _Commands(LazyGroup):
         "data": Place(
             MATERIAL, "The data set: fetch it, say where it is, check it, count it, annotate it.", "data:app"
         ),
-        "new": Place(MATERIAL, "Write a small domain that runs, to be made your own."),
+        "new": Place(
+            MATERIAL,
+            "Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.",
+        ),
         "check": Place(
             MATERIAL,
             "Check a benchmark: its declaration, its tasks, and each line of task files.",

@@ -11,7 +11,7 @@ import typer
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmark.check import Check
+from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, opened_source
@@ -19,6 +19,7 @@ from eai.errors import InputError
 from eai.generator.problem_files import problem_files_in, read_problems
 from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
+from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
 from eai.tasks.task_files import ENDINGS, check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
@@ -73,13 +74,13 @@ def check(
 def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:
     benchmark = find_benchmark(reference)
     with opened_source(data) as source:
-        tested = Check(benchmark, source)
-        findings = list(tested.findings())
+        findings, ends = check_benchmark(benchmark, source)
         parts = [counted(len(benchmark.domain.operators), "operator")]
         parts += [counted(len(benchmark.tasks(source)), "task")]
-    parts += [f"the planner solves {len(tested.planned)}"] if tested.planned else []
-    parts += [f"it finds no plan for {', '.join(tested.open)}"] if tested.open else []
-    tell_findings(findings, f"{benchmark.name}: {', '.join(parts)}; nothing is wrong", as_json=as_json)
+    fine = f"{benchmark.name}: {' and '.join(parts)}; nothing is wrong"
+    if ends:
+        fine += f"; the planner solves {ends[SearchEnd.SOLVED]} of the {ends.total()} without a plan"
+    tell_findings(findings, fine, as_json=as_json)
 
 
 def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) -> None:
