@@ -52,7 +52,7 @@ def check_benchmark(benchmark: Benchmark, source: Source) -> tuple[list[Finding]
 
 
 def _problems(task: Task, domain: Domain) -> Iterator[str]:
-    """What is not as a task says."""
+    """The statements of a task that are not true."""
     if not task.goals:
         yield NO_GOALS
         return
