@@ -9,7 +9,7 @@ from types import ModuleType
 import pytest
 
 TOOL = Path(__file__).parent.parent / "tools" / "glossary.py"
-MOST = 513
+MOST = 512
 """How many public classes there may be: lower it where some go; 350 is the aim."""
 
 

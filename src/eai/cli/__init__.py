@@ -6,14 +6,20 @@ import errno
 import os
 import signal
 import sys
+from collections import UserDict
+from collections.abc import Iterator, Mapping
+from importlib import import_module
 from io import TextIOWrapper
-from typing import Annotated, Any, ClassVar
+from shutil import get_terminal_size
+from typing import Annotated, Any, NamedTuple
 
 import typer
+from typer.core import MarkupMode, TyperCommand, TyperGroup
+from typer.main import get_group
 
 from eai import __version__
-from eai.cli.lazily import HELP_OPTIONS, LazyGroup, Place
 from eai.errors import EaiError, InputError, InterruptError
+from eai.scoring.collector import collecting_seldom
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
@@ -49,74 +55,140 @@ _RENAMED = {
 """The present names of commands that README and documentation once showed, by their former names."""
 
 
-class _Commands(LazyGroup):
-    """The commands, of which any may be interrupted."""
+_HELP_OPTIONS = ("-h", "--help")
 
-    places: ClassVar = {
-        "run": Place(
-            MEASURE,
-            "Obtain answers through Inspect and score them. "
-            "The same command resumes where it was interrupted.",
-            kind="RunCommand",
-        ),
-        "play": Place(
-            MEASURE,
-            "Play tasks yourself, as models act; scores, reports and comparisons take episodes as theirs.",
-        ),
-        "score": Place(
-            MEASURE,
-            "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
-            "the main table to the screen.",
-        ),
-        "serve": Place(MEASURE, "Let agents outside of this program act.", "serve:app"),
-        "explain": Place(
-            UNDERSTAND,
-            "Show what became of an answer: each step, what it changed, the failing check and why; "
-            "or list answers.",
-        ),
-        "compare": Place(
-            UNDERSTAND, "Compare two runs task by task: exact McNemar for success, random exchanges for F1."
-        ),
-        "report": Place(
-            UNDERSTAND,
-            "Print the main results of runs, the best first; "
-            "with --out, write tables, plots and the HTML explorer.",
-        ),
-        "analyze": Place(
-            UNDERSTAND,
-            "Make the tables and plots of a study of records; "
-            "without a name, list the studies and their options.",
-            kind="AnalyzeCommand",
-            bare=True,
-        ),
-        "prompts": Place(
-            MATERIAL,
-            'Write prompts as a list of {"identifier", "llm_prompt"}; '
-            "a system message goes to a file beside it.",
-        ),
-        "generate": Place(
-            MATERIAL,
-            "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
-            target="generate:generate_tasks",
-        ),
-        "data": Place(
-            MATERIAL, "The data set: fetch it, say where it is, check it, count it, annotate it.", "data:app"
-        ),
-        "new": Place(
-            MATERIAL,
-            "Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.",
-        ),
-        "check": Place(
-            MATERIAL,
-            "Check a benchmark: its declaration, its tasks, and each line of task files.",
-            target="tasks:check",
-        ),
-        "export": Place(
-            MATERIAL,
-            "Data sets for training, task files, world-model questions, pictures, challenge files.",
-            target="export:app",
-        ),
-    }
+_METAVARS: Mapping[str, str] = {
+    f"--{option}": metavar
+    for metavar, options in {
+        "NAME": "ability domain errata like metric model planner prompt-name protocol reference split",
+        "N": "bins conditions depth epochs examples limit max-connections max-tokens n objects"
+        " sample seed workers",
+        "P": "least",
+        "S": "planner-seconds",
+        "X": "margin",
+        "DIR": "data images out prompts",
+        "FILE": "explorer prices",
+        "PATH": "demonstrations from goals",
+        "ID,ID": "tasks",
+        "SECRET": "secret",
+        "URL": "model-base-url",
+    }.items()
+    for option in options.split()
+}
+"""The name of an option's value where the option does not say it itself."""
+
+_PANELS = 80
+"""How many columns help in panels takes; where there are fewer, it would cut the names of options."""
+
+
+class _Place(NamedTuple):
+    """Where a command is, and where it stands in the help.
+
+    Attributes:
+        panel: the panel in the help.
+        summary: the first paragraph of its help, so that the help of the group imports no command.
+        target: the module in this package and the name there, of a function or of an app with commands; both
+            are the command's name if empty.
+        kind: the class of the command, in the same module; Typer's own if None.
+        bare: whether it does something without any argument, instead of printing its help.
+    """
+
+    panel: str
+    summary: str
+    target: str = ""
+    kind: str | None = None
+    bare: bool = False
+
+
+_PLACES = {
+    "run": _Place(
+        MEASURE,
+        "Obtain answers through Inspect and score them. The same command resumes where it was interrupted.",
+        kind="RunCommand",
+    ),
+    "play": _Place(
+        MEASURE,
+        "Play tasks yourself, as models act; scores, reports and comparisons take episodes as theirs.",
+    ),
+    "score": _Place(
+        MEASURE,
+        "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
+        "the main table to the screen.",
+    ),
+    "serve": _Place(MEASURE, "Let agents outside of this program act.", "serve:app"),
+    "explain": _Place(
+        UNDERSTAND,
+        "Show what became of an answer: each step, what it changed, the failing check and why; "
+        "or list answers.",
+    ),
+    "compare": _Place(
+        UNDERSTAND, "Compare two runs task by task: exact McNemar for success, random exchanges for F1."
+    ),
+    "report": _Place(
+        UNDERSTAND,
+        "Print the main results of runs, the best first; "
+        "with --out, write tables, plots and the HTML explorer.",
+    ),
+    "analyze": _Place(
+        UNDERSTAND,
+        "Make the tables and plots of a study of records; "
+        "without a name, list the studies and their options.",
+        kind="AnalyzeCommand",
+        bare=True,
+    ),
+    "prompts": _Place(
+        MATERIAL,
+        'Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.',
+    ),
+    "generate": _Place(
+        MATERIAL,
+        "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
+        target="generate:generate_tasks",
+    ),
+    "data": _Place(
+        MATERIAL, "The data set: fetch it, say where it is, check it, count it, annotate it.", "data:app"
+    ),
+    "new": _Place(
+        MATERIAL,
+        "Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.",
+    ),
+    "check": _Place(
+        MATERIAL,
+        "Check a benchmark: its declaration, its tasks, and each line of task files.",
+        target="tasks:check",
+    ),
+    "export": _Place(
+        MATERIAL,
+        "Data sets for training, task files, world-model questions, pictures, challenge files.",
+        target="export:app",
+    ),
+}
+"""The commands, in the order of the help."""
+
+
+class _Commands(TyperGroup):
+    """The commands, which are imported when they are asked for, and of which any may be interrupted."""
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
+        self.commands = _Loaded({**_PLACES, **self.commands})
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of the commands, for which none needs to be imported."""
+        return list(self.commands)
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help of the group, for which no command is imported."""
+        _label(self)
+        commands = self.commands
+        self.commands = {
+            name: TyperCommand(name, help=place.summary, rich_help_panel=place.panel)
+            for name, place in _PLACES.items()
+        } | {name: commands[name] for name in commands if name not in _PLACES}
+        try:
+            super().format_help(ctx, formatter)
+        finally:
+            self.commands = commands
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that is named.
@@ -137,12 +209,73 @@ class _Commands(LazyGroup):
             raise InterruptError("interrupted") from None
 
 
+class _Loaded(UserDict[str, Any]):
+    """Commands by name, or where they are until one is asked for."""
+
+    def __getitem__(self, name: str) -> Any:
+        found = self.data[name]
+        if isinstance(found, _Place):
+            found = self.data[name] = _imported(name, found)
+        return found
+
+
+def _imported(name: str, place: _Place) -> Any:
+    module_name, _, attribute = (place.target or f"{name}:{name}").partition(":")
+    with collecting_seldom():
+        module = import_module(f"{__name__}.{module_name}")
+    found, kind = getattr(module, attribute), getattr(module, place.kind) if place.kind else None
+    app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
+    if isinstance(found, typer.Typer):
+        app.add_typer(found, name=name, rich_help_panel=place.panel)
+    else:
+        app.command(name, cls=kind, no_args_is_help=not place.bare, rich_help_panel=place.panel)(found)
+    command: Any = get_group(app).commands[name]
+    for each in _with_those_below(command):
+        _label(each)
+    return command
+
+
+def _help_mode() -> MarkupMode:
+    return "rich" if get_terminal_size().columns >= _PANELS else None
+
+
+def _with_those_below(command: Any) -> Iterator[Any]:
+    """A command and, of a group, all commands below it."""
+    yield command
+    if isinstance(command, TyperGroup):
+        for each in command.commands.values():
+            yield from _with_those_below(each)
+
+
+def _label(command: Any) -> None:
+    """Have the help of a command name values by their metavars alone, and fill its paragraphs.
+
+    Typer would say of each value what Python reads it as, and break lines where the docstring does.
+    """
+    command.help = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
+    for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
+        if parameter.param_type_name == "argument":
+            parameter.metavar = parameter.metavar or parameter.name.upper()
+            parameter.display_type_rich = _nothing
+        elif parameter.metavar is None:
+            name = max(parameter.opts, key=len)
+            parameter.metavar = _METAVARS.get(name, "" if parameter.is_flag else None)
+        if "--protocol" in parameter.opts:
+            from eai.abilities.protocol import registered_protocols
+
+            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *registered_protocols()))}."
+
+
+def _nothing(ctx: Any) -> str:
+    return ""
+
+
 app = typer.Typer(
     name="eai",
     cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": [*HELP_OPTIONS]},
+    context_settings={"help_option_names": [*_HELP_OPTIONS]},
 )
 
 
