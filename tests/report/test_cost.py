@@ -57,6 +57,28 @@ def test_runs_are_priced_as_they_were_asked_or_by_a_list_and_paid_for_once(tmp_p
     assert [line.rpartition(",")[2] for line in lines] == ["0", "0", "12", "12"]
 
 
+def test_a_success_costs_all_that_was_spent(tmp_path: Path) -> None:
+    never = [
+        replace(each, verdict=replace(each.verdict, success=False)) for each in asked("never", Usage(9, 1))
+    ]
+    section, _ = written(tmp_path, asked("first", Usage(1000, 100, cost=0.25, seconds=2)), never)
+    of_success = section.partition("| model | suite | tokens | dollars | seconds |")[2].splitlines()
+    first, below, last = of_success[2:5]
+    assert first.startswith("| first | VirtualHome, action sequencing | 3025 | 0.69 | 5.50 |")
+    assert below.startswith("| *95 %* |")
+    assert last == "| never | VirtualHome, action sequencing | ≥ 110 |  |  |"
+
+
+def test_several_answers_to_each_task_are_a_section(tmp_path: Path) -> None:
+    epochs = [asked(f"first.epoch_{number}", Usage(1, 1)) for number in (1, 2)]
+    written(tmp_path, asked("first", Usage(1, 1)), *epochs)
+    report = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    section = report.partition("## Several answers to each task")[2].partition("\n## ")[0]
+    rows = [line.split(" | ")[1:] for line in section.splitlines() if "| first" in line]
+    share = rows[0][2]
+    assert rows == [["2", "1", share, f"{share} |"], ["2", "2", share, f"{share} |"]]
+
+
 def test_answers_that_do_not_say_what_they_took_have_no_section(tmp_path: Path) -> None:
     section, out = written(tmp_path, action_run("first"))
     assert section == ""

@@ -72,22 +72,26 @@ class Usage:
         output_tokens: tokens of reasoning and answer.
         reasoning_tokens: tokens of reasoning alone, where the provider counts them.
         cost: dollars, where prices were given.
+        seconds: of waiting for replies, where they were measured.
     """
 
     input_tokens: int = 0
     output_tokens: int = 0
     reasoning_tokens: int | None = None
     cost: float | None = None
+    seconds: float | None = None
 
     def __add__(self, other: Usage) -> Usage:
         """Both together."""
         reasoning = [n for n in (self.reasoning_tokens, other.reasoning_tokens) if n is not None]
         costs = [cost for cost in (self.cost, other.cost) if cost is not None]
+        seconds = [each for each in (self.seconds, other.seconds) if each is not None]
         return Usage(
             self.input_tokens + other.input_tokens,
             self.output_tokens + other.output_tokens,
             sum(reasoning) if reasoning else None,
             sum(costs) if costs else None,
+            sum(seconds) if seconds else None,
         )
 
     def to_json(self) -> dict[str, Json]:

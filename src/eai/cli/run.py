@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import of_the_paper
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.console import counted, need_inspect, note_planner, print_markdown, say
+from eai.cli.console import counted, need_inspect, note_planner, output, print_markdown, say
 from eai.cli.flags import (
     HELP,
     RunCommand,
@@ -38,6 +38,8 @@ from eai.cli.table import Result, print_results, suite_title
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
+from eai.results.repeats import passes_table
+from eai.results.terminal import print_table
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
@@ -165,6 +167,9 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
     suite = outcomes[0].suite
     results = {each.model: Result.of_rates(each.rates, each.records) for each in outcomes}
     print_results(_title(spec, suite), suite.ability, results, wide=wide)
+    repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
+    if repeated:
+        print_table(output(), passes_table(repeated), wide=wide)
 
 
 def _title(spec: RunSpec, suite: Suite) -> str:

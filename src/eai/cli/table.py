@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
@@ -21,7 +22,9 @@ from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
-_OF_AGENT = ("harness", "effort")
+_GROUPED = re.compile(r"\.(?=\D)")
+"""The point between a group and a measure, which is none in a number such as 1.5."""
+
 PERCENT = Column("percent", digits=1, number=True)
 """A column of rates in percent."""
 
@@ -34,13 +37,13 @@ class Result:
         rates: its rates.
         coverage: how much of the suite they are of.
         errata: what errata did to them.
-        agent: its harness and effort, by these names; empty where they are not known.
+        agent: its harness and effort, as far as they are known.
     """
 
     rates: Mapping[str, Rate]
     coverage: Coverage
     errata: ErrataEffect | None = None
-    agent: Mapping[str, str] = field(default_factory=dict)
+    agent: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, records: Sequence[Record]) -> Result:
@@ -51,13 +54,18 @@ class Result:
     def of_rates(cls, rates: Mapping[str, Rate], records: Sequence[Record]) -> Result:
         """The same where the rates are known."""
         experiment = records[0].experiment or Experiment()
-        agent = {"harness": experiment.harness or "", "effort": experiment.effort or ""}
+        agent = tuple(filter(None, (experiment.harness, experiment.effort)))
         return cls(rates, coverage_of(records), errata_effect(records), agent)
 
 
 def suite_title(domain: str, ability: Ability, protocol: Protocol) -> str:
     """The name of a suite above its results."""
     return f"{domain}, {ability.value}, protocol {protocol.value}"
+
+
+def _named(model: str, result: Result) -> str:
+    """A model with its harness and effort."""
+    return ", ".join([model, *result.agent])
 
 
 def print_results(title: str, ability: Ability, results: Mapping[str, Result], *, wide: bool) -> None:
@@ -96,13 +104,12 @@ def print_rates(
     shown = [metric for metric in metrics if any(result.rates[metric].denominator for result in found)]
     if len(results) == 1:
         (model, result), *_ = results.items()
-        acting = "".join([f", {name} {value}" for name, value in result.agent.items() if value])
-        whole = f"{title}: {model}{acting}, {result.coverage} answered"
+        whole = f"{title}: {_named(model, result)}, {result.coverage} answered"
         rates = [result.rates[metric] for metric in shown]
         table = Table.of_columns(
             whole,
             [
-                ("", [metric.replace("_", " ").replace(".", ", ") for metric in shown]),
+                ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
                 (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
                 (Column("of", number=True), [f"{r.numerator:g} / {r.denominator:g}" for r in rates]),
             ],
@@ -110,8 +117,7 @@ def print_rates(
         print_table(console, table)
         return
     columns: list[NamedCells] = [
-        ("percent", list(results)),
-        *((name, values) for name in _OF_AGENT if any(values := [r.agent.get(name, "") for r in found])),
+        ("percent", [_named(*each) for each in results.items()]),
         (Column("answered", number=True), [str(result.coverage) for result in found]),
         *(
             (replace(PERCENT, heading=heading(metric)), [Estimate.of_rate(r.rates[metric]) for r in found])
@@ -145,7 +151,7 @@ def result_json(records: Sequence[Record], result: Result, folder: Path | None) 
 
 def heading(metric: str) -> str:
     """A metric's name in short lines."""
-    *groups, measure = metric.split(".")
+    *groups, measure = _GROUPED.split(metric)
     words = [word for group in groups for word in group.split("_")]
     last = [_SHORT[measure]] if measure in _SHORT else measure.split("_")
     return "\n".join([*words, *last])

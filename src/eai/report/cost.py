@@ -9,9 +9,11 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.certainty import Cases, interval_of_ratio
 from eai.results.cost import PriceList, Spent, each, paper_cost
-from eai.results.markdown import escaped, grid
-from eai.results.table import Plain
+from eai.results.markdown import escaped, grid, table_markdown
+from eai.results.rate import rate_of
+from eai.results.table import Cell, Estimate, Label, Plain, Table
 from eai.results.table_files import csv_text
 
 COLUMNS = (
@@ -50,6 +52,12 @@ _BY_LIST = (
     "; where it wrote none, they follow from the prices of {date} by {source}, cached tokens at the full one"
 )
 _AT_LEAST = ". Before a sum of answers some of which have no price stands ≥."
+_KINDS = ("tokens", "dollars", "seconds")
+_PER_SUCCESS = (
+    "For each success: all that was spent, on failures too, divided by the successes; intervals by names of "
+    "tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies; "
+    "dollars are those that `eai run` wrote"
+)
 _PAPER = """\
 The paper's figures are of one run of all its models, at the prices of its day: {runs} runs, which are not 18
 models in 8 suites (144), with {queries:,} queries. It does not say which tokens are counted, nor how many
@@ -115,6 +123,9 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
     if with_paper:
         rows.append(_paper_row())
     yield "\n".join(grid(_HEADINGS, rows)) + "\n"
+    table = _per_success(runs)
+    yield f"{table.definition}.\n"
+    yield table_markdown(table)
     if with_paper:
         paper = paper_cost()
         yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
@@ -139,6 +150,25 @@ def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
     found = list(lines.values())
     total = sum((line.spent for line in found), Spent())
     return [*found, _Line("together", "", None, total)] if len(found) > 1 else found
+
+
+def _per_success(runs: Sequence[RunSummary]) -> Table:
+    """What each success takes."""
+    rows = []
+    for item in runs:
+        suite = f"{domain_title(item.key.domain)}, {ability_title(item.key.ability).lower()}"
+        amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
+        if item.per_success:
+            rows.append((Label(item.key.name), suite, *amounts))
+    return Table("per_success", "", _PER_SUCCESS, ("model", "suite", *_KINDS), tuple(rows))
+
+
+def _ratio(cases: Cases) -> Cell:
+    """All that was spent for each success; where there is none, at least that."""
+    if not cases:
+        return None
+    rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)
+    return f"≥ {rate.numerator:,.4g}" if rate.share is None else Estimate(rate.share, *(interval or ()))
 
 
 def _paper_row() -> list[str]:

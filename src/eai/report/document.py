@@ -13,9 +13,11 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import ability_title, domain_title
-from eai.results.certainty import Interval, mean_over_names
+from eai.results.certainty import Cases, Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
+from eai.results.repeats import passes_table, repeated_metric, without_epoch
+from eai.scoring.runs import RunKey
 
 DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""
@@ -132,6 +134,7 @@ def report_markdown(
         *_titled("Experiments", _EXPERIMENTS, experiments),
         *_titled("What the paper reports besides", _BESIDES, besides),
         *_certainty(plain),
+        *_repeated(runs),
         *_protocols(plain),
         *_agreement(agreements),
         *_outcomes(plain),
@@ -162,6 +165,23 @@ def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterato
         rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
         yield f"### {table.title}, {domain_title(table.domain)}{rules}\n"
         yield table_markdown(table.table())
+
+
+def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The runs of which there are several epochs: whether one answer to a task is right, or all are."""
+    groups: dict[RunKey, list[Cases]] = {}
+    for item in runs:
+        metric, model = repeated_metric(item.key.ability), without_epoch(item.key.model)
+        if metric is not None and model != item.key.model:
+            groups.setdefault(item.key._replace(model=model), []).append(item.cases.get(metric, ()))
+    if not groups:
+        return
+    table = passes_table(
+        {f"{key.name}, {_suite(key.domain, key.ability)}": each for key, each in groups.items()}
+    )
+    yield f"## {table.title}\n"
+    yield f"{table.definition}.\n"
+    yield table_markdown(table)
 
 
 def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:

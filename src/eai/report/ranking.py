@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from itertools import compress
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.table_specs import ColumnSpec, domain_title
@@ -167,17 +166,16 @@ class Ranking:
             Column(column.metric, column.label, column.group, _alone(column, groups), 1, True, notes)
             for column, notes in zip(self.columns, self.column_notes, strict=True)
         ]
-        named = {name for name in _OF_AGENT if any(getattr(row, name) for row in self.rows)}
-        headings = (*_BESIDE, *columns)
-        kept = [column.name not in _OF_AGENT or column.name in named for column in headings]
-        return Table(
+        table = Table(
             self.name,
             self.title,
             self._caption(),
-            tuple(compress(headings, kept)),
-            tuple([tuple(compress(row.shown(), kept)) for row in self.rows]),
+            (*_BESIDE, *columns),
+            tuple([row.shown() for row in self.rows]),
             notes=self.notes,
         )
+        unused = {name for name in _OF_AGENT if not any(getattr(row, name) for row in self.rows)}
+        return table.only([name for name in table.names if name not in unused])
 
     def _caption(self) -> str:
         """The protocol is that of runs, so a table of the paper's rows alone has none."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from eai.abilities.declaration import declaration_of
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
-from eai.results.cost import Spent, spent
+from eai.results.cost import Spent, per_success, spent
 from eai.results.coverage import Coverage, ErrataEffect, coverage_of, errata_effect, planners_of
 from eai.results.rate import Rate, total
 from eai.results.summary import cases_of, contributions
@@ -31,6 +31,7 @@ class RunSummary:
         certainties: metric -> how sure the rate is, None where it is not defined.
         cases: main metric -> what each task adds to it.
         spent: what the answers took, as far as records say.
+        per_success: what each answer took, and whether it is a success (`eai.results.cost.per_success`).
         unnamed: how many records do not say what their tasks are like, so that each task stands for itself.
     """
 
@@ -45,6 +46,7 @@ class RunSummary:
     certainties: Mapping[str, Certainty | None]
     cases: Mapping[str, Cases]
     spent: Spent
+    per_success: Mapping[str, Cases]
     unnamed: int
     breakdown: Breakdown
 
@@ -72,6 +74,7 @@ def summary_of(run: Run) -> RunSummary:
         {metric: certainty_of_rate(found) for metric, found in cases.items()},
         {metric: found for metric, found in cases.items() if metric in declaration_of(key.ability).main},
         spent(run.records),
+        per_success(run.records),
         sum(record.task is None for record in run.records),
         break_down(run.records, key.ability),
     )

@@ -293,6 +293,24 @@ def certainty_of_difference(first: Cases, second: Cases) -> Certainty | None:
     return _certainty(by_task, by_name, _between_ones)
 
 
+def interval_of_ratio(cases: Cases) -> Interval | None:
+    """The interval of what a success costs: a ratio of sums, on the scale of its logarithm, by names.
+
+    None if there is no success, nothing is spent, or one name alone.
+
+    Args:
+        cases: for each answer what it cost, and whether it is a success.
+    """
+    units = of_names(cases).values()
+    spent, won = sum(unit.numerator for unit in units), sum(unit.denominator for unit in units)
+    if not spent or not won or len(units) < 2:
+        return None
+    shifts = [unit.numerator / spent - unit.denominator / won for unit in units]
+    variance = len(units) / (len(units) - 1) * sum(shift * shift for shift in shifts)
+    half = two_sided_quantile(LEVEL, len(units) - 1) * math.sqrt(variance)
+    return Interval(spent / won * math.exp(-half), spent / won * math.exp(half))
+
+
 _YES_NO = (Share(0, 1), Share(1, 1))
 _NORMAL = NormalDist().inv_cdf((1 + LEVEL) / 2)
 

@@ -11,10 +11,16 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import misfit
 from eai.abilities.record import Record, Usage
+from eai.abilities.verdict import Json, Share
 from eai.data.files import parse_toml, read_toml
 from eai.errors import InputError
+from eai.results.breakdown import outcome
+from eai.results.certainty import Case, Cases, interval_of_ratio
+from eai.results.rate import rate_of
+from eai.results.summary import name_of
 
 _MILLION = 1_000_000
 
@@ -96,6 +102,38 @@ def spent(records: Iterable[Record]) -> Spent:
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
     unpriced = [usage for usage in usages if usage.cost is None]
     return Spent(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
+
+
+def per_success(records: Iterable[Record]) -> dict[str, Cases]:
+    """What each answer cost in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
+
+    Answers that failed cost, too. What is not known of every answer with a usage is left out.
+    """
+    counted = (record for record in records if record.verdict.excluded is None)
+    answers = [(each, each.origin.usage) for each in counted if each.origin and each.origin.usage]
+    found: dict[str, list[Case]] = {}
+    for record, usage in answers:
+        won = outcome(record) is AnswerOutcome.SUCCESS
+        amounts = {
+            "tokens": usage.input_tokens + usage.output_tokens,
+            "dollars": usage.cost,
+            "seconds": usage.seconds,
+        }
+        for name, amount in amounts.items():
+            if amount is not None:
+                case = Case(record.task_id, name_of(record), Share(amount, won))
+                found.setdefault(name, []).append(case)
+    return {name: cases for name, cases in found.items() if len(cases) == len(answers)}
+
+
+def per_success_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
+    """The same as sums, and their ratio with its interval, as in ``summary.json``; null without a success."""
+    written: dict[str, Json] = {}
+    for name, cases in found.items():
+        rate, interval = rate_of(case.share for case in cases), interval_of_ratio(cases)
+        between = None if interval is None else list(interval)
+        written[name] = {**rate.to_json(), "value": rate.share, "interval": between}
+    return written
 
 
 def read_price_list(path: Path) -> PriceList:

@@ -22,9 +22,12 @@ from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.prompts.prompt import Belief, Prompt
+from eai.results.certainty import Cases
+from eai.results.cost import per_success, per_success_to_json
 from eai.results.coverage import Coverage, coverage_of, errata_effect
 from eai.results.rate import Rate
-from eai.results.summary import summarise
+from eai.results.repeats import passes, passes_to_json, repeated_metric
+from eai.results.summary import cases_of, summarise
 from eai.scoring.batch import Progressed, Settings, score_run
 from eai.scoring.records import write_results
 from eai.scoring.trials import Answer, Place, Trials, Tried, record_of_trial
@@ -208,7 +211,22 @@ class SuiteResult:
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
             "usage": self.usage.to_json(),
+            "per_success": per_success_to_json(per_success(self._of_all_epochs)),
+            **({"passes": passes_to_json(passes(self.right_by_epoch))} if self.of_epochs else {}),
         }
+
+    @property
+    def _of_all_epochs(self) -> Sequence[Record]:
+        return [record for one in self.of_epochs or (self,) for record in one.records]
+
+    @property
+    def right_by_epoch(self) -> Sequence[Cases]:
+        """Which answers of each epoch are right; empty without epochs, or where none is right as a whole."""
+        ability = self.suite.ability
+        metric = repeated_metric(ability)
+        if metric is None:
+            return ()
+        return [cases_of(one.records, ability).get(metric, ()) for one in self.of_epochs]
 
 
 def settle(
@@ -226,8 +244,7 @@ def settle(
             named = replace(obtained, name=f"{obtained.name}.{part}")
             answers = _of_epoch(obtained, epoch)
             of_epochs.append(_write(named, answers, folder / part, suite, settings, progressed))
-    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, progressed)
-    return replace(whole, of_epochs=of_epochs)
+    return _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, progressed, of_epochs)
 
 
 def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
@@ -252,6 +269,7 @@ def _write(
     suite: Suite,
     settings: Settings,
     progressed: Progressed | None,
+    of_epochs: Sequence[SuiteResult] = (),
 ) -> SuiteResult:
     """Score one answer a task, and write answers, records and summary."""
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
@@ -282,6 +300,7 @@ def _write(
         truncated=sum(answer.truncated for answer in answers.values()),
         usage=_usage(obtained),
         records=records,
+        of_epochs=of_epochs,
     )
     prompts_sha256 = hashlib.sha256(json.dumps([*digests.items()]).encode()).hexdigest()
     write_results(folder, records, outcome.rates, {"prompts_sha256": prompts_sha256, **outcome.effort()})

@@ -1,0 +1,101 @@
+"""pass@k and pass^k, compared with all ways to choose k of n answers; what a success costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from statistics import fmean
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.verdict import Share
+from eai.results.certainty import Case, interval_of_ratio
+from eai.results.cost import per_success, per_success_to_json
+from eai.results.rate import rate_of
+from eai.results.repeats import passes, passes_table, passes_to_json, without_epoch
+from eai.results.table import Estimate
+from report.samples import action_run
+
+
+def epochs(answers: Sequence[Sequence[bool]]) -> list[list[Case]]:
+    """The cases of each epoch, from what the answers to each task are."""
+    numbers = range(len(answers[0]))
+    return [[Case(str(i), str(i), Share(right[e], 1)) for i, right in enumerate(answers)] for e in numbers]
+
+
+def tasks_of(number: int) -> st.SearchStrategy[list[list[bool]]]:
+    return st.lists(st.lists(st.booleans(), min_size=number, max_size=number), min_size=1)
+
+
+@given(st.integers(1, 5).flatmap(tasks_of))
+def test_both_are_means_over_all_choices_of_answers(answers: list[list[bool]]) -> None:
+    found = passes(epochs(answers))
+    for k in range(1, len(answers[0]) + 1):
+        ways = [list(combinations(right, k)) for right in answers]
+        for name, holds in ((f"pass@{k}", any), (f"pass^{k}", all)):
+            expected = fmean(fmean(map(holds, each)) for each in ways)
+            assert rate_of(case.share for case in found[name]).share == pytest.approx(expected)
+
+
+def test_a_task_with_fewer_answers_that_count_is_left_out() -> None:
+    first, second = epochs([[True, False], [True, True]])
+    found = passes([first, second[:1]])
+    assert [case.task for case in found["pass@2"]] == ["0"]
+    assert len(found["pass^1"]) == 2
+
+
+def test_a_table_has_powers_of_two_and_all() -> None:
+    table = passes_table({"model": epochs([[True, False, True, True, False]] * 2)})
+    assert [row[2] for row in table.rows] == [1, 2, 4, 5]
+    last = table.rows[-1][3:]
+    assert [cell.value for cell in last if isinstance(cell, Estimate)] == [100, 0]
+    written = passes_to_json(passes(epochs([[True, False]] * 2)))["pass@1"]
+    assert isinstance(written, dict)
+    assert (written["value"], len(written["interval"])) == (50, 2)
+    assert without_epoch("gpt-4o.epoch_12") == "gpt-4o"
+    assert without_epoch("gpt-4o") == "gpt-4o"
+
+
+def costing(**usage: float) -> list[Record]:
+    origin = Origin(usage=Usage(100, 10, **usage))  # type: ignore[arg-type]
+    return [replace(record, origin=origin) for record in action_run("first")]
+
+
+def test_a_success_costs_what_failures_did_too() -> None:
+    records = costing(seconds=2.0)
+    written = per_success_to_json(per_success(records))
+    counted = [record for record in records if record.verdict.excluded is None]
+    won = sum(bool(record.verdict.success) for record in counted)  # type: ignore[attr-defined]
+    assert 0 < won < len(counted) < len(records)
+    assert written["tokens"]["value"] == 110 * len(counted) / won  # type: ignore[index, call-overload]
+    assert written["seconds"]["value"] == 2 * len(counted) / won  # type: ignore[index, call-overload]
+    assert "dollars" not in written
+    low, high = written["tokens"]["interval"]  # type: ignore[index, call-overload]
+    assert low < written["tokens"]["value"] < high  # type: ignore[index, call-overload]
+    some = [*costing(cost=0.5)[:-1], replace(counted[0], task_id="another")]
+    assert "dollars" not in per_success(some)
+
+
+def test_without_a_success_there_is_a_sum_and_no_ratio() -> None:
+    cases = [Case(str(i), str(i), Share(7, 0)) for i in range(3)]
+    assert interval_of_ratio(cases) is None
+    assert per_success_to_json({"tokens": cases})["tokens"] == {
+        "value": None,
+        "numerator": 21,
+        "denominator": 0,
+        "interval": None,
+    }
+
+
+def test_copies_of_a_task_widen_the_interval_of_a_cost() -> None:
+    """Two names that cost differently say less than as many unlike tasks."""
+    shares = [Share(10, 1), Share(30, 1)] * 6
+    alone = interval_of_ratio([Case(str(i), str(i), share) for i, share in enumerate(shares)])
+    copies = interval_of_ratio([Case(str(i), str(i % 2), share) for i, share in enumerate(shares)])
+    assert alone is not None
+    assert copies is not None
+    assert copies.low < alone.low < 20 < alone.high < copies.high
