@@ -3,11 +3,13 @@
     python bench/kill_and_resume.py --kills 70                  replanning
     python bench/kill_and_resume.py --kills 70 --kind plain     one answer a task
     python bench/kill_and_resume.py --kills 70 --kind pipeline  questions that state interpreted goals
+    python bench/kill_and_resume.py --kills 70 --kind acting    episodes, killed in their midst
 
 A process that does a job of ``eai run`` is killed (SIGKILL) after a few more answers, at a moment that nobody
 chose, and started again, until it ends. Then its records, summary and answers must be those of a run that was
 left alone, byte for byte; of all that the journal held at a kill nothing may be missing, and no answer may
-stand in it twice. More runs follow until there have been so many kills. Prints one line of JSON.
+stand in it twice. More runs follow until there have been so many kills. An episode that was under way begins
+anew: its record must say how often it was begun (`begun`), and be the same besides. Prints one line of JSON.
 """
 
 from __future__ import annotations
@@ -28,6 +30,7 @@ from typing import NamedTuple
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
+from eai.acting.setting import ACTING
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
@@ -54,8 +57,9 @@ class Work(NamedTuple):
 
 
 def make_work(kind: str, tasks: int) -> Work:
-    """The first tasks of BEHAVIOR, whose answers are corrupted, and in an experiment mended."""
-    suite, library = open_suite("behavior", Ability.ACTION_SEQUENCING), Library(PromptSet.OFFICIAL)
+    """The first tasks of BEHAVIOR; answers are corrupted and in an experiment mended, episodes are gold."""
+    ability = ACTING if kind == "acting" else Ability.ACTION_SEQUENCING
+    suite, library = open_suite("behavior", ability), Library(PromptSet.OFFICIAL)
     task_ids = suite.task_ids[:tasks]
     believed, trials = None, None
     if kind == "pipeline":
@@ -64,12 +68,12 @@ def make_work(kind: str, tasks: int) -> Work:
         believed = believe(("oracle", stated), suite.benchmark, suite.source)
     prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)
     asked = {task_id: prompts[task_id] for task_id in task_ids}
-    arguments: dict[str, Json] = {"rate": 0.2}
+    arguments: dict[str, Json] = {} if kind == "acting" else {"rate": 0.2}
     if kind == "replanning":
         trials = open_trials(suite, EXPERIMENT, library.asker(suite.benchmark, suite.ability, asked), asked)
         arguments["heed"] = 0.7
     job = Job(
-        Endpoint(MODEL, arguments),
+        Endpoint("eai/oracle" if kind == "acting" else MODEL, arguments),
         asked,
         benchmark=suite.benchmark,
         ability=suite.ability,
@@ -85,7 +89,12 @@ def work(todo: Work, folder: Path) -> None:
     job = todo.job
     answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
     obtained = replace(answers, name="noisy", believed=todo.believed)
-    settle(obtained, folder, open_suite("behavior", Ability.ACTION_SEQUENCING), Settings())
+    settle(
+        obtained,
+        folder,
+        open_suite("behavior", job.ability),
+        Settings(explanations=job.ability is not ACTING),
+    )
 
 
 def start(todo: Work, folder: Path) -> int:
@@ -110,8 +119,8 @@ def lines(folder: Path) -> list[str]:
     return path.read_text(encoding="utf-8").split("\n")[:-1] if path.exists() else []
 
 
-def kill_or_wait(child: int, folder: Path, more: int) -> bool:
-    """Kill a process when it has written so many more answers; whether it was killed before its end."""
+def kill_or_wait(child: int, folder: Path, more: int, later: float) -> bool:
+    """Kill a process so many seconds after so many more answers; whether it was killed before its end."""
     wanted = len(lines(folder)) + more
     while True:
         ended, status = os.waitpid(child, os.WNOHANG)
@@ -120,14 +129,36 @@ def kill_or_wait(child: int, folder: Path, more: int) -> bool:
                 raise SystemExit(f"a run failed with status {status}")
             return False
         if len(lines(folder)) >= wanted:
+            time.sleep(later)
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
             return True
         time.sleep(0.001)
 
 
-def outcome(folder: Path) -> list[bytes]:
+def episodes(folder: Path) -> list[tuple[int, dict[str, Json]]]:
+    """The records of episodes: how often each was begun, and what is the same however often that was."""
+    found = []
+    for line in (folder / "records.jsonl").read_text(encoding="utf-8").splitlines():
+        record = json.loads(line)
+        begun = record.pop("begun")
+        answer = {**json.loads(record.pop("response")), "begun": 1}
+        del record["response_sha256"]
+        found.append((begun, {**record, "answer": answer}))
+    return found
+
+
+def unsaid(folder: Path) -> int:
+    """How many records do not say how often their episodes were begun."""
+    path = folder / "begun.jsonl"
+    begun = Counter(json.loads(line)[0] for line in path.read_text(encoding="utf-8").splitlines())
+    return sum(times != begun[record["task_id"]] for times, record in episodes(folder))
+
+
+def outcome(folder: Path, kind: str) -> object:
     """What a run leaves besides its journal and log."""
+    if kind == "acting":
+        return [record for _, record in episodes(folder)]
     attempts = sorted(folder.glob("noisy_attempt_*_outputs.json"))
     return [path.read_bytes() for path in (*[folder / name for name in COMPARED], *attempts)]
 
@@ -142,33 +173,39 @@ def main() -> None:
     """Kill, resume and compare."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=100)
-    parser.add_argument("--kind", choices=("plain", "replanning", "pipeline"), default="replanning")
+    parser.add_argument("--kind", choices=("plain", "replanning", "pipeline", "acting"), default="replanning")
     parser.add_argument("--tasks", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     todo, chance = make_work(arguments.kind, arguments.tasks), random.Random(arguments.seed)  # noqa: S311 - no secrets
-    kills, runs, lost, doubled, differing, answers = 0, 0, 0, 0, 0, 0
+    kills, runs, lost, doubled, differing, answers, anew = 0, 0, 0, 0, 0, 0, 0
     with tempfile.TemporaryDirectory() as temporary:
         alone = Path(temporary, "alone")
         work(todo, alone)  # here, so that what it imports is there in every process that follows
-        expected = outcome(alone)
+        expected = outcome(alone, arguments.kind)
         while kills < arguments.kills:
             runs += 1
             folder = Path(temporary, f"run_{runs}")
             killed = True
             while killed:
-                more = chance.randint(1, 12) if kills < arguments.kills else sys.maxsize
+                most, longest = (3, 0.5) if arguments.kind == "acting" else (12, 0.0)
+                more = chance.randint(1, most) if kills < arguments.kills else sys.maxsize
                 before = lines(folder)
-                killed = kill_or_wait(start(todo, folder), folder, more)
+                later = chance.uniform(0, longest)
+                killed = kill_or_wait(start(todo, folder), folder, more, later)
                 kills += killed
                 lost += len(set(before) - set(lines(folder)))
-            found = places(lines(folder))
-            answers += len(found)
-            doubled += sum(times - 1 for times in found.values())
-            lost += len(places(lines(alone)) - found)
-            differing += outcome(folder) != expected
+            written = places(lines(folder))
+            answers += len(written)
+            doubled += sum(times - 1 for times in written.values())
+            lost += len(places(lines(alone)) - written)
+            differing += outcome(folder, arguments.kind) != expected
+            if arguments.kind == "acting":
+                anew += sum(begun > 1 for begun, _ in episodes(folder))
+                lost += unsaid(folder)
     counted = {"kind": arguments.kind, "kills": kills, "runs": runs, "answers": answers}
-    print(json.dumps({**counted, "lost": lost, "doubled": doubled, "differing": differing}))
+    found = {"lost": lost, "doubled": doubled, "differing": differing, "begun_anew": anew}
+    print(json.dumps({**counted, **found}))
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ BENCH = Path(__file__).resolve().parents[2] / "bench" / "kill_and_resume.py"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")
-@pytest.mark.parametrize("kind", ["plain", *swept("replanning", "pipeline")])
+@pytest.mark.parametrize("kind", ["plain", *swept("replanning", "pipeline", "acting")])
 def test_what_is_killed_again_and_again_comes_to_the_same_end(data_store: Store, kind: str) -> None:
     command = [sys.executable, BENCH, "--kills", "2", "--tasks", "6", "--kind", kind]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

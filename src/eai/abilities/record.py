@@ -72,7 +72,7 @@ class Usage:
         output_tokens: tokens of reasoning and answer.
         reasoning_tokens: tokens of reasoning alone, where the provider counts them.
         cost: dollars, where prices were given.
-        seconds: of waiting for replies, where they were measured.
+        seconds: of waiting for the replies of an episode; other answers are not timed.
     """
 
     input_tokens: int = 0

@@ -55,8 +55,8 @@ _AT_LEAST = ". Before a sum of answers some of which have no price stands ≥."
 _KINDS = ("tokens", "dollars", "seconds")
 _PER_SUCCESS = (
     "For each success: all that was spent, on failures too, divided by the successes; intervals by names of "
-    "tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies; "
-    "dollars are those that `eai run` wrote"
+    "tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies in "
+    "episodes; dollars are those that `eai run` wrote"
 )
 _PAPER = """\
 The paper's figures are of one run of all its models, at the prices of its day: {runs} runs, which are not 18

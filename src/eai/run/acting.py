@@ -28,6 +28,7 @@ from eai.acting.tools import ACT, END, READ, command_of, tools_of
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE, LOOK
+from eai.run.job import PROVIDER
 from eai.run.journal import Desk
 from eai.run.solver import ERRATA, FINAL, part, reason, remember, status, usage_of
 from eai.scoring.trials import Answer
@@ -238,7 +239,7 @@ def act(desk: Desk) -> Solver:
             reasoning="",
             stop_reason=state.output.stop_reason,
             repairs=(),
-            usage=_usage_of_sample(),
+            usage=_usage_of_sample(desk.job.endpoint.model),
         )
         desk.take(answer)
         return state
@@ -246,7 +247,8 @@ def act(desk: Desk) -> Solver:
     return solve
 
 
-def _usage_of_sample() -> Usage:
-    """The usage of all replies of an episode."""
+def _usage_of_sample(model: str) -> Usage:
+    """The usage of all replies of an episode, which is timed where the model is not a built-in one."""
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
-    return sum(map(usage_of, replies), Usage())
+    seconds = None if model.startswith(f"{PROVIDER}/") else sum([reply.time or 0.0 for reply in replies])
+    return sum(map(usage_of, replies), Usage(seconds=seconds))

@@ -36,7 +36,7 @@ from tenacity import RetryError
 
 from eai.abilities.record import Usage
 from eai.prompts.prompt import Image, Prompt
-from eai.run.job import PROVIDER, Job
+from eai.run.job import Job
 from eai.run.journal import Desk
 from eai.scoring.trials import Answer, Inquiry, Trials
 
@@ -390,15 +390,10 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> _Parts:
 
 
 def usage_of(output: ModelOutput) -> Usage:
-    """Return the usage of a reply; nothing where that is not known, or negative.
-
-    A built-in model is not timed, so that its records are the same whenever they are made.
-    """
+    """Return the usage of a reply; nothing where that is not known, or negative."""
     usage = output.usage
     if usage is None:
         return Usage()
     cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
-    seconds = None if output.model.startswith(f"{PROVIDER}/") else output.time
-    tokens = (usage.input_tokens + cached, usage.output_tokens, usage.reasoning_tokens)
-    counted = (*tokens, usage.total_cost, seconds)
+    counted = (usage.input_tokens + cached, usage.output_tokens, usage.reasoning_tokens, usage.total_cost)
     return Usage(*counted) if min(number or 0 for number in counted) >= 0 else Usage()
