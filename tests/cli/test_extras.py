@@ -22,6 +22,7 @@ LIBRARIES = (
     "gymnasium",
     "inspect_ai",
     "matplotlib",
+    "mcp",
     "mlcroissant",
     "numpy",
     "openai",
@@ -56,6 +57,7 @@ NEEDED = {
     "export pictures --domain virtualhome --tasks 27_2 --out out": "plots",
     "data stats --distributions": "plots",
     "export tasks --croissant --out out": "croissant",
+    "serve mcp --domain virtualhome --out out": "mcp",
     "score m_outputs.json --domain behavior --ability transition_modeling --planner fast_downward": "planner",
 }
 """Commands that cannot do without an extra."""

@@ -34,10 +34,11 @@ def opened(
     Raises:
         InputError: another process works there, the folder cannot be used, or it has other episodes.
     """
+    arena = Arena(suite.benchmark, setting)
     with suppress(OSError):  # it is there, or `sole_run` says why it cannot be
         folder.mkdir(mode=0o700, parents=True)
     with sole_run(folder):
-        worlds = Worlds(folder, suite, places, setting, agent)
+        worlds = Worlds(folder, suite, places, arena, agent)
         try:
             yield worlds
         finally:
@@ -54,7 +55,7 @@ class Worlds:
         folder: the folder.
         suite: the tasks.
         places: which of them are offered, and how often.
-        setting: how they are played.
+        arena: where they are played.
         agent: who acts, in the name of the file with answers.
 
     Attributes:
@@ -64,12 +65,10 @@ class Worlds:
         InputError: the folder cannot be used, or has other episodes.
     """
 
-    def __init__(
-        self, folder: Path, suite: Suite, places: Sequence[Place], setting: Setting, agent: str
-    ) -> None:
+    def __init__(self, folder: Path, suite: Suite, places: Sequence[Place], arena: Arena, agent: str) -> None:
         self._folder, self._suite, self._agent = folder, suite, agent
         self._key = key_in(folder)
-        self._arena, self._rules = Arena(suite.benchmark, setting), rules_of(setting)
+        self._arena, self._rules = arena, rules_of(arena.setting)
         self._journals: dict[Place, Journal] = {}
         self.places = places
         self.tickets = {self._ticket(place): place for place in places}

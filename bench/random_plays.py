@@ -1,0 +1,224 @@
+"""Random plays through all doors to a game: equal observations, faults, ends and verdicts.
+
+    python bench/random_plays.py [SUITE ...] [--plays 1000] [--inspect 200] [--mcp 200]
+
+Each play is the commands of a null agent; a tenth of them only look, cannot be read, or are of a thing that
+there is not. All plays go through gymnasium, and the first ones through the tools that Inspect's agents have
+and through a server of MCP. Each is scored as an episode, and its actions as a plan: without a fault both
+reach the same goals, and with one both name the same first step and kind. Equal arguments play the same. Exit
+status 1 if anything differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from inspect_ai.model import ChatMessageUser, ModelName
+from inspect_ai.solver import TaskState
+from mcp import Client
+
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.acting.declaration import ActingVerdict
+from eai.acting.journal import key_in, read_journal
+from eai.acting.play import Arena, Play
+from eai.acting.server import server_of
+from eai.acting.setting import ACTING, AGENT, STANDARD
+from eai.acting.worlds import opened
+from eai.benchmark.registry import FIRST
+from eai.benchmark.suite import Suite, open_suite
+from eai.envs import TextEnvironment, make
+from eai.envs.agents import NULLS
+from eai.envs.command import DONE, LOOK
+from eai.envs.rules import STANDARD as RULES
+from eai.run.acting import enter, episode_text
+from eai.world.execution import Action
+
+ODD = ("OPEN(moon)", "FLY()", "()", "[]()", "I open it.()", "OPEN(()", "OPEN(a, b, c, d)", LOOK)
+"""Commands that are no actions, as a call of a tool makes them."""
+
+Told = Sequence[str]
+"""The observations of a play, one a command."""
+
+
+@dataclass
+class Check:
+    """What was compared, and the first differences of each kind."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    differences: list[str] = field(default_factory=list)
+
+    def same(self, kind: str, place: object, one: object, other: object) -> None:
+        self.counts[kind] += 1
+        if one != other:
+            self.differences.append(f"{kind}, {place}: {one!r} is not {other!r}")
+
+
+def drawn(arena: Arena, suite: Suite, number: int) -> tuple[Play, Told]:
+    """A random play and what it was told."""
+    rng = random.Random(f"play {number}")  # noqa: S311
+    tasks = [task for task in suite.tasks.values() if task.left_out is None]
+    play = arena.play(rng.choice(tasks))
+    name = rng.choice(["random", "blind"] if number % 10 else ["novel"])
+    agent, told, most = NULLS[name](play.game, number), list[str](), rng.randrange(1, 60)
+    while not play.game.over and len(told) < most:
+        odd = rng.random() < 0.1
+        told.append(play.act(rng.choice(ODD) if odd else agent()))
+    return play, told
+
+
+def through_gymnasium(environment: TextEnvironment, play: Play) -> tuple[list[str], list[str | None]]:
+    """What gymnasium tells of the commands, and the faults."""
+    environment.reset(options={"task_id": play.game.task.id})
+    turns = [environment.step(turn.said) for turn in play.turns]
+    return [turn[0] for turn in turns], [turn[4]["fault"] for turn in turns]
+
+
+def as_calls(play: Play) -> list[tuple[str, Mapping[str, Any]]]:
+    """The commands as calls of tools."""
+    calls: list[tuple[str, Mapping[str, Any]]] = []
+    for turn in play.turns:
+        name, _, objects = turn.said.partition("(")
+        if turn.said in (LOOK, DONE):
+            calls.append(("look" if turn.said == LOOK else "done", {}))
+        else:
+            given = objects.removesuffix(")").split(", ") if objects.removesuffix(")") else []
+            calls.append(("act", {"action": name, "objects": given}))
+    return calls
+
+
+async def through_inspect(domain: str, play: Play) -> tuple[Told, str]:
+    """What Inspect's tools tell of the calls, and the episode in the store."""
+    about = {"domain": domain, AGENT: STANDARD.model_dump_json()}
+    messages: list[Any] = [ChatMessageUser(content="")]
+    task_id = play.game.task.id
+    state = TaskState(ModelName("mockllm/model"), task_id, 1, "", messages, metadata=about)
+    await enter()(state, cast("Any", None))
+    tools = dict(zip(("act", "look", "done"), state.tools, strict=True))
+    told = [
+        str(await cast("Callable[..., Awaitable[str]]", tools[n])(**given)) for n, given in as_calls(play)
+    ]
+    return told, episode_text(state)
+
+
+async def through_mcp(client: Client, play: Play) -> Told:
+    """What a server of MCP tells of the calls."""
+    results = [await client.call_tool(name, dict(given)) for name, given in as_calls(play)]
+    return [cast("Any", result.content[0]).text for result in results]
+
+
+def as_plan(play: Play, faults: Sequence[str | None]) -> tuple[list[Action], list[int]] | None:
+    """The actions of a play, and the turn of each; None if a command was no action, so that it is no plan."""
+    actions, turns, late = [], [], play.game.ended == "steps"
+    everything = range(len(play.game.task.scene.objects))
+    for number, turn in enumerate(play.turns[: len(play.turns) - late]):
+        meant = play.game.stage.commands.read(turn.said, everything, ends=True).meant
+        if turn.said in (LOOK, DONE):
+            continue
+        if not isinstance(meant, Action) or faults[number] == "hallucination":
+            return None
+        actions.append(meant)
+        turns.append(number)
+    return actions, turns
+
+
+def compare_plan(check: Check, place: object, plans: Suite, play: Play, verdict: ActingVerdict) -> None:
+    """Compare an episode with the plan that its actions are."""
+    faults = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
+    found = as_plan(play, faults)
+    if found is None or not found[0]:
+        return
+    actions, turns = found
+    notation, task = plans.benchmark.plans, play.game.task
+    text = notation.join(notation.write(actions, task.scene))
+    plan = cast("PlanVerdict", plans.score(task.id, text))
+    ending = [i for i, n in enumerate(turns) if faults[n] not in (None, "additional_step")]
+    first = (ending[0], faults[turns[ending[0]]]) if ending else None
+    error = None if plan.error is None else (plan.error.step, plan.error.kind.value)
+    check.same("first fault as in a plan", place, error, first)
+    if not ending:
+        check.same("goals as of a plan", place, plan.goals_satisfied, verdict.goals_satisfied)
+        check.same("success as of a plan", place, plan.success, verdict.reached)
+
+
+def played(check: Check, name: str, plays: int, by_inspect: int, by_mcp: int) -> None:
+    """Play one suite through all doors."""
+    suite, plans = open_suite(name, ACTING), open_suite(name, Ability.ACTION_SEQUENCING)
+    arena, environment = Arena(suite.benchmark), make(name, rules=RULES)
+    for number in range(max(plays, by_inspect, by_mcp)):
+        play, told = drawn(arena, suite, number)
+        place, text = f"{name} play {number}", play.text("stopped")
+        if number < plays:
+            observed, faults = through_gymnasium(environment, play)
+            check.same("gymnasium: observations", place, observed, told)
+            verdict = cast("ActingVerdict", suite.score(play.game.task.id, text))
+            check.same("scoring: replays", place, verdict.excluded, None)
+            scored = [None if turn.fault is None else turn.fault.value for turn in verdict.turns]
+            check.same("scoring and gymnasium: faults", place, scored, faults)
+            check.same("scoring: end", place, verdict.ended, play.game.ended or "stopped")
+            check.same("scoring: won", place, verdict.success, play.game.won)
+            compare_plan(check, place, plans, play, verdict)
+        if number < by_inspect:
+            by_tools, stored = asyncio.run(through_inspect(name, play))
+            check.same("Inspect: observations", place, by_tools, told)
+            again = suite.score(play.game.task.id, stored)
+            check.same("Inspect: verdict", place, again, suite.score(play.game.task.id, text))
+        if number < by_mcp:
+            compare_mcp(check, place, suite, play, told)
+
+
+def compare_mcp(check: Check, place: object, suite: Suite, play: Play, told: Told) -> None:
+    """Compare a play with the same one over MCP, where a look before the first action tells the task."""
+    if play.turns[0].said == LOOK:
+        return
+    task_id = play.game.task.id
+    with tempfile.TemporaryDirectory(dir="/dev/shm" if Path("/dev/shm").exists() else None) as folder:  # noqa: S108
+        with opened(Path(folder), suite, [(task_id, 1)]) as worlds:
+
+            async def run() -> Told:
+                async with Client(server_of(worlds, suite.benchmark.domain)) as client:
+                    return await through_mcp(client, play)
+
+            check.same("MCP: observations", place, asyncio.run(run()), told)
+            path = worlds.path((task_id, 1))
+        text = read_journal(path, key_in(Path(folder)), ended=False)
+        verdict = cast("ActingVerdict", suite.score(task_id, text))
+        plain = cast("ActingVerdict", suite.score(task_id, play.text("stopped")))
+        check.same("MCP: verdict", place, (verdict.turns, verdict.ended), (plain.turns, plain.ended))
+        check.same("MCP: won", place, verdict.success, plain.success)
+
+
+def main() -> None:
+    """Print what was compared and what differs."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("suites", nargs="*", default=list(FIRST))
+    parser.add_argument("--plays", type=int, default=1000, help="of each suite")
+    parser.add_argument(
+        "--inspect", type=int, default=200, help="how many of them go through Inspect's tools"
+    )
+    parser.add_argument("--mcp", type=int, default=200, help="how many of them go over MCP")
+    arguments = parser.parse_args()
+    check, start = Check(), time.process_time()
+    for name in arguments.suites:
+        played(check, name, arguments.plays, arguments.inspect, arguments.mcp)
+    for kind, number in sorted(check.counts.items()):
+        print(f"{number:8,} {kind}")
+    print(f"{len(check.differences):,} differences; {time.process_time() - start:.0f} CPU s")
+    print("\n".join([each[:500] for each in check.differences[:10]]))
+    sys.exit(bool(check.differences))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""Random plays are the same through gymnasium, Inspect's tools and MCP: bench/random_plays.py in short."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
+FILE = Path(__file__).parents[2] / "bench" / "random_plays.py"
+
+
+@pytest.fixture
+def bench() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("random_plays", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules["random_plays"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
+def test_random_plays_are_the_same_through_all_doors(bench: ModuleType) -> None:
+    check = bench.Check()
+    bench.played(check, "envs.switches:SWITCHES", 60, 20, 20)
+    assert check.differences == []
+    assert {"gymnasium: observations", "Inspect: verdict", "MCP: won", "success as of a plan"} < {
+        *check.counts
+    }
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_what_differs_is_found(bench: ModuleType) -> None:
+    check = bench.Check()
+    bench.ODD = ("OPEN(",)  # no call of a tool makes this one
+    bench.played(check, "envs.switches:SWITCHES", 0, 20, 0)
+    assert check.differences

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
+
+from cli.conftest import Command
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("", "eai: --tasks: expected one task, found 4; several need --port and tickets"),
+        (
+            "--port 1 --trust-network",
+            "eai: --tasks: expected one task, found 4; several need --port and tickets",
+        ),
+        ("--tasks moon", "eai: --tasks: 'moon' is not a task of switches acting"),
+        (
+            "--port 1 --host 0.0.0.0",
+            "eai: --host 0.0.0.0: expected --allow-host NAME, what requests may call this host",
+        ),
+        ("--with harness=text", "eai: --with harness: it is for models of eai run"),
+        ("--tasks both --with view=moon", "eai: agent.view: expected 'task' or 'scene', found 'moon'"),
+    ],
+)
+def test_what_cannot_be_served_is_told(eai: Command, tmp_path: Path, words: str, told: str) -> None:
+    out = tmp_path / "served"
+    done = eai("serve", "mcp", "--domain", "envs.switches:SWITCHES", "--out", out, *words.split())
+    assert (done.status, done.out) == (2, "")
+    assert done.err.strip() == told
+    assert not out.exists()
