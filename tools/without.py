@@ -93,11 +93,12 @@ def tests_about(folder: str, tests: Path) -> set[Path]:
 
 
 def _words_about(folder: str) -> str:
-    """A pattern of what only speaks of a folder; a study is also known by its name."""
+    """A pattern of what only speaks of a folder; a study is also known by its name, or listed with all."""
     kind, _, name = folder.rpartition("/")
     if kind == "studies":
-        names = "|".join([each for each, place in STUDIES.items() if f".{name}." in place])
-        return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{name}|{names})\.[a-z_.]+="
+        names = "|".join([name, *(each for each, place in STUDIES.items() if f".{name}." in place)])
+        listed = r"eai\.studies(?:\.registry import [^\n]*BUILT_IN| import registry)"
+        return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{names})\.[a-z_]+|{listed}"
     return r"eai\.reference\b|eai-1\.0\.5|of_reference" if folder == "reference" else name
 
 
