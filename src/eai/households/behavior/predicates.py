@@ -3,51 +3,19 @@
 Two layers. The stored predicates say what is so of each object by itself: ``is_open``, ``lies_in``. The
 derived ones with BDDL's names (``open``, ``inside``) are what goals ask for: an object that has been sliced
 is what both of its halves are, and a thing in a bowl in a fridge is inside the fridge too.
-
-An object rests in or on at most one other, that one on the next, up to a root that rests on nothing. Where a
-state that no action leads to has a circle of supports, it is walked once.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeAlias
-
 import eai.logic.formula as f
-from eai.world.derived import Defined, Lookup
-from eai.world.relation import Relation, bits
+from eai.households import support
+from eai.world.derived import Defined, Lookup, Values
+from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
-Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
-"""From an object to the mask of all that it stands in a relation to."""
-
-
-def carriers(state: State, arguments: tuple[int, ...]) -> int:
-    """Everything that an object rests in or on, directly or not, as a mask."""
-    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
-    carriers = 0
-    support = _support(inside, ontop, arguments[0])
-    while support & ~carriers:
-        carriers |= support
-        support = _support(inside, ontop, support.bit_length() - 1)
-    return carriers
-
-
-def containers(state: State, arguments: tuple[int, ...]) -> int:
-    """Everything that an object is in, or that something which carries it is in, as a mask."""
-    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
-    (x,) = arguments
-    containers = seen = 0
-    while not seen >> x & 1:
-        seen |= 1 << x
-        container = inside.row(x)
-        containers |= container
-        support = container or ontop.row(x)
-        if not support:
-            break
-        x = support.bit_length() - 1
-    return containers
+_SUPPORTS = ("lies_in", "lies_on")
+carriers, containers = support.carriers(_SUPPORTS), support.containers(_SUPPORTS)
 
 
 def targets(relation: str) -> Values:
@@ -75,22 +43,9 @@ def as_its_parts(values: Values) -> Values:
     return seen
 
 
-def standing_floor(state: State, arguments: tuple[int, ...]) -> int:
-    """The floor that an object stands on, directly or with what carries it; a floor itself; or none."""
-    (x,) = arguments
-    floors, inside, ontop = state.those("floor"), state.relation("lies_in"), state.relation("lies_on")
-    seen = 1 << x
-    support = _support(inside, ontop, x)
-    while support & ~seen and not floors >> x & 1:
-        seen |= support
-        x = support.bit_length() - 1
-        support = _support(inside, ontop, x)
-    return 1 << x if floors >> x & 1 else state.relation("stands_on").row(x)
-
-
-def _support(inside: Relation, ontop: Relation, x: int) -> int:
-    """The support that an object rests in or on, as a mask of at most one bit."""
-    return inside.row(x) or ontop.row(x)
+def _standing_on(state: State, root: int) -> int:
+    """The floor on which an object stands that rests on nothing else."""
+    return state.relation("stands_on").row(root)
 
 
 X = f.Variable("x")
@@ -182,7 +137,7 @@ shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup(
     "floor_below",
     2,
-    standing_floor,
+    support.floors(_SUPPORTS, _standing_on),
     ("lies_in", "lies_on", "floor", "stands_on"),
     Defined(
         "floor_below",

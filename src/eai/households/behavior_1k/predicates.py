@@ -9,9 +9,10 @@ goals ask for. Sources are the files of OmniGibson below ``object_states/``, as 
 from __future__ import annotations
 
 import eai.logic.formula as f
-from eai.households.behavior_1k.support import carriers, containers, floor_below
+from eai.households import support
 from eai.logic.formula import Atom, Exists, ForAll, Formula, Implies, Variable
 from eai.world.derived import Defined, Lookup
+from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 X, Y, Z = Variable("x"), Variable("y"), Variable("z")
@@ -90,6 +91,8 @@ attached_to, laid_over = Predicate("attached_to", 2, single=True), Predicate("la
 draped_on = Predicate("draped_on", 2, single=True)
 stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
 PLACES = (lies_in, lies_on, attached_to, laid_over, draped_on, stands_by, stands_under)
+SUPPORTS = tuple([place.name for place in PLACES[:5]])
+"""The relations to what a thing rests in or on."""
 
 # Substances.
 has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), Predicate("full_of", 2)
@@ -103,16 +106,31 @@ carries = Defined(
     lies_in(Y, X) | lies_on(Y, X) | attached_to(Y, X) | laid_over(Y, X) | draped_on(Y, X),
 )
 carried_by = Defined(
-    "carried_by", (X, Y), carries(Y, X) | Exists(Z, carries(Z, X) & Atom("carried_by", (Z, Y))), carriers
+    "carried_by",
+    (X, Y),
+    carries(Y, X) | Exists(Z, carries(Z, X) & Atom("carried_by", (Z, Y))),
+    support.carriers(SUPPORTS),
 )
 within = Defined(
-    "within", (X, Y), lies_in(X, Y) | Exists(Z, carries(Z, X) & Atom("within", (Z, Y))), containers
+    "within",
+    (X, Y),
+    lies_in(X, Y) | Exists(Z, carries(Z, X) & Atom("within", (Z, Y))),
+    support.containers(SUPPORTS),
 )
+
+
+def _root_floor(state: State, root: int) -> int:
+    """The floor of what rests on nothing: where the robot is that holds it, or else that of its room."""
+    return (
+        state.those("robot_on") if state.those("held") >> root & 1 else state.relation("by_floor").row(root)
+    )
+
+
 floor_of = Lookup(
     "floor_of",
     2,
-    floor_below,
-    ("floor", "held", "robot_on", "by_floor", *(place.name for place in PLACES[:5])),
+    support.floors(SUPPORTS, _root_floor),
+    ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     Defined(
         "floor_of",
         (X, Y),
@@ -167,7 +185,7 @@ def _touching() -> Formula:
 
 GOAL_STATES = (*map(_state, STATES), real)
 GOAL_RELATIONS = (
-    Defined("inside", (X, Y), within.definition, containers),
+    Defined("inside", (X, Y), within.definition, within.values),
     _relation("ontop", lies_on),
     _relation("nextto", stands_by),
     _relation("under", stands_under),

@@ -11,7 +11,6 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.support import SUPPORTS
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.reading import Readings
@@ -97,7 +96,7 @@ class Ways:
         return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
     def _support(self, name: str) -> str | None:
-        for relation in SUPPORTS:
+        for relation in p.SUPPORTS:
             row = self._state.relation(relation).row(self._index[name])
             if row:
                 return self._names[row.bit_length() - 1]
