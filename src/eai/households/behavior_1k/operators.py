@@ -91,16 +91,21 @@ def rests_with(thing: Variable, neighbour: Variable) -> tuple[Effect, ...]:
     )
 
 
+def _going_to(thing: Variable) -> Effect:
+    """The robot goes to where a thing is."""
+    return Let(F, p.floor_of(thing, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
+
+
 def navigate_to() -> Operator:
     """From primitives NAVIGATE_TO."""
-    go = Let(F, p.floor_of(X, F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
-    return Operator("NAVIGATE_TO", (X,), (solid(X), exists(X)), (go,), "go to the object", role=Role.MOVEMENT)
+    return Operator(
+        "NAVIGATE_TO", (X,), (exists(X),), (_going_to(X),), "go to the object", role=Role.MOVEMENT
+    )
 
 
 def grasp() -> Operator:
     """From primitives GRASP; a hand has no name."""
     checks = (
-        solid(X),
         affordance(~p.fixed(X), "{x} cannot be moved"),
         affordance(~p.floor(X), "{x} is a floor"),
         additional(~p.held(X), "{x} is in a hand already"),
@@ -121,18 +126,20 @@ def release() -> Operator:
     """From primitives RELEASE."""
     effects = (Delete(p.held(X)), Let(F, p.robot_on(F), (Add(p.lies_on(X, F)),)))
     text = "let go of the object in a hand; it comes to lie on the floor where the robot is"
-    return Operator("RELEASE", (X,), (solid(X), in_hand(X)), effects, text, role=Role.RELEASES)
+    return Operator("RELEASE", (X,), (in_hand(X),), effects, text, role=Role.RELEASES)
 
 
 def _places(
-    name: str, text: str, effects: tuple[Effect, ...], *checks: Check, third: bool = False
+    name: str,
+    text: str,
+    effects: tuple[Effect, ...],
+    *checks: Check,
+    others: tuple[Variable, ...] = (Y,),
 ) -> Operator:
     """Return an action that puts what is in a hand somewhere."""
-    others = (Y, Z) if third else (Y,)
-    needed = [solid(X), in_hand(X)]
+    needed = [in_hand(X)]
     for other in others:
         needed += [
-            solid(other),
             apart(X, other),
             exists(other),
             missing(~p.carried_by(other, X), f"{{{other.name}}} is carried by {{x}}"),
@@ -143,63 +150,34 @@ def _places(
 
 def placing() -> Iterator[Operator]:
     """From primitives PLACE_ON_TOP and PLACE_INSIDE, states next_to, under, overlaid, draped, attached_to."""
-    is_cloth = is_able(X, p.cloth, "is no cloth")
-    yield _places(
-        "PLACE_ONTOP", "put the first object, which is in a hand, onto the second", (Add(p.lies_on(X, Y)),)
-    )
-    yield _places(
-        "PLACE_INSIDE",
-        "put the first object, which is in a hand, into the second",
-        (Add(p.lies_in(X, Y)),),
-        is_able(Y, p.container, "has no inside"),
-        missing(~p.closed(Y), "{y} is closed"),
-    )
-    yield _places(
-        "PLACE_NEXTTO",
-        "put the first object, which is in a hand, next to the second",
-        (*both_ways(Add, p.stands_by(X, Y)), *rests_with(X, Y)),
-    )
+    first, is_cloth = "the first object, which is in a hand,", is_able(X, p.cloth, "is no cloth")
+    inside = is_able(Y, p.container, "has no inside"), missing(~p.closed(Y), "{y} is closed")
+    fits = affordance(p.fits(X, Y), "{x} cannot be attached to {y}")
+    for name, relation, text, checks in (
+        ("PLACE_ONTOP", p.lies_on, f"put {first} onto the second", ()),
+        ("PLACE_INSIDE", p.lies_in, f"put {first} into the second", inside),
+        ("OVERLAY", p.laid_over, "spread the first object, a cloth in a hand, over the second", (is_cloth,)),
+        ("DRAPE", p.draped_on, "hang the first object, a cloth in a hand, over the second", (is_cloth,)),
+        ("ATTACH", p.attached_to, f"attach {first} to the second", (fits,)),
+    ):
+        yield _places(name, text, (Add(relation(X, Y)),), *checks)
+    beside, under = both_ways(Add, p.stands_by(X, Y)), Add(p.stands_under(X, Y))
+    yield _places("PLACE_UNDER", f"put {first} under the second", (under, *rests_with(X, Y)))
+    yield _places("PLACE_NEXTTO", f"put {first} next to the second", (*beside, *rests_with(X, Y)))
+    together = Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F))
     yield _places(
         "PLACE_BETWEEN",
-        "put the first object, which is in a hand, next to both the second and the third",
-        (*both_ways(Add, p.stands_by(X, Y)), *both_ways(Add, p.stands_by(X, Z)), *rests_with(X, Y)),
+        f"put {first} next to both the second and the third",
+        (*beside, *both_ways(Add, p.stands_by(X, Z)), *rests_with(X, Y)),
         apart(Y, Z),
-        missing(
-            Exists(C, p.carries(C, Y) & p.carries(C, Z)) | Exists(F, p.floor_of(Y, F) & p.floor_of(Z, F)),
-            "{y} and {z} are not in one place",
-        ),
-        third=True,
-    )
-    yield _places(
-        "PLACE_UNDER",
-        "put the first object, which is in a hand, under the second",
-        (Add(p.stands_under(X, Y)), *rests_with(X, Y)),
-    )
-    yield _places(
-        "OVERLAY",
-        "spread the first object, a cloth in a hand, over the second",
-        (Add(p.laid_over(X, Y)),),
-        is_cloth,
-    )
-    yield _places(
-        "DRAPE",
-        "hang the first object, a cloth in a hand, over the second",
-        (Add(p.draped_on(X, Y)),),
-        is_cloth,
-    )
-    yield _places(
-        "ATTACH",
-        "attach the first object, which is in a hand, to the second",
-        (Add(p.attached_to(X, Y)),),
-        affordance(p.fits(X, Y), "{x} cannot be attached to {y}"),
+        missing(together, "{y} and {z} are not in one place"),
+        others=(Y, Z),
     )
 
 
 def detach() -> Operator:
     """From states attached_to."""
     checks = (
-        solid(X),
-        solid(Y),
         exists(X),
         missing(p.attached_to(X, Y), "{x} is not attached to {y}"),
         HAND_FREE,
@@ -222,7 +200,6 @@ def _sets(
     """An object is put into a state, or taken out of it."""
     already = f"{{x}} is {'' if to else 'not '}{state.name.removeprefix('is_').replace('_', ' ')} already"
     checks = (
-        solid(X),
         is_able(X, ability, f"is not {ability.name}"),
         additional(~state(X) if to else state(X), already.replace("not open already", "closed already")),
         exists(X),
@@ -262,8 +239,6 @@ def slice_() -> Operator:
 
 def _cuts(ability: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        solid(X),
-        solid(T),
         is_able(X, ability, reason),
         is_able(T, p.slicer, "cannot cut"),
         exists(X),
@@ -300,8 +275,6 @@ RUNNING = missing(~p.toggleable(Y) | p.is_toggled_on(Y), "{y} is not switched on
 def fill() -> Operator:
     """From states particle_source_or_sink."""
     checks = (
-        solid(X),
-        solid(Y),
         is_able(X, p.fillable, "cannot be filled"),
         affordance(p.fixed(Y) & Exists(S, p.gives(Y, S)), "{y} gives nothing"),
         in_hand(X),
@@ -316,8 +289,6 @@ def fill() -> Operator:
 
 def _pours(*checks: Check) -> tuple[Check, ...]:
     return (
-        solid(X),
-        solid(Y),
         affordance(~p.fixed(X), "{x} cannot be moved"),
         apart(X, Y),
         exists(Y),
@@ -381,8 +352,6 @@ def wipe() -> Operator:
         S, p.has_cover(X, S) & (p.removes_dry(T, S) | p.removes_soaked(T, S) | p.removes_running(T, S))
     )
     checks = (
-        solid(X),
-        solid(T),
         COVERED,
         affordance(~Exists(S, p.has_cover(X, S)) | able, "{t} cannot remove what covers {x}"),
         exists(X),
@@ -398,8 +367,6 @@ def soak() -> Operator:
     """From primitives SOAK_UNDER and SOAK_INSIDE."""
     fluid = (p.gives(Y, S) & (~p.toggleable(Y) | p.is_toggled_on(Y) | ~p.fixed(Y))) | p.has_in(Y, S)
     checks = (
-        solid(X),
-        solid(Y),
         is_able(X, p.absorbent, "cannot soak anything up"),
         apart(X, Y),
         exists(Y),
@@ -416,8 +383,6 @@ def rinse() -> Operator:
     solvent = Exists(W, p.dissolved_by(S, W) & (p.has_cover(X, W) | p.has_in(Y, W)))
     off = p.has_cover(X, S) & (p.washes_off(Y, S) | solvent)
     checks = (
-        solid(X),
-        solid(Y),
         affordance(p.sink(Y) & Exists(S, p.gives(Y, S)), "{y} is no sink with water"),
         COVERED,
         exists(X),
@@ -453,7 +418,6 @@ def made_in(vessel: Variable, chosen: Formula) -> tuple[Effect, ...]:
 def run() -> Operator:
     """From rules ToggleableMachineRule; what else is in the machine must come out first (D6)."""
     checks = (
-        solid(H),
         exists(H),
         is_able(H, p.mixer, "is no machine that makes anything of what is in it"),
         missing(p.is_toggled_on(H), "{h} is not switched on"),
@@ -469,8 +433,6 @@ def run() -> Operator:
 def stir() -> Operator:
     """From rules MixingToolRule."""
     checks = (
-        solid(C),
-        solid(T),
         affordance(p.fillable(C), "{c} cannot be filled"),
         is_able(T, p.mixing_tool, "is no tool for mixing"),
         exists(C),
@@ -486,8 +448,6 @@ def stir() -> Operator:
 
 def _exposes(source: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        solid(X),
-        solid(H),
         is_able(H, source, reason),
         exists(X),
         exists(H),
@@ -552,7 +512,6 @@ def freeze() -> Operator:
 
 def _machine(ability: Predicate, reason: str) -> tuple[Check, ...]:
     return (
-        solid(H),
         is_able(H, ability, reason),
         exists(H),
         missing(p.is_toggled_on(H), "{h} is not switched on"),
@@ -587,8 +546,6 @@ def dry() -> Operator:
 def ignite() -> Operator:
     """From states on_fire."""
     checks = (
-        solid(X),
-        solid(T),
         is_able(X, p.flammable, "does not burn"),
         is_able(T, p.lighter, "lights nothing"),
         additional(~p.is_on_fire(X), "{x} burns already"),
@@ -615,12 +572,12 @@ def wait() -> Operator:
     return Operator("WAIT", (), (), effects, text)
 
 
-def going_there(operator: Operator) -> Operator:
-    """The action, to do which the robot goes to where its last argument is (D1)."""
-    if not operator.parameters or operator.role in (Role.MOVEMENT, Role.RELEASES):
-        return operator
-    go = Let(F, p.floor_of(operator.parameters[-1], F), (Delete(p.robot_on(ANYTHING)), Add(p.robot_on(F))))
-    return replace(operator, effects=(*operator.effects, go))
+def completed(operator: Operator) -> Operator:
+    """The action, which is about objects and not substances; to do it the robot goes to its last one (D1)."""
+    checks, effects = (*map(solid, operator.parameters), *operator.checks), operator.effects
+    if operator.parameters and operator.role not in (Role.MOVEMENT, Role.RELEASES):
+        effects = (*effects, _going_to(operator.parameters[-1]))
+    return in_paper_order(replace(operator, checks=checks, effects=effects))
 
 
 _MAKERS: tuple[Callable[[], Operator], ...] = (
@@ -636,7 +593,7 @@ def declared() -> Domain:
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
-        tuple(going_there(in_paper_order(each)) for each in operators),
+        tuple(map(completed, operators)),
         was_possible_before,
         visible=p.real(X) & (p.held(X) | (~p.shut_in(X) & here)),
         landmarks=p.floor(X) | p.fixed(X),
