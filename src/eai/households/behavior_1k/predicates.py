@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import eai.logic.formula as f
 from eai.households import support
-from eai.logic.formula import Atom, Exists, ForAll, Formula, Implies, Variable
+from eai.logic.formula import Atom, Exists, ForAll, Implies, Variable
 from eai.world.derived import Defined, Lookup
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -38,11 +38,6 @@ mixing_tool, mixer, lighter = map(_ability, ("mixing_tool", "mixer", "lighter"))
 heat_source, cold_source, flammable = map(_ability, ("heat_source", "cold_source", "flammable"))
 washer, dryer, sink = map(_ability, ("washer", "dryer", "sink"))
 substance, liquid = map(_ability, ("substance", "liquid"))
-ABILITIES = (
-    *(fixed, floor, container, fillable, openable, toggleable, sliceable, diceable, slicer, cloth, foldable),
-    *(absorbent, mixing_tool, mixer, lighter, heat_source, cold_source, flammable, washer, dryer, sink),
-    *(substance, liquid),
-)
 
 # What the rules of the annotations come to in a scene. A recipe is an object that nobody sees.
 visual, heatable, water, boiled_water, recipe, relaxed = map(
@@ -51,10 +46,6 @@ visual, heatable, water, boiled_water, recipe, relaxed = map(
 works_on, works_closed, works_inside = map(_hidden, ("works_on", "works_closed", "works_inside"))
 by_stirring, by_heat, product, makes_hot, makes_cooked = map(
     _hidden, ("by_stirring", "by_heat", "product", "makes_hot", "makes_cooked")
-)
-_KNOWN = (
-    *(visual, heatable, water, boiled_water, recipe, relaxed, works_on, works_closed, works_inside),
-    *(by_stirring, by_heat, product, makes_hot, makes_cooked),
 )
 by_floor, gives, fits, part_of = (_hidden(n, 2) for n in ("by_floor", "gives", "fits", "part_of"))
 diced_as, diced_cooked_as, melts_to, cooks_to, boils_to = (
@@ -68,11 +59,8 @@ ingredient, topping, base, raw, cooked_first = (
     _hidden(n, 2) for n in ("ingredient", "topping", "base", "raw", "cooked_first")
 )
 made_in, heated_by, makes = (_hidden(n, 2) for n in ("made_in", "heated_by", "makes"))
-RULES = (
-    *(by_floor, gives, fits, part_of, diced_as, diced_cooked_as, melts_to, cooks_to, boils_to),
-    *(cooks, melts, chills, removes_dry, removes_soaked, removes_running, dissolved_by, washes_off),
-    *(ingredient, topping, base, raw, cooked_first, made_in, heated_by, makes),
-)
+RULES = tuple([each for each in globals().values() if isinstance(each, Predicate) and each.arity == 2])
+"""The rules about two things."""
 
 # States of one object.
 present, held, robot_on = Predicate("present", 1), Predicate("held", 1), Predicate("robot_on", 1, single=True)
@@ -90,14 +78,12 @@ lies_in, lies_on = Predicate("lies_in", 2, single=True), Predicate("lies_on", 2,
 attached_to, laid_over = Predicate("attached_to", 2, single=True), Predicate("laid_over", 2, single=True)
 draped_on = Predicate("draped_on", 2, single=True)
 stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
-PLACES = (lies_in, lies_on, attached_to, laid_over, draped_on, stands_by, stands_under)
-SUPPORTS = tuple([place.name for place in PLACES[:5]])
+SUPPORTS = tuple([place.name for place in (lies_in, lies_on, attached_to, laid_over, draped_on)])
 """The relations to what a thing rests in or on."""
 
 # Substances.
 has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), Predicate("full_of", 2)
 soaked_with = Predicate("soaked_with", 2)
-SUBSTANCES = (has_cover, has_in, full_of, soaked_with)
 
 # Derived.
 carries = Defined(
@@ -168,48 +154,37 @@ ready = Defined(
     holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S)))),
 )
 
+_OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
+
 # Derived: what goals ask for.
 
 
-def _state(own: Predicate) -> Defined:
-    return Defined(own.name.removeprefix("is_"), (X,), own(X))
+GOAL_STATES = (*(Defined(own.name.removeprefix("is_"), (X,), own(X)) for own in STATES), real)
+STORED = {
+    "inside": lies_in,
+    "ontop": lies_on,
+    "nextto": stands_by,
+    "under": stands_under,
+    "attached": attached_to,
+    "overlaid": laid_over,
+    "draped": draped_on,
+    "covered": has_cover,
+    "contains": has_in,
+    "filled": full_of,
+    "saturated": soaked_with,
+}
+"""The stored relation behind each relation of BDDL."""
 
-
-def _relation(name: str, own: Predicate) -> Defined:
-    return Defined(name, (X, Y), own(X, Y))
-
-
-def _touching() -> Formula:
-    return carries(X, Y) | carries(Y, X) | stands_by(X, Y)
-
-
-GOAL_STATES = (*map(_state, STATES), real)
 GOAL_RELATIONS = (
     Defined("inside", (X, Y), within.definition, within.values),
-    _relation("ontop", lies_on),
-    _relation("nextto", stands_by),
-    _relation("under", stands_under),
-    Defined("touching", (X, Y), _touching()),
-    _relation("attached", attached_to),
-    _relation("overlaid", laid_over),
-    _relation("draped", draped_on),
-    _relation("covered", has_cover),
-    _relation("contains", has_in),
-    _relation("filled", full_of),
-    _relation("saturated", soaked_with),
+    Defined("touching", (X, Y), carries(X, Y) | carries(Y, X) | stands_by(X, Y)),
+    *(Defined(name, (X, Y), own(X, Y)) for name, own in STORED.items() if name != "inside"),
 )
 GOAL_PREDICATES = (*(each.name for each in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
 """The predicates of goals and prompts."""
 
 VOCABULARY = Vocabulary(
-    predicates=(
-        *(*ABILITIES, *_KNOWN, present, held, robot_on, *STATES),
-        *(*RULES, *PLACES, *SUBSTANCES),
-    ),
-    derived=(
-        *(carries, carried_by, within, floor_of, real, closed, shut_in, hands_full),
-        *(working, exposed_to, holds_all, ready),
-        *(each for each in GOAL_STATES if each is not real),
-        *GOAL_RELATIONS,
-    ),
+    predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),
+    derived=(*_OWN, *(each for each in GOAL_STATES if each is not real), *GOAL_RELATIONS),
 )
+"""The predicates of this module in the order in which they are declared."""

@@ -37,38 +37,17 @@ GROUND = ("floor", "lawn", "driveway")
 """The kinds that an agent stands on somewhere."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
-_STORED: Mapping[str, Predicate] = {
-    "inside": p.lies_in,
-    "ontop": p.lies_on,
-    "attached": p.attached_to,
-    "overlaid": p.laid_over,
-    "draped": p.draped_on,
-    "under": p.stands_under,
-    "nextto": p.stands_by,
-    "covered": p.has_cover,
-    "contains": p.has_in,
-    "filled": p.full_of,
-    "saturated": p.soaked_with,
-}
-"""The stored relation behind each relation of BDDL."""
-
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
 _MOVES = ("inside", "ontop", "under", "attached")
 _NEEDS = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
 _PLAIN: Mapping[Predicate, tuple[str, ...]] = {
-    p.openable: ("openable",),
-    p.toggleable: ("toggleable",),
-    p.slicer: ("slicer",),
-    p.fillable: ("fillable",),
+    **{each: (each.name,) for each in (p.openable, p.toggleable, p.slicer, p.fillable, p.substance)},
+    **{each: (each.name,) for each in (p.liquid, p.heatable, p.flammable)},
     p.cloth: ("cloth", "drapeable"),
     p.foldable: ("cloth", "rope"),
     p.mixing_tool: ("mixingTool",),
     p.absorbent: ("removes",),
-    p.substance: ("substance",),
-    p.liquid: ("liquid",),
     p.visual: ("visualSubstance",),
-    p.heatable: ("heatable",),
-    p.flammable: ("flammable",),
     p.sink: ("drains",),
     p.heat_source: ("heatSource",),
     p.cold_source: ("coldSource",),
@@ -113,25 +92,21 @@ class _Activity:
     def asked_for(self) -> Iterator[str]:
         """The categories that the goal speaks of."""
         for part in walk(self.problem.goal):
-            match part:
-                case f.Atom():
-                    yield from (self.objects[t.name] for t in part.arguments if t.name in self.objects)
-                case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
-                    yield str(variable.category)
-                case f.ForPairs(first, second):
-                    yield from (str(first.category), str(second.category))
+            if isinstance(part, f.Atom):
+                yield from (self.objects[t.name] for t in part.arguments if t.name in self.objects)
+        yield from self._variables.values()
 
     @cached_property
     def _variables(self) -> Mapping[str, str]:
         """The categories of the variables of the goal; one name means one category in a definition."""
-        found = {}
+        found: list[f.Variable] = []
         for part in walk(self.problem.goal):
             match part:
                 case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
-                    found[variable.name] = str(variable.category)
+                    found.append(variable)
                 case f.ForPairs(first, second):
-                    found |= {first.name: str(first.category), second.name: str(second.category)}
-        return found
+                    found += [first, second]
+        return {each.name: str(each.category) for each in found}
 
     def _places(self) -> Iterator[tuple[str, f.Term, f.Term]]:
         """Yield the atoms of the goal about two things: the predicate, and both."""
@@ -423,7 +398,7 @@ class _SceneMaker:
         placed: set[str] = set()
         there = {substance for _, substance in self._gives}
         for predicate, names in self._activity.facts():
-            stored = _STORED.get(predicate)
+            stored = p.STORED.get(predicate)
             if predicate in _SUPPORTS and names[0] in placed:
                 continue
             if predicate in _SUPPORTS:
