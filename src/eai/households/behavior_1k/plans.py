@@ -164,12 +164,9 @@ class _Regression(Products):
         ones, others = self._of_category(first.category), self._of_category(second.category)
         used: set[str] = set()
 
-        def pair(one: str, other: str) -> Way:
-            def go() -> None:
-                self.achieve(body, {**scope, first.name: one, second.name: other})
-                used.add(other)
-
-            return go
+        def pair(one: str, other: str) -> None:
+            self.achieve(body, {**scope, first.name: one, second.name: other})
+            used.add(other)
 
         for one in ones:
             free = [other for other in others if other not in used and other != one]
@@ -177,7 +174,7 @@ class _Regression(Products):
             if met:
                 used.add(met[0])
             elif free:
-                self._first_of((pair(one, other) for other in free), "no pair")
+                self._with_any(partial(pair, one), free, "no pair")
 
     def _bring_about(self, predicate: str, names: Sequence[str]) -> None:
         """Make an atom true."""
@@ -209,7 +206,8 @@ class _Regression(Products):
             case "hot":
                 self._heat(name, self._those(p.heat_source))
             case "frozen":
-                self._chill(name)
+                sources = self._to(p.chills, name)
+                self._with_any(partial(self._expose, "FREEZE", name), sources, f"nothing freezes {name}")
             case "open":
                 self._opened(name)
             case "toggled_on":
@@ -219,20 +217,15 @@ class _Regression(Products):
                 self._free_hand()
                 self._do("FOLD" if state == "folded" else "UNFOLD", name)
             case "on_fire":
-                self._first_of(
-                    (self._ignite(name, tool) for tool in self._those(p.lighter)), "nothing lights it"
-                )
+                self._with_any(partial(self._ignite, name), self._those(p.lighter), "nothing lights it")
             case _:
                 raise NoWayError(f"nothing makes anything {state}")
 
-    def _ignite(self, name: str, tool: str) -> Way:
-        def go() -> None:
-            self._get(tool)
-            self._switch_on(tool, tool)
-            self._reach(name, tool)
-            self._do("IGNITE", name, tool)
-
-        return go
+    def _ignite(self, name: str, tool: str) -> None:
+        self._get(tool)
+        self._switch_on(tool, tool)
+        self._reach(name, tool)
+        self._do("IGNITE", name, tool)
 
     def _bring_inside(self, name: str, place: str) -> None:
         """Put a thing into another, with what it has been put into before, if with anything."""
@@ -247,22 +240,19 @@ class _Regression(Products):
     def _bring_together(self, name: str, other: str) -> None:
         """Put one of two things next to the other; where they rest in one place, so that they stay there."""
 
-        def beside(one: str, there: str, *, in_place: bool) -> Way:
-            def go() -> None:
-                if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
-                    raise NoWayError("they are in two places")
-                neighbours = [n for n in self._of(p.stands_by, one) if n != there]
-                self._get(one)
-                self._reach(there, one)
-                if neighbours:
-                    self._do("PLACE_BETWEEN", one, there, neighbours[0])
-                else:
-                    self._do("PLACE_NEXTTO", one, there)
-
-            return go
+        def beside(one: str, there: str, *, in_place: bool) -> None:
+            if in_place and (self._support(one) is None or self._support(one) != self._support(there)):
+                raise NoWayError("they are in two places")
+            neighbours = [n for n in self._of(p.stands_by, one) if n != there]
+            self._get(one)
+            self._reach(there, one)
+            if neighbours:
+                self._do("PLACE_BETWEEN", one, there, neighbours[0])
+            else:
+                self._do("PLACE_NEXTTO", one, there)
 
         pairs = [(name, other), (other, name)]
-        ways = [beside(*pair, in_place=in_place) for in_place in (True, False) for pair in pairs]
+        ways = [partial(beside, *pair, in_place=in_place) for in_place in (True, False) for pair in pairs]
         self._first_of(ways, f"{name} and {other} cannot be put together")
 
     def _undo(self, predicate: str, names: Sequence[str]) -> None:
@@ -274,7 +264,7 @@ class _Regression(Products):
                 self._uncover(name, substance)
             case (("contains" | "filled"), name, _):
                 places = [*self._those(p.sink), *self._vessels(name), *self._those(p.floor)]
-                self._first_of((self._empty(name, place) for place in places), f"{name} cannot be emptied")
+                self._with_any(partial(self._empty, name), places, f"{name} cannot be emptied")
             case "saturated", name, _:
                 dryers = [partial(self._dry, name, machine) for machine in self._those(p.dryer)]
                 self._first_of((*dryers, lambda: self._do("WAIT")), f"{name} cannot be dried")
@@ -302,20 +292,18 @@ class _Regression(Products):
             case _:
                 raise NoWayError(f"nothing ends that anything is {predicate}")
 
-    def _empty(self, name: str, place: str) -> Way:
-        def go() -> None:
-            self._get(name)
-            self._opened(place, name)
-            self._do("EMPTY", name, place)
-
-        return go
+    def _empty(self, name: str, place: str) -> None:
+        self._get(name)
+        self._opened(place, name)
+        self._do("EMPTY", name, place)
 
     def _take_away(self, name: str, place: str) -> None:
         self._get(name)
         if self._has(p.floor, place):
             places = [o for o in self._those(p.fixed) if o != place and not self._has(p.openable, o)]
-            ways = (partial(self._do, "PLACE_ONTOP", name, other) for other in places)
-            self._first_of(ways, f"there is nowhere else to put {name}")
+            self._with_any(
+                partial(self._do, "PLACE_ONTOP", name), places, f"there is nowhere else to put {name}"
+            )
         else:
             self._put_down(name)
 

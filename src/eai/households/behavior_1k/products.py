@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.ways import NoWayError, Way, Ways
@@ -21,7 +22,7 @@ class Products(Ways):
         self._first_of(self._ways_to_make(name, inside), f"there is no way to make {name}")
 
     def _ways_to_make(self, name: str, inside: str | None) -> Iterator[Way]:
-        yield from (lambda w=w: self._slice(w) for w in self._of(p.part_of, name))
+        yield from (partial(self._slice, w) for w in self._of(p.part_of, name))
         yield from (lambda w=w: self._dice(w, inside, cooked=False) for w in self._to(p.diced_as, name))
         yield from (lambda w=w: self._dice(w, inside, cooked=True) for w in self._to(p.diced_cooked_as, name))
         yield from (lambda s=s: self._cook_in_pot(s, name, inside) for s in self._to(p.cooks_to, name))
@@ -53,27 +54,23 @@ class Products(Ways):
             self._produce(whole)
         if cooked and not self._has(p.is_cooked, whole):
             self._heat(whole, self._to(p.cooks, whole))
-        vessels = [
-            v for v in (inside, *self._vessels()) if v is not None and not self._is("carried_by", v, whole)
-        ]
-
-        def into(vessel: str) -> Way:
-            def go() -> None:
-                self._put_into(whole, vessel)
-                self._cut("DICE", whole)
-
-            return go
-
-        def onto(board: str) -> Way:
-            def go() -> None:
-                self._put_with("PLACE_ONTOP", whole, board)
-                self._cut("DICE", whole)
-
-            return go
-
+        vessels = [v for v in (inside, *self._vessels()) if v and not self._is("carried_by", v, whole)]
         boards = [o for o in self._category if not self._has(p.fixed, o) and "board" in o]
-        ways = [*map(into, vessels), *map(onto, boards), lambda: self._cut("DICE", whole)]
+
+        def dice(place: str | None) -> None:
+            if place is not None:
+                self._put_at(whole, place)
+            self._cut("DICE", whole)
+
+        ways = (partial(dice, place) for place in (*vessels, *boards, None))
         self._first_of(ways, f"{whole} cannot be diced")
+
+    def _put_at(self, name: str, place: str) -> None:
+        """Put a thing into what can be filled, and onto anything else."""
+        if self._has(p.fillable, place):
+            self._put_into(name, place)
+        else:
+            self._put_with("PLACE_ONTOP", name, place)
 
     def _pots(self, substance: str | None, inside: str | None) -> list[str]:
         """Vessels in which something may be made: the one where it shall be, what holds it, empty ones."""
@@ -87,51 +84,39 @@ class Products(Ways):
             raise NoWayError(f"there is no {substance} in {vessel}")
 
     def _cook_in_pot(self, substance: str, made: str, inside: str | None) -> None:
-        def cook(pot: str) -> Way:
-            def go() -> None:
-                self._have_in(pot, substance)
-                self._heat(pot, self._to(p.cooks, substance))
-                self._expect_in(pot, made)
-
-            return go
+        def cook(pot: str) -> None:
+            self._have_in(pot, substance)
+            self._heat(pot, self._to(p.cooks, substance))
+            self._expect_in(pot, made)
 
         if not self._holders(substance, movable=False):
             self._produce(substance, None if inside is None or self._has(p.fixed, inside) else inside)
-        self._first_of(map(cook, self._pots(substance, inside)), f"no pot for {substance}")
+        self._with_any(cook, self._pots(substance, inside), f"no pot for {substance}")
 
     def _boil_in_pot(self, substance: str, made: str, inside: str | None) -> None:
         boiled = self._those(p.boiled_water)
         if not boiled:
             raise NoWayError("there is no boiled water")
 
-        def boil(pot: str) -> Way:
-            def go() -> None:
-                if not self._has(p.has_in, pot, boiled[0]):
-                    for water in self._to(p.cooks_to, boiled[0])[:1]:
-                        self._have_in(pot, water)
-                        self._heat(pot, self._to(p.cooks, water))
-                self._have_in(pot, substance)
-                self._heat(pot, self._to(p.cooks, substance))
-                self._expect_in(pot, made)
+        def boil(pot: str) -> None:
+            if not self._has(p.has_in, pot, boiled[0]):
+                for water in self._to(p.cooks_to, boiled[0])[:1]:
+                    self._have_in(pot, water)
+                    self._heat(pot, self._to(p.cooks, water))
+            self._have_in(pot, substance)
+            self._heat(pot, self._to(p.cooks, substance))
+            self._expect_in(pot, made)
 
-            return go
-
-        self._first_of(map(boil, self._pots(substance, inside)), f"no pot for {substance}")
+        self._with_any(boil, self._pots(substance, inside), f"no pot for {substance}")
 
     def _melt(self, thing: str, made: str, inside: str | None) -> None:
         """Melt a thing in a pot; or else on something, which it then covers."""
 
-        def melt(place: str) -> Way:
-            def go() -> None:
-                if self._has(p.fillable, place):
-                    self._put_into(thing, place)
-                else:
-                    self._put_with("PLACE_ONTOP", thing, place)
-                self._heat(place, self._to(p.melts, thing))
-                if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
-                    raise NoWayError(f"there is no {made} in or on {place}")
-
-            return go
+        def melt(place: str) -> None:
+            self._put_at(thing, place)
+            self._heat(place, self._to(p.melts, thing))
+            if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
+                raise NoWayError(f"there is no {made} in or on {place}")
 
         trays = [
             o
@@ -139,7 +124,8 @@ class Products(Ways):
             if not self._has(p.fixed, o) and not self._is_substance(o) and o != thing
         ]
         places = list(dict.fromkeys((*self._pots(None, inside), *trays)))
-        self._first_of(map(melt, places[::-1] if self._backwards else places), f"no pot for {thing}")
+        ordered = places[::-1] if self._backwards else places
+        self._with_any(melt, ordered, f"no pot for {thing}")
 
     def _follow(self, recipe: str, inside: str | None) -> Iterator[Way]:
         """The ways to follow a recipe."""
@@ -190,4 +176,4 @@ class Products(Ways):
 
     def _bake(self, recipe: str, vessel: str, source: str) -> None:
         self._prepare(recipe, vessel)
-        self._expose(vessel, source, "FREEZE" if self._has(p.cold_source, source) else "HEAT")
+        self._expose("FREEZE" if self._has(p.cold_source, source) else "HEAT", vessel, source)

@@ -11,10 +11,10 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
+from eai.households.behavior_1k.facts import Facts
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.reading import Readings
-from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
 
@@ -38,7 +38,7 @@ class NoWayError(Exception):
     """A way that was tried does not lead where it should."""
 
 
-class Ways:
+class Ways(Facts):
     """A plan as it is written, the state that it leads to, and the ways to bring one thing about there.
 
     Args:
@@ -53,14 +53,11 @@ class Ways:
     """
 
     def __init__(self, domain: Domain, initial: State, declared: int, *, backwards: bool = False) -> None:
+        super().__init__(initial)
         self._domain = domain
         self.reading = Readings(domain.vocabulary)
-        self._state = initial
         self.plan: list[Action] = []
-        scene = initial.scene
-        self._index = scene.index
-        self._names = [thing.name for thing in scene.objects]
-        self._category = {thing.name: thing.category for thing in scene.objects[:declared]}
+        self._category = {thing.name: thing.category for thing in initial.scene.objects[:declared]}
         self._backwards = backwards
         self._depth = self._steps = 0
         self._placed: set[str] = set()
@@ -68,9 +65,6 @@ class Ways:
         self._atoms: dict[tuple[str, int], f.Atom] = {}
 
     # Reading the state.
-
-    def _has(self, predicate: Predicate, *names: str) -> bool:
-        return self._state.has(predicate.name, *[self._index[name] for name in names])
 
     def _is(self, predicate: str, *names: str) -> bool:
         """Whether a derived predicate holds."""
@@ -83,17 +77,6 @@ class Ways:
     def _holds(self, formula: f.Formula, scope: Scope) -> bool:
         free = {name: self._index[thing] for name, thing in scope.items()}
         return self.reading.holds(formula, free, self._state)
-
-    def _those(self, predicate: Predicate) -> list[str]:
-        return [self._names[i] for i in bits(self._state.those(predicate.name))]
-
-    def _of(self, predicate: Predicate, name: str) -> list[str]:
-        """The things to which a thing stands in a relation."""
-        return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
-
-    def _to(self, predicate: Predicate, name: str) -> list[str]:
-        """The things that stand in a relation to a thing."""
-        return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
     def _support(self, name: str) -> str | None:
         for relation in p.SUPPORTS:
@@ -155,6 +138,10 @@ class Ways:
     def _kept_goals(self) -> set[int]:
         """Which of the goals that have been reached hold."""
         return {i for i, (goal, scope) in enumerate(self._reached) if self._holds(goal, scope)}
+
+    def _with_any(self, go: Callable[[str], None], things: Iterable[str], otherwise: str) -> None:
+        """Go a way with the first of some things with which it leads there."""
+        self._first_of((partial(go, thing) for thing in things), otherwise)
 
     # Hands, doors and switches. What is named in `keep` stays in hand.
 
@@ -291,21 +278,15 @@ class Ways:
             if full and not self._has(p.full_of, vessel, substance):
                 pour()
 
-        def done(way: Way) -> Way:
-            def go() -> None:
-                way()
-                if not self._has(wanted, vessel, substance):
-                    raise NoWayError(f"{vessel} does not hold enough {substance}")
+        def done(way: Way) -> None:
+            way()
+            if not self._has(wanted, vessel, substance):
+                raise NoWayError(f"{vessel} does not hold enough {substance}")
 
-            return go
-
-        fills = (
-            []
-            if self._has(p.fixed, vessel)
-            else [lambda tap=tap: self._fill(vessel, tap) for tap in self._taps(substance)]
-        )
-        ways = [pour, *fills, make] if self._holders(substance) else [*fills, make, pour]
-        self._first_of(map(done, ways), f"{substance} cannot be brought into {vessel}")
+        taps = [] if self._has(p.fixed, vessel) else self._taps(substance)
+        fills: list[Way] = [partial(self._fill, vessel, tap) for tap in taps]
+        ways: list[Way] = [pour, *fills, make] if self._holders(substance) else [*fills, make, pour]
+        self._first_of((partial(done, way) for way in ways), f"{substance} cannot be brought into {vessel}")
 
     def _cover(self, name: str, substance: str) -> None:
         """Cover a thing with a substance."""
@@ -329,8 +310,7 @@ class Ways:
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
         """Bring some solvent of a substance."""
-        solvents = self._of(p.dissolved_by, substance)
-        self._first_of((partial(bring, each) for each in solvents), f"no solvent for {substance}")
+        self._with_any(bring, self._of(p.dissolved_by, substance), f"no solvent for {substance}")
 
     def _wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
         solvents = self._of(p.dissolved_by, substance)
@@ -369,32 +349,28 @@ class Ways:
     def _soak(self, name: str, substance: str) -> None:
         """Soak a thing with a substance."""
 
-        def under(source: str) -> Way:
-            def go() -> None:
-                self._get(name)
-                self._reach(source, name)
-                if self._has(p.fixed, source) and not self._has(p.has_in, source, substance):
-                    self._switch_on(source, name)
-                self._do("SOAK", name, source)
-
-            return go
+        def under(source: str) -> None:
+            self._get(name)
+            self._reach(source, name)
+            if self._has(p.fixed, source) and not self._has(p.has_in, source, substance):
+                self._switch_on(source, name)
+            self._do("SOAK", name, source)
 
         def water() -> None:
-            source = self._supply(substance, name)
-            self._put_with("APPLY", source, name)
+            self._put_with("APPLY", self._supply(substance, name), name)
 
         def make() -> None:
-            under(self._supply(substance, name))()
+            under(self._supply(substance, name))
 
         near = [o for o in self._holders(substance, movable=False) if o != name]
-        sources = [under(source) for source in dict.fromkeys((*self._taps(substance), *near))]
+        sources = [partial(under, source) for source in dict.fromkeys((*self._taps(substance), *near))]
         self._first_of((*sources, make, water), f"{name} cannot be soaked with {substance}")
         if not self._has(p.soaked_with, name, substance):
             raise NoWayError(f"{name} is not soaked with {substance}")
 
     # Heat and cold.
 
-    def _expose(self, name: str, source: str, operator: str) -> None:
+    def _expose(self, operator: str, name: str, source: str) -> None:
         """Have a working source of heat or cold work on a thing."""
         if not self._is("exposed_to", name, source):
             if self._has(p.works_inside, source):
@@ -411,12 +387,7 @@ class Ways:
         """Have one of some sources of heat work on a thing, sooner one that cannot be moved."""
         able = [source for source in sources if not self._has(p.lighter, source)]
         able.sort(key=lambda source: not self._has(p.fixed, source))
-        ways = (partial(self._expose, name, source, "HEAT") for source in able)
-        self._first_of(ways, f"no source of heat for {name}")
-
-    def _chill(self, name: str) -> None:
-        ways = (partial(self._expose, name, source, "FREEZE") for source in self._to(p.chills, name))
-        self._first_of(ways, f"nothing freezes {name}")
+        self._with_any(partial(self._expose, "HEAT", name), able, f"no source of heat for {name}")
 
     def _thaw(self, name: str) -> None:
         if any(self._is("exposed_to", name, source) for source in self._those(p.cold_source)):
