@@ -227,13 +227,14 @@ def test_things_are_told_by_what_is_so_of_them_alone() -> None:
 
 
 def test_kinds_that_would_be_called_the_same_are_called_by_their_names() -> None:
-    things = ["gift_box.n.01", "gift_box", "cup.n.01", "cup.n.01"]
+    things = ["gift_box.n.01", "gift_box", "cup.n.01", "cup.n.01", "can__of__soda"]
     objects = [WorldObject(f"thing_{n}", kind) for n, kind in enumerate(things)]
     scene = Scene(WORDS.scene.vocabulary, objects)
     assert replace(WORDS, scene=scene).nouns == {
         "gift_box.n.01": "gift box",
         "gift_box": "gift_box",
         "cup.n.01": "cup",
+        "can__of__soda": "can of soda",
     }
     called = replace(WORDS, scene=scene, english=English(nouns={"gift_box": "case"}))
     assert called.nouns["gift_box"] == "case"

@@ -83,7 +83,7 @@ class Words:
         """Return the noun of each category of the scene; by its name where two would be called the same."""
         found: dict[str, str] = {}
         for thing in self.scene.objects:
-            made = re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ")
+            made = " ".join(re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ").split())
             noun = self.english.nouns.get(thing.category, made)
             taken = any(n == noun and c != thing.category for c, n in found.items())
             found.setdefault(thing.category, thing.category if taken else noun)

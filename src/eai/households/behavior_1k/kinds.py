@@ -78,7 +78,7 @@ class Making:
 
 
 @dataclass(frozen=True)
-class Rules:
+class _Rules:
     """The rules; each mapping is from a kind to what it becomes.
 
     Attributes:
@@ -135,7 +135,7 @@ class Kinds:
         rules: the rules.
     """
 
-    def __init__(self, values: Mapping[str, Any], rules: Rules) -> None:
+    def __init__(self, values: Mapping[str, Any], rules: _Rules) -> None:
         self._kinds: Mapping[str, Mapping[str, Any]] = values["kinds"]
         self._removers: Sequence[Mapping[str, Any] | None] = values["removers"]
         self.rules = rules
@@ -143,7 +143,7 @@ class Kinds:
     @staticmethod
     def of(values: Mapping[str, Any], rules: object) -> Kinds:
         """The kinds of the contents of both members."""
-        return Kinds(values, TypeAdapter(Rules).validate_python(rules))
+        return Kinds(values, TypeAdapter(_Rules).validate_python(rules))
 
     def has(self, synset: str, *abilities: str) -> bool:
         """Whether a kind has one of these abilities."""

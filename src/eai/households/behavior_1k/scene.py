@@ -142,7 +142,7 @@ class _Activity:
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class _Setting:
     """The scene of an activity at the start.
 
     Attributes:
@@ -156,7 +156,7 @@ class Setting:
     nameable: int
 
 
-def set_up(activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> Setting:
+def set_up(activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> _Setting:
     """Make the scene of an activity.
 
     Args:
@@ -181,7 +181,7 @@ class _SceneMaker:
         self._rooms = {names[0]: names[1] for predicate, names in activity.facts() if predicate == "inroom"}
         self._recipes: list[Recipe] = []
 
-    def setting(self) -> Setting:
+    def setting(self) -> _Setting:
         """The scene at the start."""
         self._fill_sources()
         wanted = {self._kind[name] for name in self._future}
@@ -201,7 +201,7 @@ class _SceneMaker:
             for each, names in dict.fromkeys((*self._facts(), *self._recipe_facts(recipes)))
         ]
         nameable = len(declared) + len(made)
-        return Setting(scene.state(facts), len(declared), nameable)
+        return _Setting(scene.state(facts), len(declared), nameable)
 
     # Which objects there are.
 
@@ -483,7 +483,7 @@ class Scenes:
         self.activities = {name: _Activity(name, text) for name, text in texts.items()}
         self._containers = frozenset(kind for each in self.activities.values() for kind in each.containers())
 
-    def set_up(self, name: str) -> tuple[_Activity, Setting]:
+    def set_up(self, name: str) -> tuple[_Activity, _Setting]:
         """An activity and its scene.
 
         Raises:
