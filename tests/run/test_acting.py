@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import inspect_ai
@@ -93,6 +93,38 @@ def test_a_model_that_only_looks_comes_to_its_end(data_store: Store, tmp_path: P
     looks = [tool("look") for _ in range(200)]
     about = outcome_of(play(scripted(looks), tmp_path, steps=2))
     assert (about["success"], about["ended"]) == (False, "steps")
+
+
+def slowly(outputs: Sequence[ModelOutput]) -> Iterator[ModelOutput]:
+    for output in outputs:
+        time.sleep(0.4)
+        output.usage = ModelUsage(input_tokens=1, output_tokens=1, total_tokens=2)
+        yield output
+
+
+@pytest.mark.parametrize(
+    ("limit", "ended"),
+    [({"tokens": 5}, "tokens"), ({"seconds": 1}, "time"), ({"steps": 2, "feedback": "facts"}, "turns")],
+)
+def test_a_limit_ends_the_episode_and_it_is_scored(
+    data_store: Store, tmp_path: Path, limit: dict[str, object], ended: str
+) -> None:
+    looks = [tool("look") for _ in range(20)]
+    model = scripted(looks)
+    if ended == "time":
+        model = get_model("mockllm/model", custom_outputs=slowly(looks))
+    about = outcome_of(play(model, tmp_path, **limit))
+    assert (about["status"], about["success"], about["ended"]) == ("scored", False, ended)
+
+
+def test_slips_are_drawn_from_the_seed_and_replayed(data_store: Store, tmp_path: Path) -> None:
+    outputs = [*map(call, gold()), tool("done")]
+    about = outcome_of(play(scripted(outputs), tmp_path, slip=1.0))
+    turns = about["turns"]
+    assert isinstance(turns, list)
+    assert (about["status"], about["success"]) == ("scored", False)
+    assert turns[0]["slipped"]
+    assert all(turn["slipped"] is (turn["fault"] is None) for turn in turns if turn["is_action"])
 
 
 def test_a_command_is_the_last_line_or_a_json_answer() -> None:
