@@ -94,6 +94,24 @@ def test_an_episode_that_is_stopped_is_over(tmp_path: Path) -> None:
     assert (verdict_of(path, key).success, verdict_of(path, key).ended) == (False, "stopped")
 
 
+def test_a_turn_that_cannot_be_written_is_not_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(file: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    path, key = tmp_path / "episode", key_in(tmp_path)
+    with closing(Journal(path, key, beginning())) as journal:
+        journal.act(WINNING[0])
+        with monkeypatch.context() as full:
+            full.setattr(os, "fsync", fail)
+            with pytest.raises(InputError, match="No space left"):
+                journal.act(WINNING[1])
+        with pytest.raises(InputError, match="cannot be written"):  # now it knows no more what the file holds
+            journal.act(WINNING[2])
+    journal_of(tmp_path, WINNING[2:])
+    assert [turn.said for turn in verdict_of(path, key).turns] == WINNING
+    assert verdict_of(path, key).success
+
+
 def test_another_task_setting_or_key_is_refused(tmp_path: Path) -> None:
     path, key = journal_of(tmp_path, WINNING)
     with pytest.raises(InputError, match="another task or setting"):

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import socket
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,16 @@ import pytest
 pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
 
 from cli.conftest import Command
+
+
+def test_a_port_that_is_taken_is_told(eai: Command, tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = eai(
+            "serve", "mcp", "--domain", "envs.switches:SWITCHES", "--out", tmp_path / "out", "--port", port
+        )
+    told = f"eai: --port {port}: cannot listen there, at 127.0.0.1 (Address already in use)"
+    assert (done.status, done.err.strip(), [*tmp_path.iterdir()]) == (2, told, [])
 
 
 @pytest.mark.parametrize(

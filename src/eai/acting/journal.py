@@ -12,6 +12,7 @@ import hmac
 import json
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -240,8 +241,13 @@ class Journal:
             self._file.write(f"{seal} ".encode() + body + b"\n")
             self._file.flush()
             os.fsync(self._file.fileno())
-        except OSError as error:
-            raise InputError(f"{self._path}: cannot be written ({error.strerror})") from error
+        except (
+            OSError,
+            ValueError,
+        ) as error:  # a file that is closed: whoever opens it again knows what it holds
+            with suppress(OSError):
+                self._file.close()
+            raise InputError(f"{self._path}: cannot be written ({error})") from error
         self._seal = seal
 
 

@@ -10,8 +10,10 @@ import asyncio
 import logging
 import os
 import signal
+import socket
 import sys
 from collections.abc import Awaitable, Callable, Sequence
+from functools import partial
 from typing import Any
 
 import uvicorn
@@ -144,12 +146,25 @@ def http_app(worlds: Worlds, domain: Domain, names: Sequence[str], *, open_to_al
     )
 
 
-def serve_http(worlds: Worlds, app: Starlette, host: str, port: int) -> None:
+def listen(host: str, port: int) -> socket.socket:
+    """A socket that listens at an address.
+
+    Raises:
+        InputError: it cannot.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as error:
+        why = os.strerror(error.errno or 0)
+        raise InputError(f"--port {port}: cannot listen there, at {host} ({why})") from error
+
+
+def serve_http(worlds: Worlds, app: Starlette, listener: socket.socket) -> None:
     """Serve an application until the process is interrupted."""
-    config = uvicorn.Config(
-        app, host, port, log_level="warning", server_header=False, limit_concurrency=_MAX_CONNECTIONS
-    )
-    asyncio.run(_until_done(worlds, uvicorn.Server(config).serve))
+    config = uvicorn.Config(app, log_level="warning", server_header=False, limit_concurrency=_MAX_CONNECTIONS)
+    server = uvicorn.Server(config)
+    asyncio.run(_until_done(worlds, partial(server.serve, [listener])))
 
 
 async def _until_done(worlds: Worlds, run: Callable[[], Awaitable[None]]) -> None:

@@ -74,7 +74,7 @@ def mcp(
     """
     setting = setting_of_others(settings or ())
     try:
-        from eai.acting.server import http_app, serve_http, serve_stdio
+        from eai.acting.server import http_app, listen, serve_http, serve_stdio
         from eai.acting.worlds import opened
     except ImportError as error:
         raise EaiError(
@@ -91,8 +91,9 @@ def mcp(
     if port is not None and not names:
         raise InputError(f"--host {host}: expected --allow-host NAME, what requests may call this host")
     places = [(task_id, epoch + 1) for task_id in ids for epoch in range(tickets)]
+    listener = None if port is None else listen(host, port)
     with opened(out, suite, places, setting, agent) as worlds:
-        if port is None:
+        if listener is None:
             serve_stdio(worlds, suite.benchmark.domain)
             return
         listening = f"http://{names[0]}:{port}/mcp"
@@ -100,7 +101,7 @@ def mcp(
             listening += f"; {counted(len(places), 'ticket')} in {_write_tickets(out, worlds.tickets)}"
         note(listening)
         application = http_app(worlds, suite.benchmark.domain, names, open_to_all=trust_network)
-        serve_http(worlds, application, host, port)
+        serve_http(worlds, application, listener)
 
 
 def _write_tickets(out: Path, tickets: Mapping[str, Place]) -> Path:
