@@ -179,8 +179,17 @@ def test_an_episode_that_is_under_way_is_an_answer(tmp_path: Path) -> None:
         worlds.call(ONE[0], WINNING[0])
     assert (verdicts(tmp_path)[TASK].ended, len(verdicts(tmp_path)[TASK].turns)) == ("stopped", 1)
     with opened(tmp_path, SUITE, ONE) as worlds:
+        for command in (*WINNING[1:], "DONE"):
+            worlds.call(ONE[0], command)
+        assert verdicts(tmp_path)[TASK].success  # at once, and once
+
+
+def test_worlds_that_are_ended_are_over(tmp_path: Path) -> None:
+    with opened(tmp_path, SUITE, ONE) as worlds:
+        worlds.call(ONE[0], WINNING[0])
         worlds.end()
         assert worlds.call(ONE[0], WINNING[1]) == OVER
+        assert len(verdicts(tmp_path)[TASK].turns) == 1
 
 
 def test_a_folder_is_of_one_suite_and_setting_and_process(tmp_path: Path) -> None:

@@ -241,10 +241,8 @@ class Journal:
             self._file.write(f"{seal} ".encode() + body + b"\n")
             self._file.flush()
             os.fsync(self._file.fileno())
-        except (
-            OSError,
-            ValueError,
-        ) as error:  # a file that is closed: whoever opens it again knows what it holds
+        except (OSError, ValueError) as error:
+            # The file is closed for good: who opens it again sees what it holds.
             with suppress(OSError):
                 self._file.close()
             raise InputError(f"{self._path}: cannot be written ({error})") from error

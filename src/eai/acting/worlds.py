@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-from eai.abilities.responses import COLUMNS, LINES
+from eai.abilities.responses import COLUMNS, LINES, file_name
 from eai.acting.journal import Journal, is_begun, key_in, read_journal
 from eai.acting.play import OVER, Arena, Play, read_episode, rules_of
 from eai.acting.setting import STANDARD, Setting
@@ -66,13 +66,14 @@ class Worlds:
     """
 
     def __init__(self, folder: Path, suite: Suite, places: Sequence[Place], arena: Arena, agent: str) -> None:
-        self._folder, self._suite, self._agent = folder, suite, agent
+        self._folder, self._suite, self._agent = folder, suite, file_name(agent)
         self._key = key_in(folder)
         self._arena, self._rules = arena, rules_of(arena.setting)
         self._journals: dict[Place, Journal] = {}
+        self._written: set[Place] = set()
         self.places = places
         self.tickets = {self._ticket(place): place for place in places}
-        self.write()
+        self._write()
 
     def path(self, place: Place) -> Path:
         """The journal of an episode."""
@@ -92,7 +93,9 @@ class Worlds:
         if command == LOOK and not journal.play.turns:
             return self._arena.prompt(journal.play.game.task).user
         told = journal.look() if command == LOOK else journal.act(command)
-        if journal.ended is not None:
+        if journal.ended is not None and place in self._written:
+            self._write()
+        elif journal.ended is not None:
             self._append(place)
         return told
 
@@ -105,15 +108,15 @@ class Worlds:
         for place in self.places:
             if is_begun(self.path(place)):
                 self._journal(place).end()
-        self.write()
+        self._write()
 
     def close(self) -> None:
         """Write the answers as they are, and close all journals; what has not ended can go on."""
         for journal in self._journals.values():
             journal.close()
-        self.write()
+        self._write()
 
-    def write(self) -> None:
+    def _write(self) -> None:
         """Write all episodes that have begun as answers: one that has not ended is stopped, and may be lost.
 
         Raises:
@@ -122,10 +125,12 @@ class Worlds:
         files: dict[Path, list[str]] = {}
         for place, path in self._begun():
             files.setdefault(self._answers(place), []).append(self._answer(place, path))
+            self._written.add(place)
         write_whole(files)
 
     def _append(self, place: Place) -> None:
-        """Add an episode that has ended to the answers."""
+        """Add an episode that has ended to the answers, where it is not yet."""
+        self._written.add(place)
         try:
             with self._answers(place).open("a", encoding="utf-8") as file:
                 file.write(self._answer(place, self.path(place)))
