@@ -35,14 +35,19 @@ AGENT = Path(__file__).parents[1] / "examples/mcp/openai_agents.py"
 def next_call(messages: Sequence[Mapping[str, Any]], gold: Mapping[str, Sequence[str]]) -> tuple[str, object]:
     """The tool that the model calls after these messages, and its arguments."""
     told = [message["content"] for message in messages if message["role"] == "tool"]
-    if not told:
+    asked = [message["content"] for message in messages if message["role"] == "user"]
+    taken = len(told)
+    if asked[0] in gold:  # who acts in Inspect is told the task by its question
+        commands = gold[asked[0]]
+    elif not told:
         return "look", {}
-    question = told[0] if isinstance(told[0], str) else told[0][0]["text"]
-    question = json.loads(question)["text"] if question.startswith('{"') else question
-    commands = gold[question]
-    if len(told) > len(commands):
+    else:
+        question = told[0] if isinstance(told[0], str) else told[0][0]["text"]
+        question = json.loads(question)["text"] if question.startswith('{"') else question
+        commands, taken = gold[question], len(told) - 1
+    if taken == len(commands):
         return "done", {}
-    name, _, objects = commands[len(told) - 1].removesuffix(")").partition("(")
+    name, _, objects = commands[taken].removesuffix(")").partition("(")
     return "act", {"action": name, "objects": objects.split(", ") if objects else []}
 
 

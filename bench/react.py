@@ -1,0 +1,99 @@
+"""Inspect's `react` plays over a model behind an OpenAI-compatible server, by the lines of docs/acting.md.
+
+    python bench/react.py [--domain virtualhome] [--tasks 10]
+
+The model is that of mcp_agent.py: a server on this machine that says the commands of the reference. Printed
+are the episodes and how many are won, and CPU seconds a task, start included. Then, without Inspect, of the
+same tasks played at random for 30 turns: the characters that a model has read and written at the end, as
+tokens of 3.5 characters, and CPU milliseconds an episode, with what makes a task ready apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+
+from eai.acting.play import Arena
+from eai.acting.setting import ACTING, Setting
+from eai.benchmark.suite import Suite, open_suite
+from eai.envs.agents import random_agent
+from eai.envs.command import DONE
+from mcp_agent import model
+
+TURNS = 30
+CHARACTERS = 3.5
+"""About how many characters a token has."""
+
+CALL = 120
+"""About how many characters a call of a tool and its reply have besides the command and what is told."""
+
+
+def with_inspect(suite: Suite, task_ids: Sequence[str]) -> None:
+    """Play by the command of the docs, and print what became of it."""
+    arena = Arena(suite.benchmark)
+    tasks = [suite.tasks[task_id] for task_id in task_ids]
+    gold = {arena.prompt(task).user: arena.stage(task).reference.commands or () for task in tasks}
+    with tempfile.TemporaryDirectory() as folder, model(gold) as url:
+        command = [sys.executable, "-m", "eai", "run", "--ability", "acting", "--domain", suite.domain]
+        command += ["--tasks", ",".join(task_ids), "--model", "openai-api/local/scripted"]
+        command += ["--model-base-url", url, "-M", "api_key=none", "--out", folder, "--json"]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        success = json.loads(done.stdout)[0]["metrics"]["success"]
+        spent = (used.ru_utime + used.ru_stime) / len(tasks)
+        print(f"{success['numerator']} of {success['denominator']} won, {spent:.2f} CPU s a task")
+
+
+def at_random(suite: Suite, task_ids: Sequence[str]) -> None:
+    """Play without Inspect, and print how long contexts are."""
+    arena = Arena(suite.benchmark, Setting(steps=TURNS, budget=1_000))
+    contexts, ready, played = [], 0.0, 0.0
+    for task_id in task_ids:
+        start = time.process_time()
+        task = suite.tasks[task_id]
+        read = len(arena.prompt(task).user)
+        suite.score(task_id, DONE)  # makes the task ready to be scored
+        ready += time.process_time() - start
+        play = arena.play(task)
+        agent = random_agent(play.game)
+        for _ in range(TURNS):
+            command = DONE
+            while command == DONE:  # it goes on to the last turn
+                command = agent()
+            start = time.process_time()
+            told = play.act(command)
+            played += time.process_time() - start
+            read += len(command) + len(told) + CALL
+        start = time.process_time()
+        suite.score(task_id, play.text("stopped"))
+        played += time.process_time() - start
+        contexts.append(read / CHARACTERS)
+    number = len(task_ids)
+    print(f"{TURNS} turns: {sum(contexts) / number:,.0f} tokens of context, at most {max(contexts):,.0f}")
+    spent, before = 1000 * played / number, 1000 * ready / number
+    print(f"an episode: {spent:.1f} CPU ms played and scored, {before:.0f} to make its task ready")
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--domain", default="virtualhome")
+    parser.add_argument("--tasks", type=int, default=10)
+    arguments = parser.parse_args()
+    suite = open_suite(arguments.domain, ACTING)
+    there = [task_id for task_id in suite.task_ids if suite.tasks[task_id].left_out is None]
+    task_ids = there[:: max(1, len(there) // arguments.tasks)][: arguments.tasks]
+    with_inspect(suite, task_ids)
+    at_random(suite, task_ids)
+
+
+if __name__ == "__main__":
+    main()
