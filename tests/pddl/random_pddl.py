@@ -32,7 +32,7 @@ from eai.pddl.model import (
     WhenEffect,
 )
 
-PREDICATES = {"p": 1, "q": 2, "r": 0}
+PREDICATES = {"p": 1, "q": 2, "r": 0, "t": 3}
 OBJECTS = (TypedName("a", "thing"), TypedName("b", "thing"), TypedName("c"))
 TYPES = (TypedName("thing"),)
 CATEGORIES = st.sampled_from([None, "thing"])

@@ -136,7 +136,6 @@ def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
 @pytest.mark.parametrize(
     ("predicates", "problem"),
     [
-        ("(:predicates (far ?a ?b ?c))", "the predicate far has 3 arguments"),
         ("(:predicates (p ?x)) (:derived (p ?x) (not (p ?x)))", "the derived predicate p depends on itself"),
     ],
 )

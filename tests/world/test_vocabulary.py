@@ -17,7 +17,7 @@ P, Q = Predicate("P", 1), Predicate("Q", 2)
     ("declare", "message"),
     [
         (lambda: Vocabulary((P, P)), "predicate P is declared twice"),
-        (lambda: Vocabulary((Predicate("R", 3),)), "predicate R: arity 3"),
+        (lambda: Vocabulary((Predicate("R", -1),)), "predicate R: arity -1 is negative"),
         (
             lambda: Vocabulary((P,), (Computed("d", 1, lambda state, objects: True, reads=("Q",)),)),
             "d reads Q, which is not declared",

@@ -167,7 +167,7 @@ def _halves(goal: Goal) -> tuple[int, int, int]:
     """How many halves of a state, relation and action goal a goal counts as."""
     if goal.kind is GoalKind.ACTION:
         return 0, 0, 2
-    binary = {len(part.arguments) == 2 for part in walk(goal.formula) if isinstance(part, Atom)}
+    binary = {len(part.arguments) > 1 for part in walk(goal.formula) if isinstance(part, Atom)}
     if binary == {True, False}:
         return 1, 1, 0
     return (0, 2, 0) if binary == {True} else (2, 0, 0)

@@ -101,7 +101,7 @@ def _kind(condition: Literal) -> GoalKind:
     match condition.operand if isinstance(condition, Not) else condition:
         case Occurs():
             return GoalKind.ACTION
-        case Atom(_, (_, _)):
+        case Atom(_, (_, _, *_)):
             return GoalKind.RELATION
         case _:
             return GoalKind.STATE

@@ -17,6 +17,7 @@ from typing import ClassVar, NamedTuple
 from pydantic import ConfigDict, TypeAdapter
 
 from eai.data.files import parse_toml
+from eai.world.vocabulary import parameters
 
 FILE = "english.toml"
 
@@ -130,6 +131,8 @@ def sentences_of(predicate: str, arity: int, english: English) -> Sequence[str]:
     name = re.sub("[_-]", " ", predicate).lower().removeprefix("is ")
     if not arity:
         return (f"it is so that {name}",)
+    if arity > 2:
+        return (f"it is so that {name} holds of {', '.join([f'{{{each}}}' for each in parameters(arity)])}",)
     verb = name if name in _PLURAL else f"is {name}"
     return (f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}",)
 

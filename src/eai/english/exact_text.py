@@ -17,7 +17,7 @@ from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, conditions_of
-from eai.world.vocabulary import Vocabulary
+from eai.world.vocabulary import Vocabulary, parameters
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class ExactText:
 
     def _atom(self, atom: f.Atom, *, negated: bool = False) -> str:
         sentence = self._sentence(atom.predicate)
-        values = dict(zip("xy", map(_name, atom.arguments), strict=False))
+        values = dict(zip(parameters(len(atom.arguments)), map(_name, atom.arguments), strict=True))
         if negated and not sentence.startswith("{x} "):
             return f"it is not so that {sentence.format(**values)}"
         return turned(sentence, negated=negated).format(**values)

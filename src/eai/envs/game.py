@@ -210,6 +210,9 @@ def _changed(before: State, after: State) -> set[str]:
     for name, i in vocabulary.binary_slots.items():
         if before.binary[i] is not after.binary[i]:
             changed.add(name)
+    for name, i in vocabulary.tuple_slots.items():
+        if before.tuples[i] is not after.tuples[i]:
+            changed.add(name)
     return changed
 
 

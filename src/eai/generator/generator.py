@@ -325,6 +325,8 @@ class Generator:
         for name in self.prior.holding:
             if name in state.scene.vocabulary.binary_slots:
                 held.update(target for _, target in state.relation(name).pairs())
+            elif name in state.scene.vocabulary.tuple_slots:
+                held.update(member[-1] for member in state.tuple_set(name).members)
             else:
                 held.update(bits(state.those(name)))
         return held

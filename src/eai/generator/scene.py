@@ -322,3 +322,5 @@ def restricted(state: State, kept: Sequence[int]) -> Iterator[Fact]:
     for name in vocabulary.binary_slots:
         relation = state.relation(name)
         yield from (Fact(name, (i, j)) for i in kept for j in bits(relation.row(i) & among))
+    for name in vocabulary.tuple_slots:
+        yield from (Fact(name, m) for m in sorted(state.tuple_set(name).members) if {*m} <= {*kept})

@@ -37,6 +37,7 @@ from eai.english.english import (
 )
 from eai.errors import InputError
 from eai.world.state import Fact, Scene, State
+from eai.world.vocabulary import parameters
 
 _X, _Y = f.Variable("x"), f.Variable("y")
 _EVERY, _EXACTLY = "|".join(EVERY), "|".join(EXACTLY)
@@ -118,7 +119,7 @@ class Words:
                 words = [f"the {self._noun_of(thing)} that", *(f"the {self._noun_of(i)}" for i in there)]
                 sentence = self.sentences(predicate)[0]
                 sentence = sentence if there else f"{sentence} now"  # it may not be so in the end
-                found.setdefault(thing, sentence.format(**dict(zip("xy", words, strict=False))))
+                found.setdefault(thing, _with_words(sentence, words))
         return found
 
     def _noun_of(self, index: int) -> str:
@@ -256,7 +257,11 @@ class Words:
 
     def _filled(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
-        return sentence.format(**dict(zip("xy", words, strict=False)))
+        return _with_words(sentence, words)
+
+
+def _with_words(sentence: str, words: Sequence[str]) -> str:
+    return sentence.format(**dict(zip(parameters(len(words)), words, strict=True)))
 
 
 def _joined(clauses: Sequence[str]) -> str:
@@ -405,8 +410,7 @@ def _quantified(
 
 @cache
 def _pattern(sentence: str) -> re.Pattern[str]:
-    form = re.escape(sentence)
-    return re.compile(form.replace(r"\{x\}", "(?P<x>.+)").replace(r"\{y\}", "(?P<y>.+)"))
+    return re.compile(re.sub(r"\\\{(\w+)\\\}", r"(?P<\1>.+)", re.escape(sentence)))
 
 
 def _matched(sentence: str, text: str) -> Iterator[Sequence[str]]:
@@ -414,7 +418,7 @@ def _matched(sentence: str, text: str) -> Iterator[Sequence[str]]:
     found = _pattern(sentence).fullmatch(text)
     if found is not None:
         named = found.groupdict()
-        yield [named[name] for name in "xy" if name in named]
+        yield [named[name] for name in parameters(len(named))]
 
 
 def _one(meanings: Iterable[f.Formula], text: str) -> f.Formula:

@@ -26,9 +26,6 @@ from eai.world.operator import Check, Operator
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 
-MAX_ARITY = 2
-"""How many arguments a stored predicate may have."""
-
 
 @dataclass(frozen=True, slots=True)
 class _DeclaredProblem:
@@ -48,7 +45,7 @@ class DeclaredDomain:
         domain: the declared domain.
 
     Raises:
-        DomainError: a predicate has more arguments than a state keeps, or a derived one depends on itself.
+        DomainError: a derived predicate depends on itself.
     """
 
     def __init__(self, source: m.PddlDomain) -> None:
@@ -65,10 +62,6 @@ class DeclaredDomain:
             for each in source.predicates
             if each.name not in derived.axioms
         ]
-        for predicate in stored:
-            if predicate.arity > MAX_ARITY:
-                problem = f"has {predicate.arity} arguments; a state keeps at most {MAX_ARITY}"
-                raise DomainError(f"the predicate {predicate.name} {problem}")
         kinds = [Predicate(name, 1, static=True) for name in self._types.predicates.values()]
         vocabulary = Vocabulary((*stored, *kinds), tuple(defined))
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))

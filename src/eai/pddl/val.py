@@ -59,4 +59,6 @@ def val_verdict(program: Path, domain: PddlDomain, problem: PddlProblem, plan: S
             )
         except subprocess.TimeoutExpired:
             return "no answer in time"
+    if done.returncode < 0:
+        return "VAL itself failed, perhaps at a name that it keeps for itself"
     return VALID if "Plan valid" in done.stdout else "not valid"

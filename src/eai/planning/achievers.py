@@ -176,6 +176,7 @@ class Achievers:
         fixed = {predicate.name for predicate in vocabulary.predicates if predicate.static}
         self._fixed_unary = [slot for name, slot in vocabulary.unary_slots.items() if name in fixed]
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
+        self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
         self._by_effect: dict[tuple[str, bool], list[Achiever]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
@@ -196,8 +197,12 @@ class Achievers:
 
     def fixed_facts(self, state: State) -> Sequence[object]:
         """The part of a state that no action changes: equal for states of one scene where it is the same."""
-        unary, binary = state.unary, state.binary
-        return [*[unary[slot] for slot in self._fixed_unary], *[binary[slot] for slot in self._fixed_binary]]
+        unary, binary, tuples = state.unary, state.binary, state.tuples
+        return [
+            *[unary[slot] for slot in self._fixed_unary],
+            *[binary[slot] for slot in self._fixed_binary],
+            *[tuples[slot] for slot in self._fixed_tuples],
+        ]
 
     def taking(self, names: Iterable[str]) -> list[Achiever]:
         """The operators of these names, if there are any, as they are taken for their own sake."""

@@ -119,6 +119,9 @@ class Exclusion:
                 return bool(self._initial.relation(predicate).column(target))
             case _Fact(predicate, (None, None)):
                 return len(self._initial.relation(predicate)) > 0
+            case _Fact(predicate, arguments) if None in arguments:
+                members = self._initial.tuple_set(predicate).members
+                return any(_is_among(_Fact(predicate, each), fact) for each in members)
             case _:
                 return self._initial.has(fact.predicate, *[i for i in fact.arguments if isinstance(i, int)])
 

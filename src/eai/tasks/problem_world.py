@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import eai.logic.formula as f
-from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.task import Task, goal
 from eai.errors import DomainError, InputError
-from eai.logic.formula import Atom, Formula
 from eai.logic.rewriting import with_terms
-from eai.logic.traversal import walk, with_parts
+from eai.logic.traversal import with_parts
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
 from eai.pddl.files import DomainFile, ProblemFile, read_domain_file, read_problem_file
@@ -69,21 +68,15 @@ def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
 
 def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
     declared = declaration.problem(file.problem)
-    wanted = "; ".join(write_formula(goal) for goal in declared.goals)
+    wanted = "; ".join(write_formula(each) for each in declared.goals)
     return Task(
         id=name,
         title=name,
         instruction=f"Reach a state in which all of this holds: {wanted}",
         initial=declared.initial,
-        goals=tuple([Goal(_kind(goal), goal) for goal in dict.fromkeys(declared.goals)]),
+        goals=tuple(map(goal, dict.fromkeys(declared.goals))),
         relevant=tuple(range(len(declared.initial.scene.objects))),
     )
-
-
-def _kind(formula: Formula) -> GoalKind:
-    """Relation if the goal speaks of any, else state."""
-    binary = any(isinstance(part, Atom) and len(part.arguments) == 2 for part in walk(formula))
-    return GoalKind.RELATION if binary else GoalKind.STATE
 
 
 class Posed(NamedTuple):

@@ -289,6 +289,11 @@ def _looked_up(lookup: Lookup, known: Sequence[int]) -> _Values:
 
 
 def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool) -> Truth:
+    if len(slots) > 2:
+        place = vocabulary.tuple_slots[predicate]
+        return lambda state, binding: (
+            (tuple([binding[s] for s in slots]) in state.tuples[place].members) is wanted
+        )
     if len(slots) == 2:
         relation = vocabulary.binary_slots[predicate]
         source, target = slots
@@ -304,6 +309,12 @@ def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, 
     if len(slots) == 1:
         mask = vocabulary.unary_slots[predicate]
         return lambda state, binding, among: state.unary[mask] & among
+    if len(slots) > 2:
+        kept, place = vocabulary.tuple_slots[predicate], slots.index(slot)
+        others = slots[:place] + slots[place + 1 :]
+        return lambda state, binding, among: (
+            state.tuples[kept].matching(place, tuple([binding[s] for s in others])) & among
+        )
     relation = vocabulary.binary_slots[predicate]
     source, target = slots
     if slot == target:

@@ -79,7 +79,7 @@ def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Ite
 
 def _fingerprint(state: State) -> int:
     """A hash of what the state holds now, past any that it has stored."""
-    return hash(State(state.scene, state.unary, state.binary))
+    return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
 def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator[Defect]:

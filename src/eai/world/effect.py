@@ -167,6 +167,8 @@ class Effects:
             raise DomainError(f"an addition of {atom.predicate} cannot be a pattern")
         if len(atom.arguments) == 2:
             return self._write_pair(atom, index, scope, adding=adding)
+        if len(atom.arguments) > 2:
+            return self._write_tuple(atom, index, scope, adding=adding)
         if not atom.arguments or atom.arguments[0] == ANYTHING:
             return _assign(index, int(adding))
         slot = self._frame.slot_of(atom.arguments[0], scope)
@@ -184,6 +186,15 @@ class Effects:
         write = Draft.link if adding else Draft.unlink
         return lambda before, draft, binding: write(draft, index, binding[source], binding[target])
 
+    def _write_tuple(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
+        slots = [None if t == ANYTHING else self._frame.slot_of(t, scope) for t in atom.arguments]
+        if adding:
+            bound = [slot for slot in slots if slot is not None]
+            return lambda before, draft, binding: draft.include(index, tuple([binding[s] for s in bound]))
+        return lambda before, draft, binding: draft.exclude(
+            index, tuple([None if s is None else binding[s] for s in slots])
+        )
+
     def _slot_of_predicate(self, atom: Atom) -> int:
         self._vocabulary.require(atom.predicate, len(atom.arguments))
         predicate = self._vocabulary.stored(atom.predicate)
@@ -191,9 +202,7 @@ class Effects:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
         if predicate.static:
             raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
-        if predicate.arity == 2:
-            return self._vocabulary.binary_slots[predicate.name]
-        return self._vocabulary.unary_slots[predicate.name]
+        return self._vocabulary.slots(predicate.arity)[predicate.name]
 
 
 def _give(predicate: int, slot: int) -> Apply:

@@ -110,7 +110,7 @@ class CompiledOperator:
                 each.apply(state, draft, binding)
         if self._apply is not None:
             self._apply(state, draft, binding)
-        return State(state.scene, tuple(draft.unary), tuple(draft.binary))
+        return State(state.scene, tuple(draft.unary), tuple(draft.binary), draft.tuples)
 
     def left_undone(self, before: State, after: State, binding: Binding) -> tuple[_Undone, ...]:
         """The tries that fail: each try that was made before, and would be made again after."""

@@ -58,6 +58,8 @@ def listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -
 def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding:
     if vocabulary.stored(predicate) is not None and vocabulary.arity(predicate) == 2:
         return partial(_related, predicate, repeated)
+    if predicate in vocabulary.tuple_slots:
+        return partial(_among, predicate, repeated)
     declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
     if declared is None:
         raise DomainError(f"predicate {predicate} is not declared")
@@ -77,6 +79,14 @@ def _related(predicate: str, repeated: bool, state: State, objects: _Objects) ->
     for x in objects:
         if relation.sources >> x & 1:
             yield from _pairs(x, relation.row(x) & among, objects, repeated)
+
+
+def _among(predicate: str, repeated: bool, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+    """Tuples of a stored predicate of three or more arguments."""
+    order = {index: place for place, index in enumerate(objects)}
+    members = state.tuple_set(predicate).members
+    found = [m for m in members if order.keys() >= {*m} and (repeated or len({*m}) == len(m))]
+    yield from sorted(found, key=lambda member: [order[index] for index in member])
 
 
 def _paired(

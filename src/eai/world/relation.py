@@ -1,4 +1,6 @@
-"""A binary relation over objects 0..n-1 as bit masks: immutable, sharing its base, cheap to change.
+"""Relations over objects 0..n-1: immutable, and cheap to change.
+
+A binary relation is kept as bit masks that share a base; one of three or more arguments as a set of tuples.
 
 Row ``x`` is the mask of all ``y`` with ``(x, y)`` in the relation, column ``y`` the mask of all such ``x``.
 A base matrix is shared by every state of an episode; a relation on top of it overrides whole rows and
@@ -200,6 +202,32 @@ class Relation:
                 total += ((line & other_rows) - (base.columns[y] & other_rows)) << y
             self._hash = total % _PRIME
         return self._hash
+
+
+class TupleSet:
+    """The facts of a predicate of three or more arguments; a change makes another one."""
+
+    __slots__ = ("_by_others", "members")
+
+    def __init__(self, members: Iterable[tuple[int, ...]] = ()) -> None:
+        self.members = frozenset(members)
+        self._by_others: dict[int, dict[tuple[int, ...], int]] = {}
+
+    def matching(self, place: int, others: tuple[int, ...]) -> int:
+        """The mask of the objects that make a member with all other arguments, in order."""
+        known = self._by_others.get(place)
+        if known is None:
+            known = self._by_others[place] = {}
+            for each in self.members:
+                rest = each[:place] + each[place + 1 :]
+                known[rest] = known.get(rest, 0) | 1 << each[place]
+        return known.get(others, 0)
+
+    def __eq__(self, other: object) -> bool:
+        return self.members == other.members if isinstance(other, TupleSet) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self.members)
 
 
 def mask_of(indices: Iterable[int]) -> int:

@@ -1,8 +1,8 @@
 """Scenes and states: who is there, and what is true of them.
 
 Objects are numbered; sets of objects are bit masks (bit i = object i). A state is an immutable value: a mask
-for each unary predicate, a `Relation` for each binary one. A `Draft` is the one mutable thing; it lives
-inside the execution of one action.
+for each unary predicate, a `Relation` for each binary one, a `TupleSet` for each of more arguments. A
+`Draft` is the one mutable thing; it lives inside the execution of one action.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 from eai.errors import InputError, did_you_mean
 from eai.logic.formula import Atom
 from eai.logic.ltl import parse, spelt
-from eai.world.relation import Matrix, Relation, bits
+from eai.world.relation import Matrix, Relation, TupleSet, bits
 from eai.world.vocabulary import Vocabulary, several
 
 
@@ -126,13 +126,17 @@ class Scene:
         slots = self.vocabulary.unary_slots
         unary = [0] * len(slots)
         pairs: dict[str, list[tuple[int, int]]] = {name: [] for name in self.vocabulary.binary_slots}
+        tuples: dict[str, list[tuple[int, ...]]] = {name: [] for name in self.vocabulary.tuple_slots}
         for predicate, arguments in map(self.fact, facts):
             if predicate in slots:
                 unary[slots[predicate]] |= 1 << arguments[0] if arguments else 1
+            elif predicate in tuples:
+                tuples[predicate].append(arguments)
             else:
                 pairs[predicate].append((arguments[0], arguments[1]))
         size = len(self.objects)
-        return State(self, tuple(unary), tuple(Relation(Matrix.of_pairs(size, p)) for p in pairs.values()))
+        binary = tuple(Relation(Matrix.of_pairs(size, p)) for p in pairs.values())
+        return State(self, tuple(unary), binary, tuple(map(TupleSet, tuples.values())))
 
 
 def _in_text(stated: str) -> tuple[str, Sequence[str]] | None:
@@ -156,16 +160,24 @@ class State:
     """All that is true at one moment: immutable, sharing structure with the states around it.
 
     ``unary[i]`` is the mask of objects with the i-th unary predicate (for arity 0: 1 or 0), ``binary[i]`` the
-    i-th relation, numbered by the scene's vocabulary. Two states of one episode (that is, reached from one
-    initial state) are equal if the same facts hold; states of different episodes never are.
+    i-th relation, ``tuples[i]`` the i-th set of tuples, numbered by the scene's vocabulary. Two states of one
+    episode (that is, reached from one initial state) are equal if the same facts hold; states of different
+    episodes never are.
     """
 
-    __slots__ = ("_hash", "binary", "scene", "unary")
+    __slots__ = ("_hash", "binary", "scene", "tuples", "unary")
 
-    def __init__(self, scene: Scene, unary: tuple[int, ...], binary: tuple[Relation, ...]) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        unary: tuple[int, ...],
+        binary: tuple[Relation, ...],
+        tuples: tuple[TupleSet, ...] = (),
+    ) -> None:
         self.scene = scene
         self.unary = unary
         self.binary = binary
+        self.tuples = tuples
         self._hash: int | None = None
 
     def has(self, predicate: str, *arguments: int) -> bool:
@@ -173,8 +185,10 @@ class State:
         slot = self.scene.vocabulary.binary_slots.get(predicate)
         if slot is not None:
             return self.binary[slot].has(*arguments)
-        mask = self.unary[self.scene.vocabulary.unary_slots[predicate]]
-        return bool(mask >> (arguments[0] if arguments else 0) & 1)
+        slot = self.scene.vocabulary.unary_slots.get(predicate)
+        if slot is None:
+            return arguments in self.tuple_set(predicate).members
+        return bool(self.unary[slot] >> (arguments[0] if arguments else 0) & 1)
 
     def those(self, predicate: str) -> int:
         """The mask of all objects with a unary predicate."""
@@ -183,6 +197,10 @@ class State:
     def relation(self, predicate: str) -> Relation:
         """The relation kept for a binary predicate."""
         return self.binary[self.scene.vocabulary.binary_slots[predicate]]
+
+    def tuple_set(self, predicate: str) -> TupleSet:
+        """The tuples kept for a predicate of three or more arguments."""
+        return self.tuples[self.scene.vocabulary.tuple_slots[predicate]]
 
     def facts(self) -> Iterator[Fact]:
         """All facts, by predicate in the order of the vocabulary, then by object index."""
@@ -194,15 +212,22 @@ class State:
         for name, slot in vocabulary.binary_slots.items():
             for pair in self.binary[slot].pairs():
                 yield Fact(name, pair)
+        for name, slot in vocabulary.tuple_slots.items():
+            yield from [Fact(name, each) for each in sorted(self.tuples[slot].members)]
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
-        return self.scene is other.scene and self.unary == other.unary and self.binary == other.binary
+        return (
+            self.scene is other.scene
+            and self.unary == other.unary
+            and self.binary == other.binary
+            and self.tuples == other.tuples
+        )
 
     def __hash__(self) -> int:
         if self._hash is None:
-            self._hash = hash((self.unary, self.binary))
+            self._hash = hash((self.unary, self.binary, self.tuples))
         return self._hash
 
 
@@ -233,6 +258,10 @@ def change(before: State, after: State) -> Change:
             old, new = earlier.row(x), later.row(x)
             added += [Fact(name, (x, y)) for y in bits(new & ~old)]
             removed += [Fact(name, (x, y)) for y in bits(old & ~new)]
+    for name, slot in vocabulary.tuple_slots.items():
+        had, has = before.tuples[slot].members, after.tuples[slot].members
+        added += [Fact(name, each) for each in sorted(has - had)]
+        removed += [Fact(name, each) for each in sorted(had - has)]
     return Change(tuple(added), tuple(removed))
 
 
@@ -242,13 +271,15 @@ class Draft:
     Attributes:
         unary: the masks of unary predicates by slot, to be changed in place.
         binary: the relations by slot, changed by the methods.
+        tuples: the sets of tuples by slot, likewise.
     """
 
-    __slots__ = ("_copied", "binary", "unary")
+    __slots__ = ("_copied", "binary", "tuples", "unary")
 
     def __init__(self, before: State) -> None:
         self.unary = list(before.unary)
         self.binary = list(before.binary)
+        self.tuples = before.tuples
         self._copied = 0
 
     def link(self, slot: int, source: int, target: int) -> None:
@@ -270,6 +301,20 @@ class Draft:
         """Remove all pairs with ``target``."""
         if self.binary[slot].column(target):
             self._own(slot).set_column(target, 0)
+
+    def include(self, slot: int, arguments: tuple[int, ...]) -> None:
+        """Add a tuple."""
+        self._replace(slot, self.tuples[slot].members | {arguments})
+
+    def exclude(self, slot: int, pattern: tuple[int | None, ...]) -> None:
+        """Remove all tuples that are like a pattern, in which None stands for any object."""
+        members = self.tuples[slot].members
+        like = [m for m in members if all(p is None or p == i for p, i in zip(pattern, m, strict=True))]
+        self._replace(slot, members.difference(like))
+
+    def _replace(self, slot: int, members: frozenset[tuple[int, ...]]) -> None:
+        if members != self.tuples[slot].members:
+            self.tuples = (*self.tuples[:slot], TupleSet(members), *self.tuples[slot + 1 :])
 
     def _own(self, slot: int) -> Relation:
         """The relation in a slot, copied from the state before at its first change."""

@@ -17,7 +17,7 @@ from eai.logic.signature import either, takes
 
 @dataclass(frozen=True, slots=True)
 class Predicate:
-    """A stored predicate of arity 0, 1 or 2. Calling it with terms makes an atom.
+    """A stored predicate. Calling it with terms makes an atom.
 
     ``static`` says that no operator changes it. ``visible`` is False for memory that the simulator needs but
     that no prompt, goal or answer may mention. ``single`` says that in every state that can be reached at
@@ -63,16 +63,17 @@ class DerivedPredicate(Protocol):
 class Vocabulary:
     """The predicates of a domain and the slot in which a state keeps each stored one.
 
-    Predicates of arity 0 and 1 share one numbering, those of arity 2 have another.
+    Predicates of arity 0 and 1 share one numbering, those of arity 2 have another, and those of more a third.
 
     Raises:
-        DomainError: two predicates have one name, an arity is above 2, or a derived one reads the unknown.
+        DomainError: two predicates have one name, an arity is negative, or a derived one reads the unknown.
     """
 
     predicates: tuple[Predicate, ...]
     derived: tuple[DerivedPredicate, ...] = ()
     unary_slots: Mapping[str, int] = field(init=False, compare=False)
     binary_slots: Mapping[str, int] = field(init=False, compare=False)
+    tuple_slots: Mapping[str, int] = field(init=False, compare=False)
     derived_by_name: Mapping[str, DerivedPredicate] = field(init=False, compare=False)
     _stored: Mapping[str, Predicate] = field(init=False, compare=False, repr=False)
 
@@ -84,18 +85,21 @@ class Vocabulary:
             if names.count(name) > 1:
                 raise DomainError(f"predicate {name} is declared twice")
         for predicate in self.predicates:
-            if not 0 <= predicate.arity <= 2:
-                raise DomainError(f"predicate {predicate.name}: arity {predicate.arity} is not 0, 1 or 2")
+            if predicate.arity < 0:
+                raise DomainError(f"predicate {predicate.name}: arity {predicate.arity} is negative")
         for derived in self.derived:
             for read in derived.reads:
                 if read not in names:
                     raise DomainError(f"derived predicate {derived.name} reads {read}, which is not declared")
-        small = [p.name for p in self.predicates if p.arity < 2]
-        large = [p.name for p in self.predicates if p.arity == 2]
-        object.__setattr__(self, "unary_slots", MappingProxyType({name: i for i, name in enumerate(small)}))
-        object.__setattr__(self, "binary_slots", MappingProxyType({name: i for i, name in enumerate(large)}))
+        for kept, arities in (("unary_slots", (0, 1)), ("binary_slots", (2,)), ("tuple_slots", (3,))):
+            those = [p.name for p in self.predicates if min(p.arity, 3) in arities]
+            object.__setattr__(self, kept, MappingProxyType({name: i for i, name in enumerate(those)}))
         object.__setattr__(self, "derived_by_name", MappingProxyType({d.name: d for d in self.derived}))
         object.__setattr__(self, "_stored", MappingProxyType({p.name: p for p in self.predicates}))
+
+    def slots(self, arity: int) -> Mapping[str, int]:
+        """The slots of stored predicates of so many arguments, by name."""
+        return self.unary_slots if arity < 2 else self.binary_slots if arity == 2 else self.tuple_slots
 
     def stored(self, name: str) -> Predicate | None:
         """The stored predicate of this name, or None."""

@@ -99,7 +99,7 @@ class _Meaning:
         """The objects that a goal is meant of; what is no object's name stays."""
         named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
         first = tuple([things[0] for things in named])
-        if len(first) > 2:  # only actions are said of so many
+        if len(first) > 2:  # of so many no other reading is tried
             return first
         meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
         self._times[said] += 1

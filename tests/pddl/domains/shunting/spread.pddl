@@ -1,0 +1,6 @@
+(define (problem spread)
+  (:domain shunting)
+  (:objects main spur - track tank coal - wagon one two - berth red - lever)
+  (:init (switch main spur red) (behind one two) (behind two two) (stands tank main one) (stands coal main two)
+    (free spur one) (free spur two) (thrown red))
+  (:goal (and (stands tank spur two) (exists (?t - track) (stands coal ?t two)) (not (thrown red)))))

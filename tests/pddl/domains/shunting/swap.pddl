@@ -1,0 +1,7 @@
+(define (problem swap)
+  (:domain shunting)
+  (:objects main spur yard - track tank coal - wagon one two - berth red green - lever)
+  (:init (switch main spur red) (switch spur main red) (switch main yard green) (switch yard main green)
+    (behind one two) (stands tank main one) (stands coal main two) (coupled tank coal main)
+    (free spur one) (free spur two) (free yard one) (free yard two))
+  (:goal (and (stands tank main two) (stands coal main one) (coupled coal tank main))))
