@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import random
 import shutil
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -194,7 +195,10 @@ HEAD = "(define (domain d)\n (:requirements :strips)\n "
     ("text", "message"),
     [
         ("(define (domain d)\n (:predicates (p ?x)", "line 2, column 2: expected a partner"),
-        (f"{HEAD}(:durative-action a))", "line 3, column 2: expected no section (:durative-action ...)"),
+        (
+            f"{HEAD}(:durative-action a))",
+            "line 3, column 2: expected classical planning, without durative actions",
+        ),
         (
             f"{HEAD}(:predicates (p))\n (:action a :effect (and (p)\n  (q))))",
             "line 5, column 4: expected a declared",
@@ -205,11 +209,11 @@ HEAD = "(define (domain d)\n (:requirements :strips)\n "
         ),
         (
             f"{HEAD}(:functions (f))\n (:predicates (p))\n (:action a :precondition (> (f) 1) :effect (p)))",
-            "line 5, column 27: expected no numbers",
+            "line 5, column 27: expected classical planning, without numbers",
         ),
         (
-            f"{HEAD}(:predicates (p ?x) (q ?x))\n (:derived (q ?x) (or (p ?x) (q ?x))))",
-            "the derived predicate q depends on itself",
+            f"{HEAD}(:predicates (p ?x) (q ?x))\n (:derived (q ?x) (or (p ?x) (not (q ?x)))))",
+            "the derived predicate q depends on its own negation",
         ),
         (
             f"{HEAD}(:types a)\n (:predicates (p ?x - b)))",
@@ -232,7 +236,7 @@ def test_an_error_names_file_line_and_what_was_expected(tmp_path: Path, text: st
         ("(clear b)", "(clear x)", "line 4, column 66: expected a declared object, not x"),
         ("blocksworld", "chess", "line 2, column 4: expected (:domain blocksworld)"),
         ("(on b c)", "(over b c)", "line 5, column 25: expected a declared predicate, not over"),
-        ("(:goal", "(:constraints", "expected no section (:constraints ...)"),
+        ("(:goal", "(:constraints", "line 5, column 3: expected classical planning, without constraints"),
     ],
 )
 def test_an_error_in_a_problem_has_its_place_too(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -242,6 +246,95 @@ def test_an_error_in_a_problem_has_its_place_too(tmp_path: Path, old: str, new: 
         open_pddl(FOLDER / "blocksworld" / "domain.pddl", path)
     assert str(error.value).startswith(f"{path}: ")
     assert message in str(error.value)
+
+
+REFUSED = {
+    "durative": ("(:durative-action a)", "durative actions"),
+    "numbers": ("(:action a :precondition (= (fuel) 3) :effect (p))", "numbers or object fluents"),
+    "decrease": ("(:action a :effect (and (p) (decrease (fuel) 3)))", "numbers or object fluents"),
+    "object fluent": ("(:action a :parameters (?x) :effect (assign (where ?x) ?x))", "numbers or object"),
+    "probabilistic": ("(:action a :effect (probabilistic 0.5 (p)))", "probabilistic effects"),
+    "oneof": ("(:action a :effect (oneof (p) (not (p))))", "nondeterministic effects"),
+    "observe": ("(:action a :parameters () :observe (p))", "observations"),
+    "preference": ("(:action a :precondition (preference q (p)) :effect (p))", "preferences"),
+    "process": ("(:process a)", "processes"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_classical_is_refused_in_plain_english(tmp_path: Path, name: str) -> None:
+    section, what = REFUSED[name]
+    path = tmp_path / "domain.pddl"
+    path.write_text(f"{HEAD}(:functions (fuel))\n(:predicates (p))\n{section})")
+    with pytest.raises(InputError, match=rf"line 5, column \d+: expected classical planning, without {what}"):
+        open_pddl(path, tmp_path / "none.pddl")
+
+
+@pytest.mark.parametrize(
+    ("part", "what"),
+    [
+        ("(:init (at 5 (p))) (:goal (p))", "facts that come true at a time"),
+        ("(:init) (:goal (>= (fuel) 2))", "numbers"),
+        ("(:init (= (fuel) 2)) (:goal (= (fuel) 2))", "numbers"),
+        ("(:init) (:goal (preference q (p)))", "preferences"),
+        ("(:init (oneof (p) (q))) (:goal (p))", "nondeterministic"),
+    ],
+)
+def test_problems_that_are_not_classical_are_refused_too(tmp_path: Path, part: str, what: str) -> None:
+    (tmp_path / "d.pddl").write_text(f"{HEAD}(:predicates (p) (q)) (:action a :effect (p)))")
+    (tmp_path / "p.pddl").write_text(f"(define (problem x) (:domain d)\n {part})")
+    with pytest.raises(InputError, match=rf"p\.pddl: line 2, column .*classical planning, without {what}"):
+        open_pddl(tmp_path / "d.pddl", tmp_path / "p.pddl")
+
+
+ODDITIES = """(define (domain ODD)
+  (:types box crate - vessel, shelf hook - place lid)
+  (:predicates (on ?x - (either vessel lid), ?p - place) (unknown ?x) (at ?p ?q - place))
+  (:action Put :parameters (?x - (either crate lid), ?p - place)
+    :precondition (and (not (on ?x ?p)) (at ?p DOCK)
+      (forall (?y - (either box crate)) (not (on ?y ?p))))
+    :effect (and (on ?x ?p) (unknown ?x))))"""
+ODD_PROBLEM = """(define (problem two) (:domain odd)
+  (:objects b - box c - crate l - lid s - shelf dock - hook)
+  (:init (at s dock) (on b dock))
+  (:goal (and (ON c s) (exists (?x - (either lid box)) (on ?x dock)))))"""
+
+
+def odd(folder: Path, problem: str = ODD_PROBLEM) -> tuple[Domain, Task]:
+    (folder / "d.pddl").write_text(ODDITIES)
+    (folder / "p.pddl").write_text(problem)
+    domain, tasks = open_pddl(folder / "d.pddl", folder / "p.pddl")
+    return domain, tasks["two"]
+
+
+def test_types_in_choice_constants_of_problems_commas_and_any_case_are_read(tmp_path: Path) -> None:
+    domain, task = odd(tmp_path)
+    b, c, lid, s, _ = range(5)
+    assert reaches_the_goal(domain, task, (Action("put", (c, s)),))
+    put = domain.compiled["put"]
+    failures = {x: put.failures(task.initial, put.bind(task.initial, (x, s))) for x in range(5)}
+    assert [x for x, failed in failures.items() if not failed] == [c, lid]
+    assert failures[b][0].check.check.reason == "{x} is no crate or lid"
+    again = execute(domain, task.initial, [Action("put", (lid, s)), Action("put", (c, s))])
+    assert again.failure is None
+    crowded = execute(domain, task.initial, [Action("put", (c, s)), Action("put", (lid, s))])
+    assert crowded.failure is not None  # where a box or a crate is already
+
+
+def test_engine_and_pddl_agree_on_types_in_choice(tmp_path: Path) -> None:
+    domain, task = odd(tmp_path)
+    source = read_domain_file(tmp_path / "d.pddl").domain
+    executor = Executor(source, read_problem_file(tmp_path / "p.pddl", source).problem)
+    names = [thing.name for thing in task.scene.objects]
+    for x, y in product(range(5), repeat=2):
+        outcome = attempt(domain, Past(task.initial), Action("put", (x, y)))
+        after = executor.successor(executor.initial, PlanStep("put", (names[x], names[y])))
+        assert isinstance(outcome, Fault) is isinstance(after, str), (x, y)
+
+
+def test_a_problem_must_declare_the_objects_that_its_domain_names(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"p\.pddl: line 1.*expected a declared object, not dock"):
+        odd(tmp_path, ODD_PROBLEM.replace("dock", "dick"))
 
 
 def test_no_files_and_empty_folders_are_named(tmp_path: Path) -> None:

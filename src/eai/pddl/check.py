@@ -125,8 +125,8 @@ class Declarations:
         )
 
     def has_type(self, name: str) -> bool:
-        """Whether the type is declared (the root always is)."""
-        return name == m.OBJECT or name in self.parents
+        """Whether the type is declared (the root always is), or each of its alternatives."""
+        return all(each == m.OBJECT or each in self.parents for each in m.alternatives(name))
 
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
@@ -175,7 +175,13 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
     for atom in (*problem.initial, *problem.denied):
         findings += _Checker(vocabulary, "initial state").formula(atom, {})
     findings += _Checker(vocabulary, "goal").formula(problem.goal, {})
+    for action in domain.actions:
+        findings += [each for each in check_action(action, vocabulary) if each.offence is OF_PROBLEMS]
     return tuple(dict.fromkeys(findings))
+
+
+OF_PROBLEMS = Offence.UNDECLARED_CONSTANT
+"""The offence of a domain that its problems may mend: they declare objects that it names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,7 +253,9 @@ class _Checker:
         actual = known.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
-        if m.type_of(parameter) not in m.supertypes(self.vocabulary.parents, actual):
+        above = self.vocabulary.parents
+        kinds = {name for each in m.alternatives(actual) for name in m.supertypes(above, each)}
+        if kinds.isdisjoint(m.alternatives(m.type_of(parameter))):
             yield PddlFinding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 

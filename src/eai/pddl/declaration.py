@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.errors import DomainError
 from eai.logic.traversal import walk, with_parts
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
@@ -21,10 +20,11 @@ from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
+from eai.world.fixpoint import recursive
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, Scene, State, WorldObject
-from eai.world.vocabulary import Predicate, Vocabulary
+from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,7 @@ class DeclaredDomain:
         domain: the declared domain.
 
     Raises:
-        DomainError: a derived predicate depends on itself.
+        DomainError: a derived predicate depends on its own negation.
     """
 
     def __init__(self, source: m.PddlDomain) -> None:
@@ -53,17 +53,20 @@ class DeclaredDomain:
         self._types = _Types(source)
         changing = {atom.predicate for action in source.actions for atom in m.effect_atoms(action.effect)}
         derived = DerivedPredicates(source.axioms)
-        for name in derived.circles:
-            raise DomainError(f"the derived predicate {name} depends on itself")
         self._changing = changing | derived.axioms.keys()
-        defined = [self._defined(name, axioms) for name, axioms in derived.axioms.items()]
+        plain = {name: self._defined(name, axioms) for name, axioms in derived.axioms.items()}
+        defined: dict[str, DerivedPredicate] = {**plain}
+        for circle in dict.fromkeys(map(frozenset, derived.circles.values())):
+            members = [each for name, each in plain.items() if name in circle]
+            found = recursive(members, lambda: self.domain.vocabulary)
+            defined |= {each.name: each for each in found}
         stored = [
             Predicate(each.name, len(each.parameters), static=each.name not in changing)
             for each in source.predicates
             if each.name not in derived.axioms
         ]
         kinds = [Predicate(name, 1, static=True) for name in self._types.predicates.values()]
-        vocabulary = Vocabulary((*stored, *kinds), tuple(defined))
+        vocabulary = Vocabulary((*stored, *kinds), tuple(defined.values()))
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
     def problem(self, problem: m.PddlProblem) -> _DeclaredProblem:
@@ -110,7 +113,7 @@ class DeclaredDomain:
             Check(
                 self._types.membership(parameter),
                 FaultKind.AFFORDANCE,
-                f"{{{parameter.name}}} is no {m.type_of(parameter)}",
+                f"{{{parameter.name}}} is no {' or '.join(m.alternatives(m.type_of(parameter)))}",
             )
             for parameter in action.parameters
             if m.type_of(parameter) != m.OBJECT
@@ -162,18 +165,24 @@ class _Types:
 
     def membership(self, variable: f.Variable) -> f.Formula:
         """The value of a variable is of its type."""
-        name, term = m.type_of(variable), f.Variable(variable.name)
-        if name == m.OBJECT:
+        term, names = f.Variable(variable.name), m.alternatives(m.type_of(variable))
+        if m.OBJECT in names:
             return f.TRUE
-        return f.Atom(self.predicates[name], (term,)) if name in self.predicates else is_a(term, name)
+        said = [f.Atom(self.predicates[n], (term,)) if n in self.predicates else is_a(term, n) for n in names]
+        return said[0] if len(said) == 1 else f.Or(tuple(said))
+
+    def _is_predicate(self, variable: f.Variable) -> bool:
+        """Whether it is a predicate that says of what type the values are, not their category."""
+        names = m.alternatives(m.type_of(variable))
+        return len(names) > 1 or names[0] in self.predicates
 
     def convert(self, formula: f.Formula) -> f.Formula:
         """The formula, in which variables range over categories or are of a kind by a static predicate."""
         match formula:
-            case f.ForAll(variable, body) if m.type_of(variable) in self.predicates:
+            case f.ForAll(variable, body) if self._is_predicate(variable):
                 kind = self.membership(variable)
                 return f.ForAll(f.Variable(variable.name), f.Implies(kind, self.convert(body)))
-            case f.Exists(variable, body) if m.type_of(variable) in self.predicates:
+            case f.Exists(variable, body) if self._is_predicate(variable):
                 kind = self.membership(variable)
                 return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
             case _:

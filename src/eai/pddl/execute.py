@@ -112,7 +112,7 @@ class _Evaluation:
 
     def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
         """The binding with each value of a variable for which a body may hold, in order of declaration."""
-        members = self._objects.get(m.type_of(variable), ())
+        members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
         found = self._candidates(body, variable.name, inner, positive=True)
         names = [name for name in members if found is None or name in found]
@@ -354,7 +354,7 @@ class Executor:
         return (state - deleted) | added
 
     def _members(self, variable: f.Variable) -> tuple[str, ...]:
-        return self._objects.get(m.type_of(variable), ())
+        return self._objects[m.type_of(variable)]
 
 
 def _changes(

@@ -6,12 +6,12 @@ Costs of actions are left out, which is remarked; numbers otherwise, time and pr
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from eai.errors import InputError
-from eai.pddl.check import Offence, PddlError, PddlFinding, check_domain, check_problem
+from eai.pddl.check import OF_PROBLEMS, Offence, PddlError, PddlFinding, check_domain, check_problem
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, read_group
 
@@ -19,7 +19,22 @@ _DOMAIN = frozenset(
     ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"],
 )
 _PROBLEM = frozenset({"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric"})
-_NUMERIC = frozenset({"<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"})
+_NUMBERS = "numbers or object fluents, but for costs of actions"
+_NUMBERED = frozenset({":init", ":metric", ":functions"})
+_REFUSED = {
+    ":durative-action": "durative actions",
+    ":constraints": "constraints on the course of a plan",
+    ":process": "processes",
+    ":event": "events",
+    ":observe": "observations",
+    ":sensing": "observations",
+    "probabilistic": "probabilistic effects",
+    "oneof": "nondeterministic effects",
+    "unknown": "facts that are unknown at the start",
+    "preference": "preferences",
+    **dict.fromkeys(("<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"), _NUMBERS),
+}
+"""All that is not taken, in words, by the word with which it begins."""
 _EXPECTED = {
     Offence.UNKNOWN_PREDICATE: "a declared predicate, not {}",
     Offence.WRONG_ARITY: "{} with as many arguments as are declared",
@@ -60,10 +75,10 @@ def read_domain_file(path: Path) -> DomainFile:
     """
     text = read_text(path)
     try:
-        group = read_group(text)
-        _check(text, group, _DOMAIN)
-        domain = PddlReader(text).domain(_without_costs(group))
-        refuse(text, check_domain(domain))
+        group = _read_group(text)
+        _check(text, group, _DOMAIN, _declared(group))
+        domain = PddlReader(text, either=True).domain(_without_costs(group))
+        refuse(text, [each for each in check_domain(domain) if each.offence is not OF_PROBLEMS])
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
     return DomainFile(domain, path, text)
@@ -77,9 +92,9 @@ def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     """
     text = read_text(path)
     try:
-        group = read_group(text)
-        _check(text, group, _PROBLEM)
-        problem = PddlReader(text).problem(_without_costs(group))
+        group = _read_group(text)
+        _check(text, group, _PROBLEM, [each.name for each in domain.predicates])
+        problem = PddlReader(text, either=True).problem(_without_costs(group))
         if problem.domain != domain.name:
             place = _offset(text, ":domain", 0)
             raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
@@ -87,6 +102,11 @@ def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)
+
+
+def _read_group(text: str) -> Group:
+    """The definition in a text, in which commas may stand between names."""
+    return read_group(text.replace(",", " "))
 
 
 def read_text(path: Path) -> str:
@@ -102,16 +122,34 @@ def read_text(path: Path) -> str:
         raise InputError(f"{path}: cannot be read ({reason})") from error
 
 
-def _check(text: str, group: Group, known: frozenset[str]) -> None:
+def _check(text: str, group: Group, known: frozenset[str], predicates: Collection[str]) -> None:
     """Refuse what is not understood; costs, which are ignored, are."""
     for section in group.items[1:]:
         if not isinstance(section, Group) or not (head := _head(section)):
             raise error_at(text, section.offset, Offence.MALFORMED, "a section such as (:action ...)")
-        if head not in known:
+        if head not in known and head not in _REFUSED:
             raise error_at(text, section.offset, Offence.UNSUPPORTED, f"no section ({head} ...)")
-    for inner in _groups(group):
-        if _head(inner) in _NUMERIC:
-            raise error_at(text, inner.offset, Offence.UNSUPPORTED, "no numbers but costs of actions")
+        for inner in _groups(section):
+            refused = _refusal(inner, numbers=head in _NUMBERED)
+            if refused is not None and _head(inner) not in predicates:
+                expected = f"classical planning, without {refused}"
+                raise error_at(text, inner.offset, Offence.UNSUPPORTED, expected)
+
+
+def _refusal(group: Group, *, numbers: bool) -> str | None:
+    """The reason why a group is not taken, in words; None if it is, where numbers may be set or not."""
+    match group.items:
+        case (Symbol("at"), Symbol(), Group()):
+            return "facts that come true at a time"
+        case (Symbol("="), *terms) if not numbers and any(isinstance(each, Group) for each in terms):
+            return _NUMBERS
+        case (Symbol(":action"), _, *parts):
+            keys = [each.text for each in parts if isinstance(each, Symbol)]
+            return next((_REFUSED[key] for key in keys if key in _REFUSED), None)
+        case (Symbol(head), *_):
+            return _REFUSED.get(head)
+        case _:
+            return None
 
 
 def _without_costs(group: Group) -> Group:
@@ -133,6 +171,12 @@ def _is_cost(group: Group) -> bool:
             return True
         case _:
             return False
+
+
+def _declared(group: Group) -> list[str]:
+    """The names of the predicates that a domain declares."""
+    sections = [each for each in group.items if isinstance(each, Group) and _head(each) == ":predicates"]
+    return [_head(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
 
 
 def _groups(group: Group) -> Iterator[Group]:

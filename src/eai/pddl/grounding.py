@@ -114,7 +114,7 @@ class Grounder:
         """The objects that the goal names, and those of the types that operators ask for by name."""
         named = {*objects(self._problem.goal)}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
-        for members in (self._objects.get(name, ()) for name in asked):
+        for members in (self._objects[name] for name in asked):
             if self.objects != set(members):
                 named.update(members)
         return frozenset(named)
@@ -128,7 +128,7 @@ class Grounder:
         mentioned = _mentioned(action)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
-            members = self._objects.get(m.type_of(parameter), ())
+            members = self._objects[m.type_of(parameter)]
             candidates = [name for name in members if allowed is None or name in allowed]
             stack = [
                 extended
@@ -239,7 +239,7 @@ class Grounder:
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
         """A binding for each object of a variable: the same one, so that each is used before the next."""
         inner, slot = {**binding}, variable.name
-        for inner[slot] in self._looks.at(self._objects.get(m.type_of(variable), ())):
+        for inner[slot] in self._looks.at(self._objects[m.type_of(variable)]):
             yield inner
 
 

@@ -7,7 +7,7 @@ and not a proposition. Names are in lower case.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -128,6 +128,27 @@ def type_of(variable: f.Variable) -> str:
     return variable.category or OBJECT
 
 
+_EITHER = "(either "
+
+
+def either(types: Iterable[str]) -> str:
+    """The type of what is of any of some types, as PDDL writes it."""
+    return f"{_EITHER}{' '.join(types)})"
+
+
+def alternatives(name: str) -> tuple[str, ...]:
+    """The types any of which a type stands for: itself, or those of ``(either ...)``."""
+    return tuple(name[len(_EITHER) : -1].split()) if name.startswith(_EITHER) else (name,)
+
+
+class _TypeMembers(dict[str, tuple[str, ...]]):
+    """The objects of every declared type, and so of alternatives of these."""
+
+    def __missing__(self, name: str) -> tuple[str, ...]:
+        kinds = [self[each] for each in alternatives(name) if each in self]
+        return tuple(dict.fromkeys([thing for kind in kinds for thing in kind]))
+
+
 def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
     """For each declared type the one right above it."""
     return {declared.name: declared.type for declared in types}
@@ -142,14 +163,14 @@ def supertypes(above: Mapping[str, str], name: str) -> list[str]:
     return [*found, OBJECT]
 
 
-def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple[str, ...]]:
+def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tuple[str, ...]]:
     """For every declared type its objects, constants first, in order of declaration."""
     above = parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
         for name in supertypes(above, item.type):
             members.setdefault(name, []).append(item.name)
-    return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
+    return _TypeMembers({name: tuple(dict.fromkeys(items)) for name, items in members.items()})
 
 
 def effect_parts(

@@ -118,10 +118,16 @@ class _Typed(NamedTuple):
 
 
 class PddlReader:
-    """Turns expressions of one text into values; the text serves to point at the place of an error."""
+    """Turns expressions of one text into values.
 
-    def __init__(self, text: str) -> None:
+    Args:
+        text: serves to point at the place of an error.
+        either: whether a variable may be of one of several types.
+    """
+
+    def __init__(self, text: str, *, either: bool = False) -> None:
         self._text = text
+        self._either = either
 
     def _error(self, node: SExpr, expected: str, offence: Offence = Offence.MALFORMED) -> PddlError:
         return error_at(self._text, node.offset, offence, expected)
@@ -133,7 +139,7 @@ class PddlReader:
         return m.PddlDomain(
             name=name,
             requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
-            types=self._typed_names(_body(sections, ":types")),
+            types=_with_supertypes(self._typed_names(_body(sections, ":types"))),
             constants=self._typed_names(_body(sections, ":constants")),
             predicates=tuple(self._predicate(item) for item in _body(sections, ":predicates")),
             actions=tuple(actions),
@@ -144,7 +150,7 @@ class PddlReader:
         """The value of ``(define (problem ...) ...)``."""
         name, sections = self._definition(group, "problem")
         facts = [self._literal(item) for item in _body(sections, ":init")]
-        goals = [self.formula(item) for item in _body(sections, ":goal")]
+        goals = [self.condition(item) for item in _body(sections, ":goal")]
         return m.PddlProblem(
             name=name,
             domain=" ".join(self._word(item).text for item in _body(sections, ":domain")),
@@ -292,13 +298,21 @@ class PddlReader:
                 waiting.append(symbol)
                 continue
             category = next(rest, None)
-            if isinstance(category, Group):
-                raise self._error(category, "one type name (no either)", Offence.UNSUPPORTED)
             if category is None:
                 raise self._error(symbol, "a type behind the hyphen")
-            found.extend(_Typed(name, category.text) for name in waiting)
+            kind = self._type(category, of_variables=any(_is_variable(name.text) for name in waiting))
+            found.extend(_Typed(name, kind) for name in waiting)
             waiting.clear()
         return [*found, *(_Typed(name, None) for name in waiting)]
+
+    def _type(self, category: SExpr, *, of_variables: bool) -> str:
+        match category:
+            case Symbol(name):
+                return name
+            case Group((Symbol("either"), *types)) if self._either and of_variables and types:
+                return m.either([self._word(each).text for each in types])
+            case _:
+                raise self._error(category, "one type name (no either)", Offence.UNSUPPORTED)
 
     def _parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
         if len(group.items) != count + 1:
@@ -316,6 +330,13 @@ class PddlReader:
         if isinstance(expression, Symbol):
             return expression
         raise self._error(expression, "a word, not a list")
+
+
+def _with_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
+    """The types, and after them those that are named as supertypes alone."""
+    named = dict.fromkeys(each.name for each in types)
+    above = dict.fromkeys(each.type for each in types if each.type not in named and each.type != m.OBJECT)
+    return (*types, *map(m.TypedName, above))
 
 
 _EMPTY = Group((), 0, 0)

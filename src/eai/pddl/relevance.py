@@ -124,7 +124,7 @@ def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
     if isinstance(formula, (f.ForAll, f.Exists)):
         variable, body = formula.variable, _condition(formula.body, objects)
-        is_idle = objects.get(m.type_of(variable)) and variable.name not in free_variables(body)
+        is_idle = objects[m.type_of(variable)] and variable.name not in free_variables(body)
         return body if is_idle else replace(formula, body=body)
     return with_parts(formula, lambda part: _condition(part, objects))
 
@@ -134,7 +134,7 @@ def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.Pdd
         effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
     )
     if isinstance(kept, m.Each):
-        is_idle = objects.get(m.type_of(kept.variable)) and kept.variable.name not in _free(kept.part)
+        is_idle = objects[m.type_of(kept.variable)] and kept.variable.name not in _free(kept.part)
         return kept.part if is_idle else kept
     return kept
 

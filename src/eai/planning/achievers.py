@@ -241,7 +241,7 @@ _KEPT = 64
 """How many bindings of one achiever are kept at most: where there are more, they are found again."""
 
 
-class Match(NamedTuple):
+class _Match(NamedTuple):
     """An achiever of an atom.
 
     Attributes:
@@ -273,7 +273,7 @@ class Matches:
         self._state = state
         self._usable = usable
         self._fixed = achievers.fixed_facts(state)
-        self._found: dict[GroundAtom, Sequence[Match]] = {}
+        self._found: dict[GroundAtom, Sequence[_Match]] = {}
 
     def are_of(self, state: State, usable: int) -> bool:
         """Whether they are those in a state."""
@@ -283,15 +283,15 @@ class Matches:
             and self._fixed == self._achievers.fixed_facts(state)
         )
 
-    def of(self, atom: GroundAtom) -> Sequence[Match]:
+    def of(self, atom: GroundAtom) -> Sequence[_Match]:
         """The matches of an atom of a stored predicate, in the order of its achievers."""
         found = self._found.get(atom)
         if found is None:
             found = self._found[atom] = self._find(atom)
         return found
 
-    def _find(self, atom: GroundAtom) -> Sequence[Match]:
-        found: list[Match] = []
+    def _find(self, atom: GroundAtom) -> Sequence[_Match]:
+        found: list[_Match] = []
         for achiever in self._achievers.of(atom.predicate, adding=atom.truth):
             scope = achiever.match(atom.arguments, self._state.scene.agent)
             if scope is not None:
@@ -300,5 +300,5 @@ class Matches:
                 bindings = [tuple(b) for b in islice(completed(self._state, fixed, self._usable), most)]
                 if bindings:
                     partial = achiever.partial(self._state.scene, scope)
-                    found.append(Match(achiever, partial, bindings if len(bindings) < most else None))
+                    found.append(_Match(achiever, partial, bindings if len(bindings) < most else None))
         return found

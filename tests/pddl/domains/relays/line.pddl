@@ -1,0 +1,5 @@
+(define (problem line)
+  (:domain relays)
+  (:objects a b - node)
+  (:init (wire source a) (wire a b) (wire b b) (cut source a))
+  (:goal (and (tested b) (powered a))))

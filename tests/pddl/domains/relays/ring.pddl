@@ -1,0 +1,5 @@
+(define (problem ring)
+  (:domain relays)
+  (:objects a b c d - node)
+  (:init (wire source a) (wire a b) (wire b c) (wire c a) (wire c d) (cut b c) (cut c d))
+  (:goal (and (tested b) (tested d) (not (powered c)))))
