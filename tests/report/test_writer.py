@@ -52,6 +52,20 @@ def test_csv_and_json_say_the_same(tmp_path: Path, runs: Path) -> None:
     assert float(strict["low"]) < float(strict["percent"]) < float(strict["high"])
 
 
+def test_markdown_has_success_by_length_of_plan_and_goals_by_predicate(tmp_path: Path) -> None:
+    runs = write_runs(tmp_path / "runs", [action_run(), action_run("second")])
+    page = (write_report(tmp_path / "out", runs, "--no-plots") / "report.md").read_text(encoding="utf-8")
+    lines = page.partition("## By length of plan and kind of goal: VirtualHome")[2].splitlines()
+    assert [line for line in lines if line.startswith(("| tasks or", "| plan of"))] == [
+        "| tasks or goals | first | second |",
+        "| plan of 1 to 3 steps | 100.0 (1/1) | 0.0 (0/1) |",
+        "| plan of 4 to 8 steps | 0.0 (0/2) | 50.0 (1/2) |",
+        "| plan of 9 to 16 steps | 50.0 (2/4) | 25.0 (1/4) |",
+        "| plan of 17 to 32 steps | 25.0 (1/4) | 50.0 (2/4) |",
+    ]
+    assert [line for line in lines if line.startswith("| goals on")]
+
+
 def test_markdown_has_both_protocols_outcomes_and_what_is_excluded(tmp_path: Path, runs: Path) -> None:
     page = (write_report(tmp_path / "out", runs, "--no-plots") / "report.md").read_text(encoding="utf-8")
     for words in ("## Both protocols", "## What answers came to", "protocol eai-1.0.5", "drops this task"):

@@ -5,7 +5,7 @@ How sure: with and without regard to near copies. How near: our numbers for the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
@@ -16,8 +16,15 @@ from eai.report.table_specs import ability_title, domain_title
 from eai.results.certainty import Cases, Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
+from eai.results.rate import NOTHING, Rate, rate_of
 from eai.results.repeats import passes_table, repeated_metric, without_epoch
 from eai.scoring.runs import RunKey
+
+STRATA: Mapping[str, range] = {
+    **{f"{steps[0]} to {steps[-1]} steps": steps for steps in map(range, (1, 4, 9, 17), (4, 9, 17, 33))},
+    "33 steps or more": range(33, 1_000_000),
+}
+"""The strata of lengths of plans."""
 
 DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""
@@ -133,6 +140,7 @@ def report_markdown(
         *_tables(tables),
         *_titled("Experiments", _EXPERIMENTS, experiments),
         *_titled("What the paper reports besides", _BESIDES, besides),
+        *_strata(plain),
         *_certainty(plain),
         *_repeated(runs),
         *_protocols(plain),
@@ -242,6 +250,42 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield "\n".join(grid(["model", "suite", *(label_of(kind.value) for kind in kinds)], rows)) + "\n"
 
 
+def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The section on success by length of the data set's own plan, and on goals by what they speak of."""
+    suites: dict[str, list[RunSummary]] = {}
+    for item in runs:
+        suites.setdefault(_run_suite(item), []).append(item)
+    for suite, items in suites.items():
+        rows = [*_by_length(items), *_by_predicate(items)]
+        if items[0].breakdown.flow is not None and rows:
+            yield f"## By length of plan and kind of goal: {suite}\n"
+            yield _STRATA + "\n"
+            header = ["tasks or goals", *(escaped(item.key.name) for item in items)]
+            yield "\n".join(grid(header, rows)) + "\n"
+
+
+def _by_length(items: Sequence[RunSummary]) -> Iterator[list[str]]:
+    """Success in each stratum, a row a stratum and a cell a run."""
+    for label, steps in STRATA.items():
+        found = [
+            [case.share for n, cases in item.breakdown.by_length.items() if n in steps for case in cases]
+            for item in items
+        ]
+        if any(found):
+            yield [f"plan of {label}", *(_counted(rate_of(shares)) for shares in found)]
+
+
+def _by_predicate(items: Sequence[RunSummary]) -> Iterator[list[str]]:
+    """The goals met of those that speak of each predicate, a row a predicate."""
+    tables = [item.breakdown.by_predicate for item in items]
+    for name in sorted({name for table in tables for name in table}):
+        yield [f"goals on {escaped(name)}", *(_counted(table.get(name, NOTHING)) for table in tables)]
+
+
+def _counted(rate: Rate) -> str:
+    return f"{_percent(rate.percent)} ({rate.numerator:g}/{rate.denominator:g})" if rate.denominator else "–"
+
+
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     if not runs:
         return
@@ -291,6 +335,7 @@ def _percent(percent: float | None) -> str:
     return "–" if percent is None else f"{percent:.1f}"
 
 
+_STRATA = "Success by steps of the data set's own plan, and goals met by the predicates that they mention."
 _CERTAINTY = """\
 Tasks of one name are near copies: who solves one mostly solves the others. The intervals of this report
 therefore have names, not tasks, as their units; those of independent tasks stand beside them. The design
