@@ -87,6 +87,13 @@ def test_lines_of_commands_are_an_episode_in_the_standard_setting(suite: Suite) 
     assert by_line == replace(verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands)), harness="")
 
 
+def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
+    play = Arena(SWITCHES).play(suite.tasks[suite.task_ids[0]])
+    play.act("GO(\ud800)", "\u2028 \udfff \x00")
+    verdict = verdict_of(suite, play.text("stopped"))
+    assert (verdict.error, verdict.turns[0].said) == (None, "GO(?)")
+
+
 def test_what_does_not_replay_is_called_so(suite: Suite) -> None:
     text = episode(SWITCHES, suite.task_ids[0], [*reference(suite), "DONE"])
     told = json.loads(text)["turns"][0]["told"]

@@ -10,10 +10,16 @@ import pytest
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.pictures.course import Course
+from eai.abilities.responses import Response
+from eai.acting.play import Arena
+from eai.acting.setting import ACTING
+from eai.benchmark.suite import open_suite
+from eai.pictures.course import Course, course_of
 from eai.pictures.tiles import Kind, Tile
 from eai.report.explorer import Background, ExplorerData, explorer_html
-from eai.scoring.runs import read_runs
+from eai.scoring.batch import Scoring
+from eai.scoring.runs import Run, RunKey, read_runs
+from envs.switches import SWITCHES, WON
 from report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser
@@ -190,6 +196,65 @@ def test_goals_found_missed_and_invented(page: Any, address: str) -> None:
     assert [text.split("\n")[0].split()[0] for text in lists] == ["Found", "Missed", "Invented", "Names"]
     assert "OFF(bed)" in lists[2]
     assert "sofaa" in lists[3]
+
+
+@pytest.fixture(scope="module")
+def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The explorer of two agents that play the same task, as an address on disk."""
+    suite = open_suite(SWITCHES, ACTING)
+    plays = {name: Arena(SWITCHES).play(suite.tasks["both"]) for name in ("good", "poor")}
+    for command in (*WON, "DONE"):
+        plays["good"].act(command, f"I try {command}. {HOSTILE}")
+    for command in ("LOOK", "GO(moon)", *["WAVE"] * 16):
+        plays["poor"].act(command)
+    data = ExplorerData(Background(course=lambda record: course_of(record, suite)))
+    for name, play in plays.items():
+        answer = [Response("both", play.text("stopped"))]
+        records = tuple(Scoring().records(suite, name, answer, explanations=True))
+        key = RunKey(suite.protocol, suite.domain, ACTING, name)
+        data.add(Run(key, records, ("a.eval", 2) if name == "good" else None))
+    page = tmp_path_factory.mktemp("episodes") / "explorer.html"
+    page.write_text(explorer_html(data.to_json()), encoding="utf-8")
+    return page.as_uri()
+
+
+def test_an_episode_is_replayed_turn_by_turn(page: Any, episodes: str) -> None:
+    page.goto(link(episodes, run="switches/acting/strict/good", task="both", step="3"))
+    replay = page.locator(".replay")
+    assert replay.locator(".place").inner_text() == "turn 3 of 5"
+    goals = replay.locator(".goals-then li")
+    assert goals.all_text_contents() == ["reached: lit(lamp)", "not reached: lit(torch)"]
+    page.get_by_role("button", name="Next turn").click()
+    assert goals.all_text_contents() == ["reached: lit(lamp)", "reached: lit(torch)"]
+    changed = page.locator(".picture .tile.changed > strong").all_inner_texts()
+    assert [text.partition("\n")[0] for text in changed] == ["torch"]
+    words = replay.locator(".thought p").first
+    assert not words.is_visible()
+    replay.get_by_text("What the agent said").first.click()
+    assert words.inner_text().startswith("I try PRESS(lamp). </script><script>document.title='owned'")
+    viewer = page.get_by_role("link").get_attribute("href")
+    assert viewer == "http://127.0.0.1:7575/#/logs/a.eval/samples/sample/both/2/"
+    assert not page.locator(".raw pre").is_visible()
+
+
+def test_faults_of_an_episode_are_marked_and_what_came_too_late(page: Any, episodes: str) -> None:
+    page.goto(link(episodes, run="switches/acting/strict/poor", task="both"))
+    failed = page.locator(".step.failed")
+    assert failed.locator(".verdict").all_inner_texts() == ["hallucination", "too late"]
+    assert "you have not yet seen moon" in failed.first.inner_text()
+    assert page.locator(".picture .tile").count()
+    assert page.get_by_role("link").count() == 0
+
+
+def test_two_agents_are_replayed_side_by_side(page: Any, episodes: str) -> None:
+    runs = {name: f"switches/acting/strict/{run}" for name, run in (("a", "good"), ("b", "poor"))}
+    page.goto(link(episodes, **runs, cell="all", task="both", step="2"))
+    places = page.locator(".replay .place")
+    assert places.all_inner_texts() == ["turn 2 of 5", "turn 2 of 16"]
+    page.keyboard.press("n")
+    assert places.all_inner_texts() == ["turn 3 of 5", "turn 3 of 16"]
+    page.get_by_role("button", name="Next turn").nth(1).click()
+    assert places.all_inner_texts() == ["turn 3 of 5", "turn 4 of 16"]
 
 
 def test_operators_side_by_side(page: Any, address: str) -> None:

@@ -22,6 +22,7 @@ from eai.data.store import Store
 from eai.run.acting import command_in
 from eai.run.registry import TASKS
 from eai.scoring.records import read_records
+from eai.scoring.runs import read_runs
 from processes import eai
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
@@ -64,12 +65,18 @@ def outcome_of(log: EvalLog) -> dict[str, object]:
 
 def test_a_model_acts_by_calls_of_tools(data_store: Store, tmp_path: Path) -> None:
     outputs = [tool("look"), call("FLY(moon)"), *map(call, gold()), tool("done"), tool("look")]
-    about = outcome_of(play(scripted(outputs), tmp_path))
+    log = play(scripted(outputs), tmp_path)
+    about = outcome_of(log)
     assert (about["success"], about["ended"], about["harness"]) == (True, "done", "react")
     turns = about["turns"]
     assert isinstance(turns, list)
     assert [turn["said"] for turn in turns] == ["LOOK", "FLY(moon)", *gold(), "DONE"]
     assert [turn["fault"] for turn in turns][1] == "hallucination"
+    (sample,) = log.samples or ()
+    words = [turn.get("thought") for turn in json.loads(sample.output.completion)["turns"]]
+    assert words[:3] == ["tool call for tool look", "tool call for tool act", None]  # words that are not new
+    run = "virtualhome%2Facting%2Fstrict%2Fmockllm_model%2C+harness-react"
+    assert about["explorer"] == f"explorer.html#run={run}&task={TASK}"
 
 
 def test_a_model_that_calls_no_tool_has_stopped(data_store: Store, tmp_path: Path) -> None:
@@ -85,7 +92,9 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
     about = outcome_of(log)
     assert (about["success"], about["harness"]) == (True, "text")
     (sample,) = log.samples or ()
-    assert [turn["said"] for turn in json.loads(sample.output.completion)["turns"]] == said
+    turns = json.loads(sample.output.completion)["turns"]
+    assert [turn["said"] for turn in turns] == said
+    assert turns[-1]["thought"] == "I think.\nDONE"
     assert sample.store  # the commands are there for who reads the log
 
 
@@ -146,6 +155,9 @@ def test_built_in_models_act(data_store: Store, tmp_path: Path) -> None:
         (record,) = read_records(tmp_path / "virtualhome" / "acting" / f"eai_{name}" / "records.jsonl")
         won[name] = record.verdict.success  # type: ignore[attr-defined]
     assert (won["oracle"], won["explorer"], won["random"], won["empty"]) == (True, True, False, False)
+    (ran, _) = (each for each in read_runs([tmp_path]) if each.key.model in ("eai_oracle", "eai_empty"))
+    assert ran.log is not None
+    assert (tmp_path / "logs" / ran.log[0]).exists()
     replayed = tmp_path / "virtualhome" / "acting" / "eai_oracle" / "eai_oracle_outputs.json"
     done = eai(
         "score", replayed, "--ability", "acting", "--domain", "virtualhome", "--out", tmp_path / "again"

@@ -8,7 +8,7 @@ import pytest
 from eai.abilities.responses import find_response_files
 from eai.errors import InputError
 from eai.scoring.records import write_records
-from eai.scoring.runs import find_record_files, read_runs
+from eai.scoring.runs import find_record_files, read_runs, write_log_place
 from report.samples import action_run, all_runs, goal_run, write_runs
 
 
@@ -75,3 +75,13 @@ def test_a_pipe_in_a_folder_is_passed_over(tmp_path: Path) -> None:
         find_record_files([tmp_path])
     with pytest.raises(InputError, match="found none"):
         find_response_files(tmp_path)
+
+
+def test_a_run_knows_its_log_where_that_is_written_beside_it(tmp_path: Path) -> None:
+    folder = write_runs(tmp_path, [action_run()])
+    assert [run.log for run in read_runs([folder])] == [None]
+    write_log_place(folder / "run0", Path("logs/a.eval"), 2)
+    assert [run.log for run in read_runs([folder])] == [("a.eval", 2)]
+    (folder / "run0" / "inspect.json").write_text("{}")
+    with pytest.raises(InputError, match=r'inspect.json: expected {"log", "epoch"}'):
+        list(read_runs([folder]))

@@ -45,10 +45,10 @@ def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
             undone = _undone(domain, action, before, before) if tries else ""
             reason = undone or _reason(fault.check, domain, action, before)
             earlier = _earlier(fault, trajectory, carried_out, task.scene)
-            text, call = action_text(action, task.scene), _call(action, task.scene)
+            text, call = action_text(action, task.scene), call_of(action, task.scene)
             reports.append(StepReport(text, fault.kind.value, reason, earlier, call=call))
         elif slipped:
-            call = _call(action, task.scene)
+            call = call_of(action, task.scene)
             reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED, call=call))
         else:
             carried_out.append(number)
@@ -124,7 +124,7 @@ def _executed(focus: _Focus, domain: Domain, action: Action, before: State, afte
         added=added_texts,
         removed=removed_texts,
         hidden_changes=len(added) + len(removed) - len(added_texts) - len(removed_texts),
-        call=_call(action, focus.scene),
+        call=call_of(action, focus.scene),
     )
 
 
@@ -162,7 +162,8 @@ def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], s
     return f"what it lacks held after step {number + 1}, {action}"
 
 
-def _call(action: Action, scene: Scene) -> Statement:
+def call_of(action: Action, scene: Scene) -> Statement:
+    """A ground action as a value."""
     return Statement(action.operator, tuple([scene.objects[i].name for i in action.arguments]))
 
 

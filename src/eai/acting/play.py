@@ -128,10 +128,17 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class _Command:
-    """A command of an episode, and the digest of the observation after it where that is known."""
+    """A command of an episode.
+
+    Attributes:
+        said: the command.
+        told: digest of the observation after it, where that is known.
+        thought: the agent's words beside it, as far as they are not those beside the command before.
+    """
 
     said: str
     told: str | None = None
+    thought: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,6 +178,11 @@ def read_episode(text: str) -> Episode | Unreadable:
         return Unreadable(str(error))
 
 
+def _encodable(text: str) -> str:
+    """A text with question marks for lone surrogates, which no JSON reader takes."""
+    return text.encode(errors="replace").decode()
+
+
 class Play:
     """An episode under way.
 
@@ -193,23 +205,30 @@ class Play:
         self.turns: list[_Command] = []
         self.most = stage.limit or _UNKNOWN
         self.harness = harness
+        self._thought = ""
         self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.game.opening()[0]))
 
-    def act(self, said: str) -> str:
-        """Carry a command out; returns the observation."""
+    def act(self, said: str, thought: str = "") -> str:
+        """Carry a command out, beside which the agent said something; returns the observation."""
         if self.game.over:
             return OVER
+        said, thought = _encodable(said), _encodable(thought)
         told = self.game.act(said).observation
-        self.turns.append(_Command(said, sha256_of(told)))
+        self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
+        self._thought = thought
         return told
 
-    def look(self) -> str:
+    def look(self, thought: str = "") -> str:
         """All that is seen; a command of the episode where turns tell changes alone."""
         is_command = self.game.stage.rules.feedback is Feedback.CHANGES
-        return self.act(LOOK) if is_command else self.game.look_around()
+        return self.act(LOOK, thought) if is_command else self.game.look_around()
 
     def text(self, ended: str) -> str:
         """The episode as an answer."""
         ended = self.game.ended or ended
         episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
-        return json.dumps(TypeAdapter(Episode).dump_python(episode, mode="json"), ensure_ascii=False)
+        written = TypeAdapter(Episode).dump_python(episode, mode="json")
+        for turn in written["turns"]:
+            if not turn["thought"]:
+                del turn["thought"]
+        return json.dumps(written, ensure_ascii=False)

@@ -11,7 +11,7 @@ from eai.abilities.codec import sha256_of
 from eai.abilities.declaration import AskedWorld, Posed
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, StepReport
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.reports import goal_reports
+from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
@@ -27,6 +27,9 @@ from eai.world.fault import FaultKind
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
 """Why an episode may have ended before the game was over."""
+
+_TOO_LATE = "too_late"
+"""The outcome of a step for which no actions were left."""
 
 
 def _benchmark_of(world: AskedWorld) -> Benchmark:
@@ -64,6 +67,7 @@ class _ActingScorer(Scorer):
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
+        self.domain = benchmark.domain
         self.goals = GoalTest(task)
         self._stages: dict[Rules, Stage] = {}
 
@@ -119,7 +123,7 @@ class _ActingScorer(Scorer):
                     same_as=first if first < number else None,
                 )
             )
-            steps.append(_step(turns[-1], told))
+            steps.append(_step(turns[-1], told, game))
             moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._verdict(stage, episode, tuple(turns), game.ended or claimed, tuple(info["goals"]))
@@ -179,14 +183,17 @@ def _compare(place: str, digest: str | None, told: str) -> None:
         raise _UnreplayableError(f"{place}: the observation is another one: {told[:200]}")
 
 
-def _step(turn: Turn, told: str) -> StepReport:
+def _step(turn: Turn, told: str, game: Game) -> StepReport:
     """A turn as a step: the first paragraph of an observation says what became of the action."""
     outcome, *changes = told.partition("\n\n")[0].splitlines()
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
+    if game.ended == "steps" and not turn.is_action:
+        fault = _TOO_LATE
     return StepReport(
         turn.said,
         fault,
         "" if fault == EXECUTED else outcome,
         added=tuple([line[2:] for line in changes if line.startswith("+ ")]),
         removed=tuple([line[2:] for line in changes if line.startswith("- ")]),
+        call=None if game.action is None else call_of(game.action, game.task.scene),
     )

@@ -30,6 +30,7 @@ from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import Obtained, SuiteResult, settle
+from eai.scoring.runs import write_log_place
 from eai.scoring.trials import Trials
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
@@ -115,6 +116,8 @@ def obtain_and_score(
             with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
                 result = settle(obtained, folder, suite, spec.scoring.settings, report)
             write_scores(answers.log, result.by_place(), suite.source)
+            for epoch, one in enumerate(result.of_epochs or (result,), 1):
+                write_log_place(one.folder, answers.log, epoch)
     return result
 
 

@@ -327,6 +327,7 @@ class Game:
         reached: which goals are reached now.
         worth: what it is worth by its state now; 0 where nothing can be earned.
         tried: how many actions have been tried, impossible ones too.
+        action: the action that the last command meant; None where it meant none.
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
@@ -348,6 +349,7 @@ class Game:
         self.won = False
         self.worth = 0.0
         self.tried = 0
+        self.action: Action | None = None
 
     @property
     def task(self) -> Task:
@@ -430,6 +432,7 @@ class Game:
         """
         if self.over:
             raise InputError("the episode is over")
+        self.action = None
         if self._rules.feedback is Feedback.CHANGES and is_look(text, self._stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
@@ -439,6 +442,7 @@ class Game:
         if self._is_late:
             return self._turn(_Tried("No actions are left."), ())
         tried = self._try(command.meant)
+        self.action = command.meant if isinstance(command.meant, Action) else None
         if command.meant is not None:
             self.tried += 1
             self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)

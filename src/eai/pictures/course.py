@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TypeAlias
+from typing import Protocol as Structure
+from typing import TypeAlias, runtime_checkable
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import World
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.registry import registered
@@ -30,6 +29,14 @@ from eai.world.state import Scene, State
 
 Course: TypeAlias = "Sequence[Sequence[Tile]]"
 """The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
+
+
+@runtime_checkable
+class _Executes(Structure):
+    """A scorer that carries out what answers say."""
+
+    domain: Domain
+    task: Task
 
 
 def courses(source: Source) -> Callable[[Record], Course]:
@@ -54,7 +61,7 @@ def course_of(record: Record, suite: Suite) -> Course:
     if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
         return ()
     scorer = suite.scorer(record.task_id)
-    if not isinstance(scorer, ActionSequencing | SubgoalDecomposition):
+    if not isinstance(scorer, _Executes):
         return ()
     before, steps = _before(record), _steps(record.explanation)
     states = states_along(scorer.domain, scorer.task.initial, [*before, *steps])
@@ -71,7 +78,7 @@ def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     states = [initial]
     for step in steps:
         now = states[-1]
-        if step.outcome == EXECUTED:
+        if step.outcome == EXECUTED and step.statement.name in domain.arities:
             after = execute(domain, now, [_action(step, now.scene)])
             if not after.executed:
                 return None
@@ -88,7 +95,8 @@ def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) ->
 
 def _action(step: StepReport, scene: Scene) -> Action:
     """The action that a report tells of."""
-    return Action(step.statement.name, tuple([scene.index[name] for name in step.statement.arguments or ()]))
+    named = step.statement.arguments or ()
+    return Action(step.statement.name, tuple([scene.index[name] for name in named if name in scene.index]))
 
 
 def _before(record: Record) -> list[StepReport]:

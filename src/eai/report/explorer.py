@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
+from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
@@ -18,6 +19,7 @@ from eai.abilities.record import Record
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
+from eai.acting.declaration import ActingVerdict
 from eai.benchmark.registry import title_of
 from eai.pictures.course import Course
 from eai.pictures.tiles import Tile
@@ -28,6 +30,9 @@ from eai.scoring.runs import Run, RunKey
 
 VERSION = 3
 """The version of the format."""
+
+_VIEWER = "http://127.0.0.1:7575/#/logs"
+"""The address at which ``inspect view`` shows logs."""
 
 Suite: TypeAlias = "tuple[str, str]"
 """Domain and ability."""
@@ -72,6 +77,11 @@ class ExplorerData:
             "domain": key.domain,
             "ability": key.ability.value,
             "model": key.name,
+            **(
+                {}
+                if run.log is None
+                else {"log": [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"]}
+            ),
             "answers": [self._answer(record) for record in run.records],
         }
         asked = self._background.prompts.get((key.domain, key.ability.value), {})
@@ -116,6 +126,7 @@ class ExplorerData:
                 "f": self._error(verdict),
                 "m": list(record.repairs),
                 **self._own(verdict),
+                "T": self._turns(record),
                 "w": [self._text(note) for note in explanation.notes],
                 "s": [self._step(step) for step in explanation.steps],
                 "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],
@@ -123,6 +134,14 @@ class ExplorerData:
                 "P": [self._scene(scene) for scene in self._background.course(record)],
             }
         )
+
+    def _turns(self, record: Record) -> list[Json]:
+        """Of each turn of an episode the goals reached after it, and the agent's words beside its command."""
+        turns = record.verdict.turns if isinstance(record.verdict, ActingVerdict) else ()
+        is_whole = record.response.lstrip().startswith("{") and '"turns"' in record.response
+        written = json.loads(record.response)["turns"] if turns and is_whole else [{} for _ in turns]
+        thoughts = [self._text(turn["thought"]) if turn.get("thought") else None for turn in written]
+        return [[turn.goals, thought] for turn, thought in zip(turns, thoughts, strict=True)]
 
     def _attempts(self, record: Record) -> list[Json]:
         """Each of several attempts, as an answer of its own."""

@@ -14,7 +14,7 @@ from typing import Any
 from inspect_ai.agent import AgentState, react
 from inspect_ai.event import ModelEvent
 from inspect_ai.log import transcript
-from inspect_ai.model import ChatMessageUser, ModelOutput, StopReason, get_model
+from inspect_ai.model import ChatMessageUser, ContentReasoning, ModelOutput, StopReason, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.tool import ToolDef, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
@@ -76,15 +76,28 @@ def _begin(state: TaskState) -> Play | None:
     arena = _arena(*where, about.get(AGENT, STANDARD.model_dump_json()))
     play = arena.play(task, state.epoch, int(about.get(BEGUN, 1)))
     for turn in state.store_as(_Acted).episode.get("turns", ()):
-        play.act(turn["said"])
+        play.act(turn["said"], turn.get("thought", ""))
     return play
 
 
 def _carry_out(state: TaskState, play: Play, command: str) -> str:
     """Play a command, and write the episode into the store."""
-    told = play.act(command)
+    words = _words()
+    thought = "" if words == command else words
+    told = play.look(thought) if command == LOOK else play.act(command, thought)
     _write_down(state, play)
     return told
+
+
+def _words() -> str:
+    """The words of the model's last reply: its reasoning, and its text."""
+    replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
+    if not replies or replies[-1].empty:
+        return ""
+    content = replies[-1].message.content
+    parts = [] if isinstance(content, str) else content
+    reasoning = [each.reasoning for each in parts if isinstance(each, ContentReasoning)]
+    return "\n\n".join(filter(None, [*reasoning, replies[-1].completion.strip()]))
 
 
 def _write_down(state: TaskState, play: Play, ended: str = "stopped") -> str:
@@ -100,9 +113,7 @@ def _tools(state: TaskState, play: Play, domain: Domain) -> list[ToolDef]:
         return _carry_out(state, play, command_of(ACT, {"action": action, "objects": objects}))
 
     async def look() -> str:
-        told = play.look()
-        _write_down(state, play)
-        return told
+        return _carry_out(state, play, LOOK)
 
     async def done() -> str:
         return _carry_out(state, play, DONE)
@@ -197,8 +208,7 @@ async def _by_text(state: TaskState, agent: AgentState, play: Play) -> None:
             raise RuntimeError(agent.output.error or "the provider returned no choice")
         agent.messages.append(agent.output.message)
         command = command_in(part(agent.output.completion).answer)
-        told = play.look() if command == LOOK else play.act(command)
-        _write_down(state, play)
+        told = _carry_out(state, play, command)
         agent.messages.append(ChatMessageUser(content=told))
 
 

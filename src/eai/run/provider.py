@@ -213,11 +213,11 @@ class BuiltInModel(ModelAPI):
         if not tools:
             output = ModelOutput.from_content(name, answer)
         elif answer == DONE:
-            output = ModelOutput.for_tool_call(name, "done", {})
+            output = ModelOutput.for_tool_call(name, "done", {}, content="")
         else:
             action, _, objects = answer.removesuffix(")").partition("(")
             listed = [each.strip() for each in objects.split(",") if each.strip()]
-            output = ModelOutput.for_tool_call(name, "act", {"action": action, "objects": listed})
+            output = ModelOutput.for_tool_call(name, "act", {"action": action, "objects": listed}, content="")
         # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
         prompt_words = sum(len(message.text.split()) for message in input)
         words = len(answer.split())

@@ -47,6 +47,7 @@ from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
 from eai.scoring.batch import Scoring, Settings, score_run
 from eai.scoring.epochs import STATED, majority
+from eai.scoring.runs import address_of
 from eai.scoring.trials import Place, record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
@@ -192,7 +193,7 @@ def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
     score = Score.unscored(
         answer=str(about.pop("response")),
         explanation=explained(record),
-        metadata={"epoch": epoch, "answered": answered, **about},
+        metadata={"epoch": epoch, "answered": answered, "explorer": address_of(record), **about},
     )
     if came_to is not AnswerOutcome.EXCLUDED:
         score.value = CORRECT if came_to is AnswerOutcome.SUCCESS else INCORRECT

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import urlencode
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol, place_of
 from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
+from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.results.paper_tables import paper_setting
 from eai.scoring.records import RECORDS, read_records
+
+_LOG = "inspect.json"
+"""The file beside records that says where Inspect's log has their samples."""
 
 
 class RunKey(NamedTuple):
@@ -59,10 +66,17 @@ class RunKey(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """The records of a run, in data set order; there is at least one."""
+    """The records of a run, in data set order; there is at least one.
+
+    Attributes:
+        key: the identity of the run.
+        records: its records.
+        log: where Inspect's log has their samples, as a file's name and an epoch; None if that is unknown.
+    """
 
     key: RunKey
     records: tuple[Record, ...]
+    log: tuple[str, int] | None = None
 
 
 def as_asked_in_paper(run: Run) -> Run:
@@ -131,12 +145,41 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             task_id, times = Counter(record.task_id for record in records).most_common(1)[0]
             if times > 1:
                 raise InputError(f"{path}: task {task_id} stands there {times} times in the run {key}")
-            yield Run(key, tuple(records))
+            yield Run(key, tuple(records), _log_beside(path))
+
+
+def write_log_place(folder: Path, log: Path, epoch: int) -> None:
+    """Write beside records in which log of Inspect's their samples are, and of which epoch.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    write_whole({folder / _LOG: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
+
+
+def _log_beside(records: Path) -> tuple[str, int] | None:
+    path = records.with_name(_LOG)
+    try:
+        content = json.loads(path.read_bytes()) if path.exists() else None
+        return None if content is None else (str(content["log"]), int(content["epoch"]))
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(f'{path}: expected {{"log", "epoch"}}') from error
+
+
+def address_of(record: Record) -> str:
+    """The part of an address that shows a record in the explorer of a report."""
+    harness = declaration_of(record.ability).harness(record.verdict)
+    key = _key(record.varied(harness=harness))
+    run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
+    return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
+
+
+def _key(record: Record) -> RunKey:
+    return RunKey(record.protocol, record.domain, record.ability, record.model, record.experiment)
 
 
 def _group(records: Iterable[Record]) -> Mapping[RunKey, Sequence[Record]]:
     runs: dict[RunKey, list[Record]] = {}
     for record in records:
-        key = RunKey(record.protocol, record.domain, record.ability, record.model, record.experiment)
-        runs.setdefault(key, []).append(record)
+        runs.setdefault(_key(record), []).append(record)
     return runs

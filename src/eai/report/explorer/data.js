@@ -15,6 +15,7 @@ const runs = packed.runs.map((run, number) => ({
   ability: run.ability,
   protocol: run.protocol,
   model: run.model,
+  log: run.log || null,
   key: `${run.domain}/${run.ability}/${run.protocol}/${run.model}`,
   suite: `${run.domain}/${run.ability}`,
 }));
@@ -50,6 +51,9 @@ const stepsOf = (answer) => (answer.row.s || []).map((number) => {
   return { action: text(action), outcome: text(outcome), reason: text(reason), earlier: text(earlier),
     added: added.map(text), removed: removed.map(text), hidden };
 });
+// Of each turn of an episode: which goals were reached after it, and the agent's words beside its command.
+const turnsOf = (answer) => (answer.row.T || []).map(([reached, thought]) => (
+  { reached: [...reached].map((held) => held === '1'), thought: thought === null ? '' : text(thought) }));
 const tileOf = (number) => {
   const [name, kind, marks, lines, zones] = packed.tiles[number];
   return { name: text(name), kind, marks: marks.map(text), lines: lines.map(text),
@@ -58,6 +62,7 @@ const tileOf = (number) => {
 // The outermost tiles after each step, those at the start first; nothing where there are no pictures.
 const scenesOf = (answer) => (answer.row.P || []).map((number) => packed.scenes[number]);
 const attemptsOf = (answer) => (answer.row.A || []).map((row) => ({ run: answer.run, task: answer.task, outcome: row.o, row }));
+const isActing = (answer) => answer.run.ability === 'acting';
 const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied]) => (
   { kind, goal: text(goal), satisfied: Boolean(satisfied) }));
 const operatorsOf = (answer) => (answer.row.q || []).map((number) => {

@@ -37,7 +37,7 @@ function heading(answer) {
 
 function body(answer, narrow) {
   return element('div', { class: narrow ? 'body narrow' : 'body' }, verdict(answer), attempts(answer), goals(answer), counts(answer),
-    operators(answer), replay(answer), notes(answer), rawAnswer(answer));
+    operators(answer), replay(answer), notes(answer), rawAnswer(answer), logLink(answer));
 }
 
 function verdict(answer) {
@@ -49,7 +49,8 @@ function verdict(answer) {
   if (error) lines.push(`${title(error.kind)}${stepText(answer, error)}: ${error.detail}`);
   if (error && answer.outcome === 'success') lines.push('The goals hold all the same.');
   if (row.a) lines.push(`${plural(row.a, 'step')} skipped as not needed.`);
-  const tags = [row.e !== undefined && (row.e ? 'executable' : 'not executable'), row.c && words(row.c),
+  const ran = isActing(answer) ? ['no impossible action', 'impossible actions'] : ['executable', 'not executable'];
+  const tags = [row.e !== undefined && ran[row.e ? 0 : 1], row.c && words(row.c),
     row.p && `planner: ${words(row.p)}`, ...(row.m || []).map((repair) => `repaired: ${words(repair)}`)].filter(Boolean);
   return element('div', { class: `verdict-box of-${answer.outcome}` },
     element('p', { class: 'headline' }, words(answer.outcome).replace(/^./, (first) => first.toUpperCase())),
@@ -123,7 +124,19 @@ function notes(answer) {
     element('ul', {}, found.map((note) => element('li', {}, note))));
 }
 
+// Where Inspect's viewer shows the sample, once it runs on its usual port.
+function logLink(answer) {
+  if (!answer.run.log) return null;
+  const [file, epoch, samples] = answer.run.log;
+  const address = `${samples}/${encodeURIComponent(answer.task)}/${epoch}/`;
+  return element('p', { class: 'log' }, element('a', { href: address }, 'This sample in Inspect’s viewer'), ', once ',
+    element('code', {}, 'inspect view --log-dir DIR'), ` runs in the folder of ${file}: sample ${answer.task}, epoch ${epoch}.`);
+}
+
 function rawAnswer(answer) {
+  if (isActing(answer)) {
+    return element('details', { class: 'raw' }, element('summary', {}, 'Answer as given'), element('pre', { tabindex: '0' }, responseOf(answer)));
+  }
   return element('section', { class: 'raw' }, element('h3', {}, 'Answer as given'),
     responseOf(answer) ? element('pre', { tabindex: '0' }, responseOf(answer)) : element('p', { class: 'empty' }, 'The answer is empty.'));
 }

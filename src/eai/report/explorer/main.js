@@ -39,8 +39,7 @@ function escape() {
 }
 
 const stepBy = (by) => {
-  const box = document.querySelector('.replay');
-  if (box) box.go(by);
+  for (const box of document.querySelectorAll('.replay')) box.go(by);
 };
 
 const KEYS = {
