@@ -8,8 +8,10 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.planning import find_plan
+from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
 from eai.errors import DataError, InputError
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
@@ -151,6 +153,19 @@ def test_val_agrees_on_plans_and_mutants_of_them(name: str, problem: str) -> Non
         verdict = val_verdict(program, source, as_written, steps)
         assert verdict in (VALID, "not valid")
         assert (verdict == VALID) is reaches_the_goal(domain, task, plan), plan
+
+
+def test_a_planner_s_plan_is_an_answer_in_any_case() -> None:
+    gripper = FOLDER / "gripper"
+    suite = open_suite(f"pddl:{gripper / 'domain.pddl'},{gripper}", Ability.ACTION_SEQUENCING)
+    task = suite.tasks["two-balls"]
+    names = [thing.name for thing in task.scene.objects]
+    plan = find_plan(task, Planner(suite.benchmark.domain)).plan
+    lines = [f"({' '.join([action.operator, *(names[i] for i in action.arguments)])})" for action in plan]
+    written = "\n".join([*lines, f"; cost = {len(lines)} (unit cost)"])
+    for text in (written, written.upper()):
+        assert suite.score(task.id, text).success
+    assert not suite.score(task.id, "\n".join(lines[1:])).success
 
 
 def test_checks_tell_what_an_object_is_from_what_has_not_been_done() -> None:

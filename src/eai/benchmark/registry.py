@@ -142,11 +142,12 @@ def _open_pddl(files: str) -> Benchmark:
     domain, separator, problems = files.partition(",")
     if not separator:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
+    from eai.abilities.action_sequencing.notation import PddlPlans
     from eai.benchmark.benchmark import Benchmark
     from eai.tasks.problem_world import open_pddl
 
     declared, tasks = open_pddl(Path(domain), Path(problems))
-    return Benchmark(declared.name, declared, lambda source: tasks)
+    return Benchmark(declared.name, declared, lambda source: tasks, plans=PddlPlans())
 
 
 def _open_own(path: Path) -> Benchmark | None:

@@ -3,7 +3,7 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from eai.abilities.action_sequencing.notation import JsonPlans, WrittenPlan
+from eai.abilities.action_sequencing.notation import JsonPlans, PddlPlans, WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
 from eai.world.domain import Domain
@@ -107,3 +107,37 @@ def test_two_objects_of_which_nothing_is_known_may_be_any_text() -> None:
     jsonschema.validate({"plan": [step]}, NOTATION.schema(domain, ("cup", "lamp")))
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate({"plan": [step]}, NOTATION.schema(domain, ("cup",)))
+
+
+PICK, DROP = ("pick", ("ball1", "rooma", "left")), ("drop", ("ball1", "roomb", "left"))
+LINES = "(pick ball1 rooma left)\n(drop ball1 roomb left)"
+
+
+@pytest.mark.parametrize(
+    ("text", "steps", "repairs"),
+    [
+        (LINES, [PICK, DROP], ()),
+        ("; 2\n(pick ball1 rooma left) ; 1\n\n  (drop ball1 roomb left)\n; cost = 2", [PICK, DROP], ()),
+        ("0.000: (pick ball1 rooma left) [1.000]\n1: (drop ball1 roomb left)", [PICK, DROP], ()),
+        (f"```\n{LINES}\n```", [PICK, DROP], ("code_fence",)),
+        (f"At first (wait).\n(wait)\nNo, this:\n{LINES}\nThat is all.", [PICK, DROP], ("prose",)),
+        ("(wait)", [("wait", ())], ()),
+        ('[{"action": "pick", "object": "ball1, rooma, left"}]', [PICK], ()),
+    ],
+)  # fmt: skip
+def test_plans_are_read_as_planners_write_them(
+    text: str, steps: list[tuple[str, tuple[str, ...]]], repairs: tuple[str, ...]
+) -> None:
+    plan = PddlPlans().read(text)
+    assert not isinstance(plan, Unreadable)
+    assert [tuple(step) for step in plan.steps] == steps
+    assert plan.repairs == repairs
+
+
+@pytest.mark.parametrize("text", ["", "()", "pick ball1", "; (pick ball1)", "(pick (ball1))", "see (pick)"])
+def test_other_lines_are_no_plan(text: str) -> None:
+    assert isinstance(PddlPlans().read(text), Unreadable)
+
+
+def test_only_a_pddl_domain_takes_lines() -> None:
+    assert isinstance(JsonPlans().read(LINES), Unreadable)

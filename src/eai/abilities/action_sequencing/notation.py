@@ -122,6 +122,8 @@ CarryOut: TypeAlias = Callable[[tuple[Action, ...]], Course]
 
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
+_REMARK = re.compile(r";[^\n]*")
+_STEP = re.compile(r"(?:[\d.]+\s*:\s*)?\(\s*([^\s()][^()]*)\)\s*(?:\[[\d.]*\])?")
 _COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")
 
 
@@ -213,6 +215,45 @@ class JsonPlans(PlanNotation):
             names.setdefault(operator.arity, []).append(operator.name)
         steps = [closed({"action": text(names[n]), "object": _objects(n, words)}) for n in sorted(names)]
         return closed({"plan": listed(either(steps))})
+
+
+class PddlPlans(JsonPlans):
+    """JSON plans, or lines as planners write them, in which names have any case.
+
+    ``(pick ball1 rooma left) ; cost 1``: comments, the time before a step and its duration in brackets are
+    passed over. Of several blocks of such lines the last one is the plan.
+    """
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """The plan in the last JSON value of an answer that is one, else in its last lines that are steps."""
+        found = super().read(text)
+        return found if isinstance(found, WrittenPlan) or len(text) > MAX_LENGTH else _of_lines(text) or found
+
+    def operator(self, word: str) -> str:
+        """Names are in small letters."""
+        return word.lower()
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        """The names of the scene, in any case."""
+        index = {name.lower(): i for name, i in task.scene.index.items()}
+        return lambda name: index.get(str(name).lower())
+
+
+def _of_lines(text: str) -> WrittenPlan | None:
+    """The plan in the last lines of a text that are steps; None if there are none."""
+    steps: list[WrittenStep] = []
+    others, is_over = dict[str, None](), False
+    for line in map(str.strip, _REMARK.sub("", text).splitlines()):
+        step = _STEP.fullmatch(line)
+        if step is not None:
+            if is_over:
+                steps, is_over = [], False
+            action, *objects = step[1].split()
+            steps.append(WrittenStep(action, tuple(objects)))
+        elif line:
+            others["code_fence" if line.startswith("```") else "prose"] = None
+            is_over = True
+    return WrittenPlan(tuple(steps), tuple(others)) if steps else None
 
 
 def _steps(value: object) -> tuple[WrittenStep, ...] | None:
