@@ -153,7 +153,7 @@ def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
 
 
 def _per_success(runs: Sequence[RunSummary]) -> Table:
-    """What each success takes."""
+    """The effort that each success takes."""
     rows = []
     for item in runs:
         suite = f"{domain_title(item.key.domain)}, {ability_title(item.key.ability).lower()}"

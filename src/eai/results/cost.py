@@ -105,7 +105,7 @@ def spent(records: Iterable[Record]) -> Spent:
 
 
 def per_success(records: Iterable[Record]) -> dict[str, Cases]:
-    """What each answer cost in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
+    """The cost of each answer in ``tokens``, ``dollars`` and ``seconds``, and whether it is a success.
 
     Answers that failed cost, too. What is not known of every answer with a usage is left out.
     """
