@@ -42,7 +42,7 @@ class _TaskLine(BaseModel):
     title: Annotated[str, Field(description="What tasks of a kind share; the id if empty.")] = ""
     instruction: Annotated[str, Field(min_length=1, description="The task in natural language.")]
     objects: Annotated[
-        dict[str, str], Field(min_length=1, description="All objects: name -> category, in order.")
+        dict[str, str], Field(description="All objects: name -> category, in order; there may be none.")
     ]
     agent: Annotated[str | None, Field(description="The acting object, where the domain has one for it.")] = (
         None

@@ -1,0 +1,81 @@
+"""Every command works for every domain that opens, or says in one line why it does not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eai as library
+from cli.conftest import Command
+from processes import eai as in_own_process
+from sweeps import swept
+
+WORLDS = Path(__file__).parents[1] / "worlds"
+LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
+NONE = "no task of it gives a question"
+"""The reason of `eai export questions` where a world is too small for it."""
+
+
+def pddl(name: str) -> str:
+    return f"pddl:{WORLDS / name}.pddl,{WORLDS / name}-1.pddl"
+
+
+DOMAINS = ["warehouse:warehouse", pddl("gate")]
+MORE = ["lamps:lamps", *map(pddl, ("blocks", "briefcase", "circuit", "ferry")), "virtualhome", "behavior"]
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Works in an empty folder in which the modules of the worlds are found."""
+    monkeypatch.chdir(tmp_path)
+    for folder in (WORLDS, LAMPS):
+        monkeypatch.syspath_prepend(folder)
+        for file in folder.glob("*.py"):
+            (tmp_path / file.name).write_text(file.read_text())
+
+
+def rates(ability: str, model: str) -> dict[str, Any]:
+    (file,) = Path("runs").glob(f"*/{ability}/{model}/summary.json")
+    found: dict[str, Any] = json.loads(file.read_text())
+    return found
+
+
+@pytest.mark.parametrize("domain", [*DOMAINS, *swept(*MORE)])
+def test_every_command_works(eai: Command, domain: str) -> None:
+    is_own = ":" in domain
+    asked = ("--domain", domain, "--limit", "1", "--planner", "built_in")
+    for more in (("--model", "eai/oracle"), ("--model", "eai/explorer", "--ability", "acting")):
+        outcome = in_own_process("run", *more, *asked)
+        assert outcome.status == 0, outcome.err
+    assert rates("action_sequencing", "eai_oracle")["task_success"]["numerator"] == 1
+
+    def succeeds(*words: object) -> str:
+        outcome = eai(*words)
+        assert outcome.status == 0, outcome.err
+        return outcome.out
+
+    suite = library.open(domain, "action_sequencing")
+    task_id, task = suite.task_ids[0], suite.tasks[suite.task_ids[0]]
+    instruction = " ".join(task.instruction.split())
+    told = succeeds("explain", "runs", task_id, "--model", "eai_oracle", "--json")
+    assert {record["ability"] for record in json.loads(told)} >= {"action_sequencing", "goal_interpretation"}
+    (folder,) = Path("runs").glob("*/action_sequencing/eai_oracle")
+    assert instruction in " ".join(succeeds("explain", folder, task_id).split())
+    succeeds("score", "runs", "--planner", "built_in", "--allow-missing", "--out", "scores")
+    assert len([*Path("scores").rglob("records.jsonl")]) == len([*Path("runs").rglob("records.jsonl")])
+    succeeds("report", "runs", "--no-plots", "--out", "report")
+    explorer = Path("report/explorer.html").read_text()
+    assert json.dumps(instruction)[1:-1] in explorer
+    succeeds("prompts", "--domain", domain, "--ability", "action_sequencing", "--out", "prompts.json")
+    assert json.loads(Path("prompts.json").read_text())[0]["identifier"].endswith(task_id)
+    succeeds("generate", "--like", domain, "--n", 1, "--tier", "S", "--out", "new")
+    assert "as they say" in succeeds("check", "new/")
+    outcome = eai("export", "questions", "--domain", domain, "--n", 5, "--out", "questions.jsonl")
+    assert outcome.status == 0 or NONE in outcome.err
+    succeeds("export", "tasks", "--domain", domain, "--out", "tasks.jsonl")
+    if is_own:
+        assert "nothing is wrong" in succeeds("check", domain)
+        assert "as they say" in succeeds("check", "tasks.jsonl")

@@ -1,0 +1,5 @@
+(define (problem islands) (:domain ferry)
+  (:objects red - car big - truck north south - harbour)
+  (:init (at red north) (at big home) (docked home) (free)
+    (route home north) (route north south) (route south home))
+  (:goal (and (at red south) (at big north))))

@@ -1,0 +1,7 @@
+(define (domain gate)
+  (:requirements :strips :negative-preconditions)
+  (:predicates (locked) (open) (guarded) (inside))
+  (:action distract :parameters () :precondition (guarded) :effect (not (guarded)))
+  (:action unlock :parameters () :precondition (and (locked) (not (guarded))) :effect (not (locked)))
+  (:action push :parameters () :precondition (not (locked)) :effect (open))
+  (:action enter :parameters () :precondition (open) :effect (inside)))

@@ -1,0 +1,106 @@
+"""A warehouse: a forklift moves pallets between bays, charges, and loads a truck. Eight operators."""
+
+import eai
+from eai.world import (
+    AGENT,
+    ANYTHING,
+    Add,
+    Defined,
+    Delete,
+    Domain,
+    Exists,
+    ForEach,
+    Operator,
+    Predicate,
+    Scene,
+    Variable,
+    Vocabulary,
+    additional,
+    affordance,
+    is_a,
+    missing,
+)
+
+x, y, place, other = Variable("x"), Variable("y"), Variable("place"), Variable("other")
+at, on, loaded = Predicate("at", 2), Predicate("on", 2), Predicate("loaded", 2)
+lifted, is_open, scanned, charged = (Predicate(n, 1) for n in ("lifted", "is_open", "scanned", "charged"))
+alarm = Predicate("alarm", 0)
+road = Predicate("road", 2, static=True)
+here = Defined("here", (x,), Exists(place, at(AGENT, place) & at(x, place)))
+BESIDE = missing(here(x), "the forklift is not beside {x}")
+FREE = missing(~Exists(other, lifted(other)), "the fork is not free")
+PALLET = affordance(is_a(x, "pallet"), "{x} is no pallet")
+DOOR = affordance(is_a(x, "truck"), "{x} has no door")
+
+operators = (
+    Operator(
+        "DRIVE",
+        (x,),
+        (
+            affordance(is_a(x, "bay", "dock"), "{x} is no place"),
+            additional(~at(AGENT, x), "the forklift is at {x} already"),
+            missing(Exists(place, at(AGENT, place) & road(place, x)), "no road leads to {x}"),
+            missing(charged(AGENT), "the battery is empty"),
+        ),
+        (
+            Delete(at(AGENT, ANYTHING)),
+            Add(at(AGENT, x)),
+            ForEach(y, lifted(y), (Delete(at(y, ANYTHING)), Add(at(y, x)))),
+        ),
+    ),
+    Operator("LIFT", (x,), (PALLET, BESIDE, FREE), (Add(lifted(x)), Delete(on(x, ANYTHING)))),
+    Operator("LOWER", (x,), (missing(lifted(x), "{x} is not lifted"),), (Delete(lifted(x)),)),
+    Operator(
+        "STACK",
+        (x, y),
+        (
+            affordance(is_a(y, "pallet"), "{y} is no pallet"),
+            missing(lifted(x), "{x} is not lifted"),
+            missing(here(y), "the forklift is not beside {y}"),
+        ),
+        (Delete(lifted(x)), Add(on(x, y))),
+    ),
+    Operator("OPEN", (x,), (DOOR, additional(~is_open(x), "{x} is open"), BESIDE), (Add(is_open(x)),)),
+    Operator("SCAN", (x,), (PALLET, additional(~scanned(x), "{x} is scanned"), BESIDE), (Add(scanned(x)),)),
+    Operator(
+        "LOAD",
+        (x, y),
+        (
+            missing(lifted(x), "{x} is not lifted"),
+            affordance(is_a(y, "truck"), "{y} is no truck"),
+            missing(here(y), "the forklift is not beside {y}"),
+            missing(is_open(y), "{y} is closed"),
+        ),
+        (Delete(lifted(x)), Delete(at(x, ANYTHING)), Add(loaded(x, y))),
+    ),
+    Operator("SILENCE", (), (additional(alarm(), "it is quiet"),), (Delete(alarm()),)),
+)
+predicates = (at, on, loaded, lifted, is_open, scanned, charged, alarm, road)
+domain = Domain("warehouse", Vocabulary(predicates, (here,)), operators)
+
+kinds = {"forklift": "forklift", "bay_1": "bay", "bay_2": "bay", "dock": "dock", "truck": "truck"}
+kinds |= {"crate": "pallet", "drum": "pallet"}
+scene = Scene(domain.vocabulary, kinds, agent="forklift")
+roads = [
+    f"road({a}, {b})"
+    for a, b in (("bay_1", "bay_2"), ("bay_2", "bay_1"), ("bay_2", "dock"), ("dock", "bay_2"))
+]
+places = ["at(forklift, bay_1)", "at(crate, bay_1)", "at(drum, bay_2)", "at(truck, dock)"]
+start = scene.state([*roads, *places, "charged(forklift)", "alarm()"])
+warehouse = eai.Benchmark(
+    "warehouse",
+    domain,
+    eai.given(
+        eai.make_task("ship", "Load the crate onto the truck.", start, "loaded(crate, truck)"),
+        eai.make_task(
+            "stack", "Stack the crate on the drum.", start, "on(crate, drum) and not lifted(crate)"
+        ),
+        eai.make_task(
+            "audit",
+            "Scan all pallets and silence the alarm.",
+            start,
+            "forall p: pallet. (scanned(p))",
+            "not alarm()",
+        ),
+    ),
+)
