@@ -25,6 +25,7 @@ from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, AGENT, STANDARD, Harness, Setting
 from eai.acting.tools import ACT, END, READ, command_of, tools_of
+from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE, LOOK
@@ -57,19 +58,20 @@ def episode_text(state: TaskState) -> str:
 
 
 @cache
-def _arena(reference: str, errata: ErrataChoice, setting: str) -> Arena:
-    return Arena(find_benchmark(reference), Setting.model_validate_json(setting))
+def _arena(benchmark: Benchmark, errata: ErrataChoice, setting: str) -> Arena:
+    return Arena(benchmark, Setting.model_validate_json(setting))
 
 
 @cache
-def _tasks(reference: str, errata: ErrataChoice) -> dict[str, Task]:
-    return dict(open_suite(find_benchmark(reference), ACTING, source=Source(errata=errata)).tasks)
+def _tasks(benchmark: Benchmark, errata: ErrataChoice) -> dict[str, Task]:
+    return dict(open_suite(benchmark, ACTING, source=Source(errata=errata)).tasks)
 
 
 def _begin(state: TaskState) -> Play | None:
     """The episode of a sample, which resumes from the store; None of a task that is not played."""
     about = state.metadata
-    where = str(about["domain"]), errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))
+    errata = errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))
+    where = find_benchmark(str(about["domain"])), errata
     task = _tasks(*where)[str(state.sample_id)]
     if task.left_out is not None:
         return None

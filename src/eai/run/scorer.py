@@ -38,6 +38,8 @@ from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.verdict import Verdict
 from eai.acting.setting import ACTING
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
@@ -142,7 +144,7 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
         """
 
         async def score(state: TaskState, target: Target) -> Score:
-            suite = _suite(benchmark, ability, protocol, planner, errata)
+            suite = _suite(find_benchmark(benchmark), ability, protocol, planner, errata)
             return score_of(_record_of(state, suite), state.epoch, answered=bool(state.output.choices))
 
         return score
@@ -201,7 +203,7 @@ def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
 
 
 @cache
-def _suite(benchmark: str, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
+def _suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
     source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
     return open_suite(benchmark, ability, protocol_of(protocol), source=source)
 
@@ -248,4 +250,4 @@ def _suite_of(score: SampleScore) -> Suite:
     benchmark, about = (score.sample_metadata or {})["domain"], _metadata(score)
     errata = ErrataChoice.CURRENT if about.get("errata") else ErrataChoice.NONE
     rules = (about["protocol"], PlannerChoice.NONE.value, errata.value)
-    return _suite(benchmark, ability_of(about["ability"]), *rules)
+    return _suite(find_benchmark(benchmark), ability_of(about["ability"]), *rules)
