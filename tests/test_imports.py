@@ -43,7 +43,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "studies",
         "envs",
         "acting",
-        "run report",
+        "harbor run report",
         "cli",
         "__main__",
     )
@@ -52,7 +52,7 @@ ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
 IMPORTED_BY_NONE = frozenset({"reference"})
 """Packages that are found by an entry point, so that the rest works without them."""
 ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "mcp": "acting", "ray": "envs"}
-OF_EXTRAS = frozenset({*ONLY_IMPORTER.values(), "acting"})
+OF_EXTRAS = frozenset({*ONLY_IMPORTER.values(), "acting", "harbor"})
 """Packages that load a library that not everybody installs, be it through another one of them."""
 
 

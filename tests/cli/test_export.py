@@ -155,3 +155,42 @@ def test_records_of_a_benchmark_that_is_a_modules_object_are_exported(
         assert done.status == 0, done.err
     (row,) = read(tmp_path / "sft.jsonl")
     assert library.reward(row["task"], row["completion"][0]["content"]) == 1
+
+
+def test_task_folders_for_harbor(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    asked = (
+        "--domain",
+        "virtualhome",
+        "--ability",
+        "acting",
+        "--tasks",
+        "27_2,339_1",
+        "--out",
+        tmp_path / "out",
+    )
+    told = eai("export", "harbor", *asked)
+    assert told.out.splitlines() == [
+        f"1 task written to {tmp_path / 'out'}",
+        "left out: 1 task without a solution that is known to be right",
+        f"the image that scores them is built from {tmp_path / 'out' / 'image'}",
+    ]
+    again = eai("export", "harbor", *asked)
+    assert (again.status, again.err) == (2, f"eai: {tmp_path / 'out'}: expected a new or an empty folder\n")
+
+
+def test_task_folders_that_are_scored_in_the_agents_box(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
+    how = (
+        "--ability",
+        "goal_interpretation",
+        "--tasks",
+        "27_2",
+        "--out",
+        tmp_path / "out",
+        "--shared",
+        "--json",
+    )
+    told = json.loads(eai("export", "harbor", "--domain", "virtualhome", *how).out)
+    assert told == {"path": str(tmp_path / "out"), "tasks": 1, "left_out": {}}
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["virtualhome-goal_interpretation-27_2"]

@@ -25,6 +25,11 @@ HARNESS = "mcp"
 _EPISODES, _ENDING = "episodes", ".journal"
 
 
+def journal_in(folder: Path, place: Place) -> Path:
+    """The journal of an episode in the folder of its world."""
+    return folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
+
+
 @contextmanager
 def opened(
     folder: Path, suite: Suite, places: Sequence[Place], setting: Setting = STANDARD, agent: str = "agent"
@@ -77,7 +82,7 @@ class Worlds:
 
     def path(self, place: Place) -> Path:
         """The journal of an episode."""
-        return self._folder / _EPISODES / str(place[1]) / f"{quote(place[0], safe='')}{_ENDING}"
+        return journal_in(self._folder, place)
 
     def call(self, place: Place, command: str) -> str:
         """Carry out a command in an episode; returns the observation.

@@ -20,8 +20,8 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
 from eai.cli.console import DOMAIN_HELP, counted, say, tell, tell_findings
-from eai.cli.options import ABILITIES, AsJson, DataFolder, OfDomain, opened_source, store
-from eai.cli.prompts import OfSet, tasks_of
+from eai.cli.options import ABILITIES, AsJson, DataFolder, OfAbility, OfDomain, opened_source, store
+from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, tasks_of
 from eai.cli.questions import questions
 from eai.cli.tasks import tasks
 from eai.data.files import write_whole
@@ -270,6 +270,63 @@ def pictures(
         write_whole({out / f"{task_id}.{form.value}": drawn, beside: f"{truth.text}\n"})
     message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
     tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)
+
+
+@app.command(no_args_is_help=True)
+def harbor(
+    domain: OfDomain,
+    ability: OfAbility,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write to, a new one.")],
+    tasks: TaskIds = "",
+    sample: Sample = None,
+    seed: SampleSeed = 0,
+    wheel: Annotated[
+        list[Path] | None,
+        typer.Option(metavar="FILE", help="Install eai, and a benchmark's package, from these."),
+    ] = None,
+    verifier_image: Annotated[
+        str | None,
+        typer.Option(metavar="REF", help="The image built from DIR/image, for readers that build none."),
+    ] = None,
+    image: Annotated[
+        str | None,
+        typer.Option(metavar="REF", help="The image of the agent's box, for readers that build none."),
+    ] = None,
+    shared: Annotated[
+        bool, typer.Option("--shared", help="Score in the agent's box, for readers that know no other way.")
+    ] = False,
+    prompt_set: OfSet = PromptSet.OFFICIAL,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Write tasks as folders for Harbor and what reads its format, and the image that scores them.
+
+    An agent writes its answer to a file; in acting it calls tools, or the command act. Before the first run:
+    docker build -t eai-worlds:VERSION DIR/image. docs/acting.md says which reader can do what.
+
+    Example: eai export harbor --domain virtualhome --ability acting --sample 20 --out harbor
+    """
+    from eai.harbor.folders import IMAGE, write_task_folders  # which load what games need
+
+    with opened_source(data) as source:
+        suite = open_suite(domain, ability, source=source)
+        prompts = Library(prompt_set, None, source).open(suite.benchmark, ability)
+        asked = drawn(prompts, tasks, sample, seed, f"{suite.domain} {ability}")
+        written, left_out = write_task_folders(
+            suite,
+            asked,
+            out,
+            wheels=wheel or (),
+            image=image,
+            verifier_image=verifier_image,
+            is_shared=shared,
+        )
+    lines = [f"left out: {counted(n, 'task')} {why}" for why, n in left_out.items()]
+    if not shared:
+        lines.append(f"the image that scores them is built from {out / IMAGE}")
+    made: dict[str, Json] = {"path": str(out), "tasks": written}
+    made["left_out"] = {**left_out}
+    tell(f"{counted(written, 'task')} written to {out}", *lines, value=made, as_json=as_json)
 
 
 @app.command(no_args_is_help=True)

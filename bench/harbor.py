@@ -1,0 +1,78 @@
+"""Trials of exported task folders in boxes of this machine: the solution must win, doing nothing must not.
+
+    python bench/harbor.py [--sample 20] [--domain virtualhome ...] [--ability acting ...]
+
+It takes root and Linux: each service is a process of its own user, with the machine's files as its image.
+With EAI_HARBOR, folders are checked with Harbor, too, as in ``pytest tests/harbor``; it wants Python 3.12:
+
+    python3.13 -m venv harbor && harbor/bin/pip install harbor
+    EAI_HARBOR=$PWD/harbor/bin/harbor python bench/harbor.py
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from boxes import lacking
+from eai.benchmark.registry import FIRST
+from eai.data.store import Store
+from eai.harbor.folders import IMAGE, write_task_folders
+from harbor_trials import HARBOR, Trial, asked, lint
+
+
+def rewards(folder: Path, place: Path) -> tuple[float, float]:
+    """The rewards of nothing, and of the solution after it."""
+    with Trial(folder, place, Store()) as trial:
+        idle = trial.judge()["reward"]
+        trial.solve()
+        return idle, trial.judge()["reward"]
+
+
+def measured(domain: str, ability: str, sample: int, place: Path) -> Iterator[str]:
+    """What becomes of a sample of tasks, as words."""
+    start = time.perf_counter()
+    suite, prompts = asked(domain, ability)
+    chosen = dict(list(prompts.items())[:: max(1, len(prompts) // sample)])
+    written, left_out = write_task_folders(suite, chosen, place / "out")
+    folders = [path for path in (place / "out").iterdir() if path.name != IMAGE]
+    size = sum(file.stat().st_size for path in folders for file in path.rglob("*") if file.is_file())
+    yield f"{written} folders of {size // written:,} bytes, {left_out.total()} left out;"
+    found = [rewards(path, place / path.name) for path in folders]
+    idle, right = map(sum, zip(*found, strict=True))
+    yield f"nothing has {idle:g}, the solution {right:g};"
+    if HARBOR is not None:
+        yield f"findings of Harbor's check: {sum(len(lint(path)) for path in folders)};"
+    yield f"{time.perf_counter() - start:.0f} s"
+
+
+def main() -> None:
+    """Print a line for each suite."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--sample", type=int, default=20, help="tasks of each suite")
+    parser.add_argument("--domain", nargs="+", default=list(FIRST))
+    parser.add_argument("--ability", nargs="+", default=["acting"])
+    arguments = parser.parse_args()
+    why_not = lacking()
+    if why_not is not None:
+        raise SystemExit(f"there are no boxes here: {why_not}")
+    for domain in arguments.domain:
+        for ability in arguments.ability:
+            with tempfile.TemporaryDirectory() as place:
+                print(
+                    f"{domain} {ability}:",
+                    *measured(domain, ability, arguments.sample, Path(place)),
+                    flush=True,
+                )
+
+
+if __name__ == "__main__":
+    main()
