@@ -126,6 +126,14 @@ def test_what_cannot_be_exported(how: dict[str, Any], said: str, nights: Path, t
         exported(str(nights), ability, task_ids, tmp_path / "out", **how)
 
 
+def test_a_world_is_of_a_task_that_commands_can_name(nights: Path, tmp_path: Path) -> None:
+    other = tmp_path / "commas.jsonl"
+    other.write_text(json.dumps({"id": "dark,1", **LAMP}) + "\n")
+    exported(str(other), "action_sequencing", ["dark,1"], tmp_path / "answers")
+    with pytest.raises(InputError, match="expected an id without a comma"):
+        exported(str(other), "acting", ["dark,1"], tmp_path / "out")
+
+
 def test_a_folder_in_use_is_kept(nights: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="expected a new or an empty folder"):
         exported(str(nights), "action_sequencing", ["dark/1"], tmp_path)

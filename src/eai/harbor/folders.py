@@ -155,7 +155,7 @@ class _Exporter:
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
             "solution": self.shape.solution(solution),
-            "world": _world(reference, task_id),
+            "world": _world(reference, task_id) if self.suite.ability is ACTING else "",
         }
         tests = _filled("script", about) | (self.wheels | tasks if self.is_shared else {})
         own = _filled("every", about) | _filled(self.shape.templates, about)
@@ -190,7 +190,13 @@ def _image_line(image: str | None) -> str:
 
 
 def _world(reference: str, task_id: str) -> str:
-    """The command of the world of a task, as a list in Compose's YAML, where a dollar sign is doubled."""
+    """The command of the world of a task, as a list in Compose's YAML, where a dollar sign is doubled.
+
+    Raises:
+        InputError: commands cannot name the task.
+    """
+    if "," in task_id:
+        raise InputError(f"the task {task_id!r}: expected an id without a comma, for eai serve mcp --tasks")
     where = ("--out=/journal", "--host=0.0.0.0", "--port=8000", "--allow-host=world", "--trust-network")
     command = ["eai", "serve", "mcp", f"--domain={reference}", f"--tasks={task_id}", *where]
     return json.dumps(command).replace("$", "$$")
