@@ -198,3 +198,17 @@ def test_the_robot_goes_to_what_it_acts_on(domain: Domain) -> None:
     initial = state()
     assert holds(after(domain, initial, "GRASP rag"), "robot_on floor")
     assert len(domain.operators) == 35
+
+
+def test_a_substance_is_seen_with_what_it_is_on_or_openly_in(domain: Domain) -> None:
+    def sight(*more: str) -> set[str]:
+        initial = state(*more)
+        return {name for name, i in initial.scene.index.items() if domain.sees(initial, i)}
+
+    assert {"plate", "flour"} <= sight()
+    assert "stain" not in sight()
+    assert "dust" in sight("has_cover plate dust")
+    assert "dust" not in sight("has_cover pan dust", "lies_in pan oven")
+    assert "water" in sight("has_in pan water")
+    assert "dough" not in sight("has_in oven dough")
+    assert "dough" in sight("has_in oven dough", "is_open oven")

@@ -587,14 +587,21 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 
 
 def declared() -> Domain:
-    """The domain. The robot sees what it holds, and where it is what is in nothing that is closed."""
+    """The domain. The robot sees what it holds and, where it is, what is in nothing that is closed.
+
+    It sees a substance where it sees what that covers, soaks or is given by, or what it is openly in.
+    """
     operators = (*placing(), *setting(), *(make() for make in _MAKERS))
-    here = Exists(F, p.robot_on(F) & p.floor_of(X, F))
+
+    def seen(thing: Variable) -> Formula:
+        return p.held(thing) | (~p.shut_in(thing) & Exists(F, p.robot_on(F) & p.floor_of(thing, F)))
+
+    openly = p.has_cover(Y, X) | p.soaked_with(Y, X) | p.gives(Y, X) | (p.has_in(Y, X) & ~p.closed(Y))
     return Domain(
         "behavior-1k",
         p.VOCABULARY,
         tuple(map(completed, operators)),
         was_possible_before,
-        visible=p.real(X) & (p.held(X) | (~p.shut_in(X) & here)),
+        visible=p.real(X) & (seen(X) | Exists(Y, openly & seen(Y))),
         landmarks=p.floor(X) | p.fixed(X),
     )
