@@ -76,6 +76,23 @@ def test_what_the_walks_find_is_named() -> None:
     assert found == [("toy", "DIM: an additional step that would bring about holding(x)")]
 
 
+@pytest.mark.parametrize(
+    ("declare", "problem"),
+    [
+        (lambda: given(LIGHT, LIGHT), "two tasks are called light"),
+        (lambda: given([LIGHT]), "eai.given: expected Task, found list"),
+        (
+            lambda: Benchmark("toy", toy.DOMAIN, [LIGHT]),
+            "benchmark toy: expected tasks as eai.given(task, ...), found list",
+        ),
+    ],
+)
+def test_a_mistake_in_a_benchmark_is_named(declare: Callable[[], object], problem: str) -> None:
+    with pytest.raises(InputError) as error:
+        declare()
+    assert str(error.value) == problem
+
+
 def test_a_mistake_in_a_module_is_told_by_file_and_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

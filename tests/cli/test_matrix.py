@@ -73,6 +73,11 @@ def test_every_command_works(eai: Command, domain: str) -> None:
     assert json.loads(Path("prompts.json").read_text())[0]["identifier"].endswith(task_id)
     succeeds("generate", "--like", domain, "--n", 1, "--tier", "S", "--out", "new")
     assert "as they say" in succeeds("check", "new/")
+    if is_own:
+        outcome = eai(
+            "generate", "--like", domain, "--n", 3, "--forms", "all", "--over-time", "--out", "timed"
+        )
+        assert outcome.status == 0 or "seeds gave none: " in outcome.err
     outcome = eai("export", "questions", "--domain", domain, "--n", 5, "--out", "questions.jsonl")
     assert outcome.status == 0 or NONE in outcome.err
     succeeds("export", "tasks", "--domain", domain, "--out", "tasks.jsonl")

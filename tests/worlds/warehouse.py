@@ -1,4 +1,4 @@
-"""A warehouse: a forklift moves pallets between bays, charges, and loads a truck. Eight operators."""
+"""A warehouse: a forklift moves pallets, charges and loads a truck; eight operators, a predicate of three."""
 
 import eai
 from eai.world import (
@@ -10,6 +10,7 @@ from eai.world import (
     Domain,
     Exists,
     ForEach,
+    Let,
     Operator,
     Predicate,
     Scene,
@@ -22,7 +23,7 @@ from eai.world import (
 )
 
 x, y, place, other = Variable("x"), Variable("y"), Variable("place"), Variable("other")
-at, on, loaded = Predicate("at", 2), Predicate("on", 2), Predicate("loaded", 2)
+at, on, loaded = Predicate("at", 2), Predicate("on", 2), Predicate("loaded", 3)
 lifted, is_open, scanned, charged = (Predicate(n, 1) for n in ("lifted", "is_open", "scanned", "charged"))
 alarm = Predicate("alarm", 0)
 road = Predicate("road", 2, static=True)
@@ -71,7 +72,11 @@ operators = (
             missing(here(y), "the forklift is not beside {y}"),
             missing(is_open(y), "{y} is closed"),
         ),
-        (Delete(lifted(x)), Delete(at(x, ANYTHING)), Add(loaded(x, y))),
+        (
+            Let(place, at(AGENT, place), (Add(loaded(x, y, place)),)),
+            Delete(lifted(x)),
+            Delete(at(x, ANYTHING)),
+        ),
     ),
     Operator("SILENCE", (), (additional(alarm(), "it is quiet"),), (Delete(alarm()),)),
 )
@@ -91,7 +96,7 @@ warehouse = eai.Benchmark(
     "warehouse",
     domain,
     eai.given(
-        eai.make_task("ship", "Load the crate onto the truck.", start, "loaded(crate, truck)"),
+        eai.make_task("ship", "Load the crate onto the truck.", start, "loaded(crate, truck, dock)"),
         eai.make_task(
             "stack", "Stack the crate on the drum.", start, "on(crate, drum) and not lifted(crate)"
         ),

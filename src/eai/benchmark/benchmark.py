@@ -156,6 +156,11 @@ class Benchmark:
     planner_seconds: int = 100
     reference: str = ""
 
+    def __post_init__(self) -> None:
+        if not callable(self.open_tasks):
+            found = type(self.open_tasks).__name__
+            raise InputError(f"benchmark {self.name}: expected tasks as eai.given(task, ...), found {found}")
+
     def referred_to_as(self, reference: str) -> Benchmark:
         """The same benchmark, which can be found again by this reference."""
         return replace(self, reference=reference)

@@ -126,7 +126,7 @@ class Proposals:
             other: weight
             for (_, truth), patterns in self.patterns.items()
             for other, weight in patterns.items()
-            if truth and len(other.categories) == 2 and other.categories[0] == pattern.categories[0]
+            if truth and len(other.categories) == 2 and other.categories[:1] == pattern.categories[:1]
         }
         first = self._ground(pattern, rng) if pattern.truth and len(pattern.categories) == 2 else None
         if not isinstance(first, f.Atom) or not others:
@@ -233,7 +233,12 @@ def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
 
 
 def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
-    """Whether a pattern may be asked for by itself: of no agent or piece; a relation of thing and place."""
+    """Whether a pattern may be asked for by itself: of no agent or piece; a relation of thing and place.
+
+    Of more than two objects nothing is asked.
+    """
+    if len(pattern.categories) > 2:
+        return False
     if scene.agent is not None and scene.objects[scene.agent].category in pattern.categories:
         return False
     if not prior.pieces.isdisjoint(pattern.categories):

@@ -74,7 +74,7 @@ def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
 
 def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) -> bool:
     """Whether nobody wants one thing to be so while the other is there: food on a plate that is put away."""
-    if len(other.terms) < 2:
+    if len(other.terms) != 2 or len(literal.terms) > 2:
         return False
     moved, place = other.terms
     if len(literal.terms) < 2:

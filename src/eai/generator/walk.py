@@ -424,9 +424,11 @@ class Seeker:
         }
 
     def _moves(self, fact: Fact, task: Task) -> bool:
-        """Whether a fact is the state of a thing, or the place of one that is ever taken in hand."""
+        """Whether a fact is a state, or the place of a thing that is ever taken in hand."""
+        if len(fact.arguments) != 2:
+            return len(fact.arguments) < 2
         moved = task.scene.objects[fact.arguments[0]].category
-        return len(fact.arguments) == 1 or not self.prior.kinds or moved in self.prior.taken
+        return not self.prior.kinds or moved in self.prior.taken
 
 
 def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> _OverTime | None:

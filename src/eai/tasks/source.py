@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
@@ -16,6 +17,7 @@ from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
+from eai.world.vocabulary import several
 
 
 class TaskReference(NamedTuple):
@@ -132,7 +134,14 @@ OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
 
 
 def given(*tasks: Task) -> OpenTasks[Task]:
-    """The opener of tasks that are written down in a program."""
+    """The opener of tasks that are written down in a program.
+
+    Raises:
+        InputError: two have one id, or one is no task.
+    """
+    several("eai.given", tasks, Task)
+    if twice := [name for name, n in Counter(task.id for task in tasks).items() if n > 1]:
+        raise InputError(f"two tasks are called {twice[0]}")
     sha256 = _digest([_content(task) for task in tasks])
     by_id = {task.id: task for task in tasks}
     opened = TaskSet(by_id, by_id.__getitem__, sha256)
