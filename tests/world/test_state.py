@@ -5,7 +5,7 @@ import pytest
 from eai.errors import InputError
 from eai.logic.formula import Variable
 from eai.world.derived import Defined
-from eai.world.state import Scene, WorldObject
+from eai.world.state import Fact, Scene, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
@@ -27,6 +27,8 @@ def test_facts_are_said_by_index_by_name_or_as_text() -> None:
     expected = [("open", (2,)), ("dark", ()), ("at", (0, 1))]
     for facts in (
         [("at", (0, 1)), ("open", (2,)), ("dark", ())],
+        [Fact("at", (0, 1)), Fact("open", (2,)), Fact("dark", ())],
+        [Fact("at", ("robot", "dock")), Fact("open", ("bay-2",)), "dark()"],  # type: ignore[arg-type]
         [("at", ("robot", "dock")), ("open", ["bay-2"]), ("dark", ())],
         ["at(robot, dock)", "open(bay_2)", "dark()"],
     ):
@@ -40,6 +42,9 @@ def test_facts_are_said_by_index_by_name_or_as_text() -> None:
         (("at", ("robt", "dock")), "there is no object robt; did you mean robot?"),
         (("at", (0, 3)), "there is no object 3"),
         (("at", (-1, 1)), "there is no object -1"),
+        (Fact("at", (0, 3)), "there is no object 3"),
+        (Fact("at", (0,)), "at takes 2 arguments, not 1"),
+        (Fact("att", (0, 1)), "predicate att is not declared; did you mean at?"),
         ("att(robot, dock)", "predicate att is not declared; did you mean at?"),
         ("at(robot)", "at takes 2 arguments, not 1"),
         (("open", ("dock")), "open: expected a tuple of objects; of one it is written with a comma, (x,)"),

@@ -123,11 +123,15 @@ class Scene:
         Raises:
             InputError: one is no fact; says what was expected.
         """
-        slots = self.vocabulary.unary_slots
+        slots, objects = self.vocabulary.unary_slots, range(len(self.objects))
+        arities = {predicate.name: predicate.arity for predicate in self.vocabulary.predicates}
         unary = [0] * len(slots)
         pairs: dict[str, list[tuple[int, int]]] = {name: [] for name in self.vocabulary.binary_slots}
         tuples: dict[str, list[tuple[int, ...]]] = {name: [] for name in self.vocabulary.tuple_slots}
-        for predicate, arguments in map(self.fact, facts):
+        for stated in facts:
+            predicate, arguments = stated if isinstance(stated, Fact) else self.fact(stated)
+            if arities.get(predicate) != len(arguments) or not all(map(objects.__contains__, arguments)):
+                predicate, arguments = self.fact(stated)
             if predicate in slots:
                 unary[slots[predicate]] |= 1 << arguments[0] if arguments else 1
             elif predicate in tuples:
