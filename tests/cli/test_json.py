@@ -16,8 +16,8 @@ from eai.cli import app
 from eai.data.store import Store
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
-WITHOUT = {"data annotate choose"}
-"""A conversation, and what is JSON anyhow."""
+WITHOUT = {"data annotate choose", "play", "serve mcp"}
+"""Conversations."""
 
 PLAN = ("--domain", "lamps:lamps", "--ability", "action_sequencing")
 MADE: dict[tuple[str, ...], dict[str, Any]] = {

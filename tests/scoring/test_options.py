@@ -30,6 +30,7 @@ def test_where_nothing_is_said_the_paper_is_followed() -> None:
         "workers": 1,
         "explanations": True,
         "allow_missing": False,
+        "look_back": None,
     }
     assert options.settings == Settings(workers=1, explanations=True, allow_missing=False)
     changed = ScoringOptions(workers=2, explanations=False, allow_missing=True)

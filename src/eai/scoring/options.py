@@ -43,7 +43,6 @@ class ScoringOptions(Options):
     allow_missing: bool = option(
         "Leave tasks without an answer out of all rates; the run is then not ranked.", False
     )
-
     look_back: int | None = option(
         "How many states a planner may look at to find the turn after which a lost episode of acting could "
         "not be won any more; not looked for if not given.",
