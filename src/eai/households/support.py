@@ -6,52 +6,61 @@ state that no action leads to has a circle of supports, it is walked once.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
 
 from eai.world.derived import Values
 from eai.world.state import State
 
 
-class _Walk(NamedTuple):
-    """All that a thing rests in or on, as a mask, those of it in which it is, and the root of all."""
-
-    carriers: int
-    containers: int
-    root: int
-
-
-def _walk(state: State, supports: Sequence[str], thing: int) -> _Walk:
-    relations = [state.relation(name) for name in supports]
-    carriers = containers = 0
+def _chain(state: State, supports: Sequence[str], thing: int) -> Mapping[int, bool]:
+    """What carries a thing, each as a mask, its own support first: whether by the first of the relations."""
+    binary, slots = state.binary, state.scene.vocabulary.binary_slots
+    chain: dict[int, bool] = {}
     while True:
-        for relation in relations:
-            row = relation.row(thing)
-            if row:
+        for name in supports:
+            relation = binary[slots[name]]
+            if relation.sources >> thing & 1 and (support := relation.row(thing)):
                 break
-        if not row or row & carriers:
-            return _Walk(carriers, containers, thing)
-        carriers |= row
-        if relation is relations[0]:
-            containers |= row
-        thing = row.bit_length() - 1
+        else:
+            return chain
+        if support in chain:
+            return chain
+        chain[support] = name == supports[0]
+        thing = support.bit_length() - 1
 
 
 def carriers(supports: Sequence[str]) -> Values:
     """Everything that a thing rests in or on, directly or not, by these stored relations."""
-    return lambda state, arguments: _walk(state, supports, arguments[0]).carriers
+
+    def values(state: State, arguments: tuple[int, ...]) -> int:
+        carriers = 0
+        for support in _chain(state, supports, arguments[0]):
+            carriers |= support
+        return carriers
+
+    return values
 
 
 def containers(supports: Sequence[str]) -> Values:
     """Everything that a thing, or something which carries it, is in: the first of these relations."""
-    return lambda state, arguments: _walk(state, supports, arguments[0]).containers
+
+    def values(state: State, arguments: tuple[int, ...]) -> int:
+        containers = 0
+        for support, is_in in _chain(state, supports, arguments[0]).items():
+            if is_in:
+                containers |= support
+        return containers
+
+    return values
 
 
 def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Values:
     """The floor that a thing is on in the end: the root itself if it is one, or else that of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
-        root = _walk(state, supports, arguments[0]).root
+        (root,) = arguments
+        for support in _chain(state, supports, root):
+            root = support.bit_length() - 1
         return 1 << root if state.those("floor") >> root & 1 else of_root(state, root)
 
     return values
