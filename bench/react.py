@@ -58,7 +58,7 @@ def at_random(suite: Suite, task_ids: Sequence[str]) -> None:
         start = time.process_time()
         task = suite.tasks[task_id]
         read = len(arena.prompt(task).user)
-        suite.score(task_id, DONE)  # makes the task ready to be scored
+        suite.score(task_id, arena.play(task).text("stopped"))  # makes it ready to be scored in this setting
         ready += time.process_time() - start
         play = arena.play(task)
         agent = random_agent(play.game)

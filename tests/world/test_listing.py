@@ -25,8 +25,9 @@ from eai.world.state import Fact
 
 X, Y, Z = Variable("x"), Variable("y"), Variable("z")
 ringing, lit, near = Predicate("ringing", 0), Predicate("lit", 1), Predicate("near", 2)
+between = Predicate("between", 3)
 VOCABULARY = Vocabulary(
-    (ringing, lit, near),
+    (ringing, lit, near, between),
     (
         Defined("alone", (X,), ~Exists(Y, near(X, Y))),
         Defined("linked", (X, Y), Exists(Z, near(X, Z) & near(Z, Y))),
@@ -35,7 +36,7 @@ VOCABULARY = Vocabulary(
         Computed("dark", 0, lambda state, known: not state.those("lit"), ("lit",)),
     ),
 )
-PREDICATES = ("ringing", "lit", "near", "alone", "linked", "chain", "around", "dark")
+PREDICATES = ("ringing", "lit", "near", "alone", "linked", "chain", "around", "dark", "between")
 SCENE = Scene(VOCABULARY, [WorldObject(f"o{i}", "object") for i in range(5)])
 indices = st.integers(0, 4)
 
@@ -44,13 +45,20 @@ indices = st.integers(0, 4)
 def states(draw: st.DrawFn) -> State:
     pairs = draw(st.lists(st.tuples(indices, indices)))
     facts = [("near", pair) for pair in pairs] + [("lit", (i,)) for i in draw(st.lists(indices))]
+    facts += [("between", each) for each in draw(st.lists(st.tuples(indices, indices, indices)))]
     return SCENE.state([*facts, *[("ringing", ())] * draw(st.booleans())])
 
 
 @settings(deadline=None)
-@given(states(), st.lists(indices, unique=True), st.sampled_from(PREDICATES), st.booleans())
+@given(
+    states(),
+    st.lists(indices, unique=True),
+    st.sampled_from(PREDICATES),
+    st.booleans(),
+    st.none() | st.lists(indices),
+)
 def test_all_facts_about_objects_are_listed_by_their_order(
-    state: State, objects: list[int], predicate: str, repeated: bool
+    state: State, objects: list[int], predicate: str, repeated: bool, about: list[int] | None
 ) -> None:
     domain, arity = Domain("listed", VOCABULARY, ()), VOCABULARY.arity(predicate) or 0
     names = ("x", "y", "z")[:arity]
@@ -59,9 +67,10 @@ def test_all_facts_about_objects_are_listed_by_their_order(
         Fact(predicate, arguments)
         for arguments in product(objects, repeat=arity)
         if repeated or len({*arguments}) == arity
+        if about is None or not {*about}.isdisjoint(arguments)
         if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
     ]
-    assert listing(VOCABULARY, predicate, repeated=repeated).facts(state, objects) == holding
+    assert listing(VOCABULARY, predicate, repeated=repeated).facts(state, objects, about) == holding
 
 
 @pytest.mark.parametrize(

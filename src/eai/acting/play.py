@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -166,12 +167,17 @@ class Episode:
     ended: str = "stopped"
 
 
+@cache
+def _adapter() -> TypeAdapter[Episode]:
+    return TypeAdapter(Episode)
+
+
 def read_episode(text: str) -> Episode | Unreadable:
     """The episode in a text: a JSON object as `Play.text` writes it, or commands, one a line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
         return Episode(tuple([_Command(line.strip()) for line in text.splitlines() if line.strip()]))
     try:
-        return TypeAdapter(Episode).validate_json(text)
+        return _adapter().validate_json(text)
     except ValidationError as error:
         return Unreadable(misfit(error, whole="the episode"))
     except InputError as error:
@@ -227,7 +233,7 @@ class Play:
         """The episode as an answer."""
         ended = self.game.ended or ended
         episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
-        written = TypeAdapter(Episode).dump_python(episode, mode="json")
+        written = _adapter().dump_python(episode, mode="json")
         for turn in written["turns"]:
             if not turn["thought"]:
                 del turn["thought"]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from collections.abc import Set as AbstractSet
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
@@ -21,11 +21,14 @@ from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands, is_look
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
+from eai.logic.formula import TRUE, Atom
+from eai.logic.traversal import walk
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
 from eai.scoring.reward import Merit, merit_of_actions, metrics_of, suite_of
 from eai.tasks.source import TaskReference
+from eai.world.derived import stored_sources
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind
@@ -46,10 +49,15 @@ Ended: TypeAlias = Literal["goal", "done", "steps"]
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """The visible facts of one predicate, and how each is stated."""
+    """The visible facts of one predicate, listed where they are asked for, and how each is stated."""
 
-    facts: Sequence[Fact]
+    listed: Callable[[], Sequence[Fact]]
     line: Callable[[Fact], str]
+
+    @cached_property
+    def facts(self) -> Sequence[Fact]:
+        """The facts, in order."""
+        return self.listed()
 
     @cached_property
     def text(self) -> str:
@@ -102,8 +110,11 @@ class _View:
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
         self._mask = mask_of(self.subjects)
         self._objects: dict[int, str] = {}
+        visible = wording.domain.visible or TRUE
+        atoms = [part.predicate for part in walk(visible) if isinstance(part, Atom)]
+        self._sight_sources = stored_sources(atoms, wording.domain.vocabulary)
         sight = self._sight(task.initial)
-        shown = [self._state(self._facts(each, task.initial, sight)) for each in wording.told]
+        shown = [self._shown(each, task.initial, sight) for each in wording.told]
         self.first = _Look(task.initial, sight, shown)
 
     def objects(self, chosen: Collection[int]) -> str:
@@ -125,12 +136,12 @@ class _View:
 
     def next(self, look: _Look, state: State) -> _Look:
         """Return the view of a state of the same episode; most actions leave most of it as it was."""
-        sight = self._sight(state)
         changed = _changed(look.state, state)
+        sight = look.sight if changed.isdisjoint(self._sight_sources) else self._sight(state)
         shown = [
             before
             if sight == look.sight and changed.isdisjoint(listing.sources)
-            else self._state(self._facts(listing, state, sight))
+            else self._shown(listing, state, sight)
             for listing, before in zip(self._wording.told, look.shown, strict=True)
         ]
         return _Look(state, sight, shown)
@@ -171,13 +182,12 @@ class _View:
 
     def _facts(self, listing: Listing, state: State, sight: Sight) -> Sequence[Fact]:
         """The facts of one predicate about what is seen."""
-        facts = listing.facts(state, sight)
-        if listing.predicate in self._of_agent:
-            return [fact for fact in facts if self.agent in fact.arguments]
-        return facts
+        is_of_agent = listing.predicate in self._of_agent
+        agent = () if self.agent is None else (self.agent,)
+        return listing.facts(state, sight, agent if is_of_agent else None)
 
-    def _state(self, facts: Sequence[Fact]) -> _Shown:
-        return _Shown(facts, self._line)
+    def _shown(self, listing: Listing, state: State, sight: Sight) -> _Shown:
+        return _Shown(partial(self._facts, listing, state, sight), self._line)
 
     def _object(self, index: int) -> str:
         text = self._objects.get(index)

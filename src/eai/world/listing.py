@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
 from itertools import permutations, product
+from operator import or_
 from typing import TypeAlias
 
 from eai.errors import DomainError
@@ -13,13 +14,18 @@ from eai.logic.formula import Variable
 from eai.world.condition import Conditions
 from eai.world.derived import stored_sources
 from eai.world.frame import UNBOUND, Extension, Frame, Truth
+from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
 
 _Objects: TypeAlias = Sequence[int]
 _Tuples: TypeAlias = Callable[[_Objects], Iterable[tuple[int, ...]]]
-_Holding: TypeAlias = Callable[[State, _Objects], Iterator[tuple[int, ...]]]
-"""The tuples of objects, out of some, that make a predicate true, in the order of these."""
+_Holding: TypeAlias = Callable[[State, _Objects, int], Iterator[tuple[int, ...]]]
+"""The tuples of objects, out of some, that make a predicate true, in the order of these.
+
+The mask is of those of which at least one is in each tuple; `_ANY` does not ask for one."""
+
+_ANY = -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +41,16 @@ class Listing:
     sources: tuple[str, ...]
     _holding: _Holding
 
-    def facts(self, state: State, objects: Sequence[int]) -> list[Fact]:
-        """The facts about these objects, by their order: first arguments first."""
-        return [Fact(self.predicate, arguments) for arguments in self._holding(state, objects)]
+    def facts(self, state: State, objects: Sequence[int], about: Iterable[int] | None = None) -> list[Fact]:
+        """The facts about these objects, by their order: first arguments first.
+
+        Args:
+            state: in which they hold.
+            objects: the objects.
+            about: some of them; only facts with at least one of these are listed. None for all facts.
+        """
+        chosen = _ANY if about is None else mask_of(about)
+        return [Fact(self.predicate, arguments) for arguments in self._holding(state, objects, chosen)]
 
 
 def listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -> Listing:
@@ -73,29 +86,38 @@ def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding
     return partial(_true, conditions.truth(declared(*variables)), frame, tuples)
 
 
-def _related(predicate: str, repeated: bool, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+def _related(
+    predicate: str, repeated: bool, state: State, objects: _Objects, chosen: int
+) -> Iterator[tuple[int, ...]]:
     """Pairs of a stored relation."""
-    relation, among = state.relation(predicate), _mask(objects)
+    relation, among = state.relation(predicate), mask_of(objects)
+    sources = relation.sources
+    if chosen != _ANY:
+        sources &= reduce(or_, map(relation.column, bits(chosen & among)), chosen)
     for x in objects:
-        if relation.sources >> x & 1:
-            yield from _pairs(x, relation.row(x) & among, objects, repeated)
+        if sources >> x & 1:
+            wanted = among if chosen >> x & 1 else among & chosen
+            yield from _pairs(x, relation.row(x) & wanted, objects, repeated)
 
 
-def _among(predicate: str, repeated: bool, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+def _among(
+    predicate: str, repeated: bool, state: State, objects: _Objects, chosen: int
+) -> Iterator[tuple[int, ...]]:
     """Tuples of a stored predicate of three or more arguments."""
     order = {index: place for place, index in enumerate(objects)}
-    members = state.tuple_set(predicate).members
+    members = [m for m in state.tuple_set(predicate).members if _has_one(m, chosen)]
     found = [m for m in members if order.keys() >= {*m} and (repeated or len({*m}) == len(m))]
     yield from sorted(found, key=lambda member: [order[index] for index in member])
 
 
 def _paired(
-    values: Extension, frame: Frame, repeated: bool, state: State, objects: _Objects
+    values: Extension, frame: Frame, repeated: bool, state: State, objects: _Objects, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     """Pairs of a derived relation."""
-    among = _mask(objects)
+    among = mask_of(objects)
     for x in objects:
-        row = values(state, frame.bind(state.scene, (x, UNBOUND)), among)
+        wanted = among if chosen >> x & 1 else among & chosen
+        row = values(state, frame.bind(state.scene, (x, UNBOUND)), wanted) if wanted else 0
         yield from _pairs(x, row, objects, repeated)
 
 
@@ -104,13 +126,13 @@ def _pairs(x: int, row: int, objects: _Objects, repeated: bool) -> Iterator[tupl
 
 
 def _true(
-    truth: Truth, frame: Frame, tuples: _Tuples, state: State, objects: _Objects
+    truth: Truth, frame: Frame, tuples: _Tuples, state: State, objects: _Objects, chosen: int
 ) -> Iterator[tuple[int, ...]]:
     """Tuples of any length, one by one."""
     for arguments in tuples(objects):
-        if truth(state, frame.bind(state.scene, arguments)):
+        if _has_one(arguments, chosen) and truth(state, frame.bind(state.scene, arguments)):
             yield arguments
 
 
-def _mask(objects: _Objects) -> int:
-    return sum([1 << x for x in objects])
+def _has_one(arguments: tuple[int, ...], chosen: int) -> bool:
+    return chosen == _ANY or any(chosen >> index & 1 for index in arguments)
