@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from pathlib import Path
 
 import pytest
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
@@ -18,6 +20,8 @@ from sweeps import every
 BOOK = AnswerBook(
     ("1", "2"), lambda task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join)
 )
+DOMAINS = Path(__file__).parents[1] / "pddl" / "domains"
+SUBGOALS = Ability.SUBGOAL_DECOMPOSITION
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
 
@@ -45,6 +49,25 @@ def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -
     verdicts = [scored.score(task_id, book.gold(task_id).text) for task_id in book.task_ids[:40]]
     rate = summarise(verdicts, ability)[next(iter(declaration_of(ability).main))]
     assert rate.percent == 100.0
+
+
+@pytest.mark.parametrize("name", [path.parent.name for path in sorted(DOMAINS.glob("*/domain.pddl"))])
+def test_gold_subgoals_of_pddl_are_carried_out(name: str) -> None:
+    """By actions about things that no subgoal names: from where, by which lever."""
+    suite = open_suite(f"pddl:{DOMAINS / name / 'domain.pddl'},{DOMAINS / name}", SUBGOALS)
+    book = open_answer_book(suite.benchmark, SUBGOALS)
+    verdicts = {task_id: suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids}
+    assert [task_id for task_id, verdict in verdicts.items() if not verdict.success] == []
+    assert len(verdicts) > 1
+
+
+def test_the_goal_of_pddl_is_no_subgoal() -> None:
+    """What is open is tried, but no more than two actions are."""
+    folder = DOMAINS / "gripper"
+    suite = open_suite(f"pddl:{folder / 'domain.pddl'},{folder}", SUBGOALS)
+    verdict = suite.score("two-balls", '{"output": ["in(b1, garden) and in(b2, garden)"]}')
+    assert isinstance(verdict, SubgoalVerdict)
+    assert verdict.category is SubgoalCategory.RUNTIME
 
 
 @every(8)

@@ -65,6 +65,26 @@ def test_what_may_bring_a_literal_about(predicate: str, names: tuple[str, ...], 
     assert set(wanted.values()) == {1}
 
 
+def test_what_a_literal_leaves_open_is_whatever_fits() -> None:
+    """What no action changes must be as the operator asks; one thing may be two arguments."""
+    link, lit = w.Predicate("link", 2, static=True), w.Predicate("lit", 1)
+    y = w.Variable("y")
+    switch = w.Operator("SWITCH", (X, y), (w.missing(link(X, y), "no link"),), (w.Add(lit(X)),))
+    domain = w.Domain("net", w.Vocabulary((link, lit)), (switch,))
+    repertoire = Repertoire(domain)
+    scene = w.Scene(domain.vocabulary, [w.WorldObject(name, name) for name in "abc"])
+    literal = GroundAtom("lit", (0,), True)
+    state = scene.state(["link(a, a)", "link(a, c)", "link(b, c)"])
+    assert repertoire.wanted([literal], scene, (0, 1, 2), state) == {
+        Action("SWITCH", (0, 0)): 1,
+        Action("SWITCH", (0, 2)): 1,
+    }
+    assert repertoire.wanted([literal], scene, (0, 1, 2)) == {
+        Action("SWITCH", (0, 1)): 1,
+        Action("SWITCH", (0, 2)): 1,
+    }
+
+
 REPERTOIRE = Repertoire(toy.DOMAIN)
 
 

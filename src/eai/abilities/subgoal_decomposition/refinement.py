@@ -12,7 +12,7 @@ Decomposition": a breadth-first search with a bounded number of actions for each
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import cache, partial, reduce
+from functools import cache, reduce
 from itertools import permutations, product
 from operator import or_
 from typing import NamedTuple
@@ -56,7 +56,7 @@ class _Need(NamedTuple):
     named: Sequence[int]
     objects: Sequence[int]
     grounds: dict[Action, Ground]
-    wider: Callable[[], Mapping[Action, int]] | None = None
+    wider: Callable[[State], Mapping[Action, int]] | None = None
 
     def touched_by(self, operators: Iterable[str]) -> int:
         """The mask of the parts that some operators can change."""
@@ -113,7 +113,10 @@ class Refinement:
         touched = self._repertoire.touched(literals)
         wanted = self._repertoire.wanted(literals, scene)
         named = named_in([literal.arguments for literal in literals], scene)
-        wider = partial(self._repertoire.wanted, literals, scene, objects)
+
+        def wider(state: State) -> Mapping[Action, int]:
+            fitting = None if self._repertoire.movement else state
+            return self._repertoire.wanted(literals, scene, objects, fitting)
 
         def met(state: State, touched: int, before: int) -> int:
             found = before & ~touched
@@ -167,8 +170,9 @@ class Refinement:
         """The permitted actions, widened step by step.
 
         First what is about nothing but the objects that are named; then releasing any object; then going to
-        any object, and changes of any where the literal leaves open about which. Where nothing depends on
-        where the agent is, that is only by means of any tool.
+        any object, and changes of any where the literal leaves open about which. Where the agent moves, but
+        none of these depends on where it is, that is only by means of any tool; where it does not, as in most
+        of PDDL, it is by whatever fits.
         """
         helping, movement = self._repertoire.serving(_operators(need.wanted))
         moves, changes = self._split(need.wanted, need)
@@ -180,14 +184,12 @@ class Refinement:
         releases = self._grounded(self._about(helping, Role.RELEASES, need.objects), need)
         if releases:
             yield Permitted(changes, [*takes, *releases], moves, moving, touched)
-        if not self._repertoire.movement:
-            return
-        wider = need.wanted if need.wider is None else need.wider()
+        wider = need.wanted if need.wider is None else need.wider(need.state)
         _, movement = self._repertoire.serving(_operators(wider))
-        if not movement:
+        if self._repertoire.movement and not movement:
             tools = self._repertoire.with_tools
             wider = {a: p for a, p in wider.items() if a in need.wanted or a.operator in tools}
-        if movement or len(wider) > len(need.wanted):
+        if movement or not wider.keys() <= need.wanted.keys():
             moves, changes = self._split(wider, need)
             touched = need.touched_by(movement)
             moving = self._grounded(self._moves(movement, need.objects), need)

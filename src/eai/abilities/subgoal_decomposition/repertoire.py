@@ -10,13 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
-from functools import cache
-from itertools import product
+from functools import cache, reduce
+from itertools import islice, product
+from operator import or_
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Formula, Not, Variable
 from eai.logic.traversal import free_variables, walk
-from eai.planning.effect_schema import Change, EffectSchema, changed_by, changes_for, effect_schemas, match
+from eai.planning.achievers import Achiever, completed
+from eai.planning.effect_schema import (
+    Change,
+    EffectSchema,
+    changed_by,
+    changes_for,
+    effect_schemas,
+    match,
+    taking,
+)
 from eai.planning.role import role_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions, all_of
@@ -34,6 +44,9 @@ Holds: TypeAlias = Callable[[State], bool]
 
 _AGENT = 0
 """The number of the agent in a `_Way`; the objects of the literal are numbered from 1."""
+
+_MOST_WAYS = 10_000
+"""How many actions by one operator are thought of where a literal leaves open what they are about."""
 
 
 class _Kind(Enum):
@@ -101,6 +114,7 @@ class Repertoire:
         self.with_tools = frozenset(
             [o.name for o in domain.operators if role_of(o) is not Role.MOVEMENT and self._tools(o)]
         )
+        self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
         self.known = {operator.name: self._known(operator) for operator in domain.operators}
@@ -140,20 +154,33 @@ class Repertoire:
         return frame, Conditions(self._domain.vocabulary, frame).truth(atom if truth else Not(atom))
 
     def wanted(
-        self, literals: Sequence[GroundAtom], scene: Scene, others: Sequence[int] = ()
+        self,
+        literals: Sequence[GroundAtom],
+        scene: Scene,
+        others: Sequence[int] = (),
+        fitting: State | None = None,
     ) -> dict[Action, int]:
         """The actions that may bring literals about, each with the mask of those that it is for.
 
-        They are about the objects of a literal, or about others where it leaves open about which. Where the
-        agent is, what it faces and its posture is a matter of movement only.
+        They are about the objects of a literal, all different, or about others where it leaves open about
+        which. Where the agent is, what it faces and its posture is a matter of movement only.
+
+        Args:
+            literals: the literals.
+            scene: the scene.
+            others: the other objects.
+            fitting: a state, to leave out the actions that what no action changes makes impossible; then an
+                action may be about one object twice.
         """
         wanted: dict[Action, int] = {}
         for i, literal in enumerate(literals):
-            for action in self._ways_about(literal, scene, others):
+            for action in self._ways_about(literal, scene, others, fitting):
                 wanted[action] = wanted.get(action, 0) | 1 << i
         return wanted
 
-    def _ways_about(self, literal: GroundAtom, scene: Scene, others: Sequence[int]) -> Iterable[Action]:
+    def _ways_about(
+        self, literal: GroundAtom, scene: Scene, others: Sequence[int], fitting: State | None
+    ) -> Iterable[Action]:
         """The actions that may bring a literal about."""
         named = named_in([literal.arguments], scene)
         objects = named_in([named, others], scene)
@@ -162,12 +189,25 @@ class Repertoire:
         shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
         found: dict[Action, None] = {}
         for operator, numbers in self._ways_of(shape):
-            choices = [objects if number is None else (values[number],) for number in numbers]
-            for arguments in product(*choices):
-                if len({*arguments, agent}) > len(arguments):
-                    found[Action(operator, arguments)] = None
+            given = [None if number is None else values[number] for number in numbers]
+            if fitting is None:
+                choices = product(*[objects if index is None else (index,) for index in given])
+                ways = [arguments for arguments in choices if len({*arguments}) == len(arguments)]
+            else:
+                ways = self._fitting(operator, given, objects, fitting)
+            found |= {Action(operator, arguments): None for arguments in ways if agent not in arguments}
         moving = [action for action in found if self.known[action.operator].role is Role.MOVEMENT]
         return moving if moving and agent in literal.arguments else found
+
+    def _fitting(
+        self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
+    ) -> list[tuple[int, ...]]:
+        """The arguments, some of them given, with which what no action changes is as an operator asks."""
+        taken = self._taking[operator]
+        scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
+        usable = reduce(or_, [1 << i for i in objects], 0)
+        found = completed(state, taken.partial(state.scene, scope, fixed=True), usable)
+        return [taken.arguments(binding) for binding in islice(found, _MOST_WAYS)]
 
     def _find_ways(self, shape: GroundAtom) -> Sequence[_Way]:
         """The ways to bring about a literal of numbered objects."""
