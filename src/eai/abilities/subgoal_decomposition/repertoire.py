@@ -114,7 +114,6 @@ class Repertoire:
         self.with_tools = frozenset(
             [o.name for o in domain.operators if role_of(o) is not Role.MOVEMENT and self._tools(o)]
         )
-        self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
         self.known = {operator.name: self._known(operator) for operator in domain.operators}
@@ -122,6 +121,9 @@ class Repertoire:
         self.serving = cache(self._serving)
         self._ways_of = cache(self._find_ways)
         self._compiled = cache(self._compile)
+        self._taking = cache(
+            lambda name: Achiever(taking(self.known[name].operator.operator), domain.vocabulary)
+        )
 
     def _tools(self, operator: Operator) -> set[Variable]:
         """The parameters that no effect changes anything of."""
@@ -203,7 +205,7 @@ class Repertoire:
         self, operator: str, given: Sequence[int | None], objects: Sequence[int], state: State
     ) -> list[tuple[int, ...]]:
         """The arguments, some of them given, with which what no action changes is as an operator asks."""
-        taken = self._taking[operator]
+        taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
         usable = reduce(or_, [1 << i for i in objects], 0)
         found = completed(state, taken.partial(state.scene, scope, fixed=True), usable)
