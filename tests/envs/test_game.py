@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import eai
+from eai import make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
@@ -19,7 +20,7 @@ from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.slips import Until
-from envs.switches import SWITCHES, WON, at, tasks
+from envs.switches import SCENE, SWITCHES, WON, at, initial, lit, tasks
 
 
 def play(*commands: str, task_id: str = "both", **options: Any) -> list[tuple[str, float, bool, bool, Any]]:
@@ -494,13 +495,21 @@ def observed(*commands: str, **options: Any) -> str:
 
 def test_changes_in_a_partial_view_say_what_comes_into_sight_and_what_goes() -> None:
     assert observed("GO(shed)") == (
-        "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\nGone out of sight: hall, lamp.\n\n"
+        "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\nGone out of sight: all but robot.\n\n"
         "You see for the first time:\nshed [room]: room\nbox [box]: -\n\n"
         "Of these:\nat(box, shed)\nshut(box)\n13 of 14 actions left."
     )
     back = observed("GO(shed)", "GO(hall)")
-    assert "\nGone out of sight: shed, box.\nIn sight again: hall, lamp.\n12 of 14" in back
+    assert "\nGone out of sight: all but robot.\nIn sight again: hall, lamp.\n12 of 14" in back
     assert "lit(torch)" not in observed("GO(shed)", "GO(hall)", "PRESS(lamp)")
+
+
+def test_what_goes_out_of_sight_is_named_where_no_less_stays() -> None:
+    lamp, hall, shed = [SCENE.index[name] for name in ("lamp", "hall", "shed")]
+    elsewhere = [fact for fact in initial().facts() if fact != ("at", (lamp, hall))]
+    state = SCENE.state([*elsewhere, ("at", (lamp, shed))])
+    game = Game(Stage(make_task("bare", "Switch it on.", state, lit("lamp")), SWITCHES, STANDARD))
+    assert "\nGone out of sight: hall.\n" in game.act("GO(shed)").observation
 
 
 def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:

@@ -546,7 +546,9 @@ class Game:
         back = [index for index in after.sight if index not in before.sight and index not in new]
         if gone:
             self._left.update(dict.fromkeys(gone, before))
-            yield f"Gone out of sight: {view.names(gone)}."
+            kept = [index for index in before.sight if index in after.sight]
+            is_more = len(gone) > len(kept) > 0
+            yield f"Gone out of sight: {f'all but {view.names(kept)}' if is_more else view.names(gone)}."
         if back:
             yield f"In sight again: {view.names(back)}."
         looks = {id(look): look for index in back if (look := self._left.get(index)) is not None}
