@@ -55,12 +55,15 @@ def containers(supports: Sequence[str]) -> Values:
 
 
 def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Values:
-    """The floor that a thing is on in the end: the root itself if it is one, or else that of the root."""
+    """The floor that a thing is on: the first on the way to the root, itself included, or that of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
-        for support in _chain(state, supports, root):
+        floors = state.those("floor")
+        for support in (1 << root, *_chain(state, supports, root)):
+            if support & floors:
+                return support
             root = support.bit_length() - 1
-        return 1 << root if state.those("floor") >> root & 1 else of_root(state, root)
+        return of_root(state, root)
 
     return values
