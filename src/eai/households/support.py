@@ -55,7 +55,7 @@ def containers(supports: Sequence[str]) -> Values:
 
 
 def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Values:
-    """The floor that a thing is on: the first on the way to the root, itself included, or that of the root."""
+    """The floor that a thing is on: itself, the first on the way to the root, or that of the root."""
 
     def values(state: State, arguments: tuple[int, ...]) -> int:
         (root,) = arguments
