@@ -12,6 +12,7 @@ Nulls draw `DONE` with the same chance as any other command, and act on after it
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -63,9 +64,14 @@ def stages(name: str, rules: Rules, sample: int) -> tuple[list[Stage], int]:
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
     ids = [task_id for task_id in tasks if tasks[task_id].left_out is None]
     chosen = ids[:: max(1, len(ids) // sample)] if sample else ids
-    made = [Stage(tasks[task_id], benchmark, rules) for task_id in chosen]
-    playable = [stage for stage in made if stage.reference.commands is not None]
-    return playable, len(made) - len(playable)
+    playable = []
+    for number, task_id in enumerate(chosen, 1):
+        print(f"\r{name}: reference {number} of {len(chosen)}, {task_id:<60.60}", end="", file=sys.stderr)
+        stage = Stage(tasks[task_id], benchmark, rules)
+        if stage.reference.commands is not None:
+            playable.append(stage)
+    print(file=sys.stderr)
+    return playable, len(chosen) - len(playable)
 
 
 def cell(courses: Sequence[tuple[Course, int]]) -> str:
@@ -105,7 +111,8 @@ def main() -> None:
                 for times in TIMES
             ]
             shown.append(cell([(game, stage.limit or 0) for stage, game in games]))
-            print(f"| {name} | {called} | {len(games)} |", *[f"{each} |" for each in shown], f"{spent:.0f} |")
+            row = [f"{each} |" for each in shown]
+            print(f"| {name} | {called} | {len(games)} |", *row, f"{spent:.0f} |", flush=True)
         middle = lengths[len(lengths) // 2]
         print(f"{name}: L {lengths[0]} to {lengths[-1]}, median {middle}; left out: {left_out}", flush=True)
 

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 
 import pytest
 
+import eai.world as w
+from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
@@ -46,6 +48,23 @@ def test_the_explorer_finds_what_is_hidden_and_says_so(task_id: str) -> None:
     assert (game.won, game.ended, commands[-1]) == (True, "done", DONE)
     if task_id == "both":
         assert commands == ["GO(shed)", "OPEN(box)", "PRESS(torch)", "GO(hall)", "PRESS(lamp)", DONE]
+
+
+def test_the_explorer_makes_what_is_not_there_yet() -> None:
+    x, y = w.Variable("x"), w.Variable("y")
+    whole, mill = w.Predicate("whole", 1), w.Predicate("mill", 1, static=True)
+    turn = w.Operator(
+        "TURN",
+        (x,),
+        (w.affordance(mill(x), "{x} is no mill"),),
+        (w.ForEach(y, ~mill(y), (w.Add(whole(y)),)),),
+    )
+    domain = w.Domain("mills", w.Vocabulary((whole, mill)), (turn,), visible=whole(x))
+    scene = w.Scene(domain.vocabulary, [w.WorldObject("mill", "mill"), w.WorldObject("flour", "flour")])
+    start = scene.state([("mill", (0,)), ("whole", (0,))])
+    task = make_task("grind", "Make flour.", start, whole(w.Constant("flour")))
+    game, commands = played("explorer", Stage(task, Benchmark("mills", domain, given(task)), STANDARD))
+    assert (game.won, commands) == (True, ["TURN(mill)", DONE])
 
 
 def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> None:

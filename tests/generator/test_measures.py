@@ -16,15 +16,33 @@ import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.generator.generator import Generator
-from eai.generator.measures import FILE, Measure, _DifficultyModel, _Lid, difficulty_model, lids, measured
+from eai.generator.measures import (
+    FILE,
+    Measure,
+    _DifficultyModel,
+    _Lid,
+    difficulty_model,
+    lids,
+    measured,
+    presence,
+)
 from eai.generator.spec import Generated, Spec
 from eai.generator.walk import posed
 from eai.tasks.source import Source
 from eai.world.execution import Action
 from eai.world.state import Fact, Scene, WorldObject
+from envs.switches import SWITCHES
 from generator.worlds import HOUSEHOLDS, generator, tasks
 
 _MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DISTRACTORS)
+
+
+def test_what_is_not_there_is_told_from_what_is_hidden_or_elsewhere() -> None:
+    household = {like: presence(find_benchmark(like).domain) for like in HOUSEHOLDS}
+    part, sliced = f.Atom("part", (f.Variable("x"),)), f.Atom("is_sliced", (f.Variable("x"),))
+    assert household == {"behavior": f.And((~part | sliced,)), "virtualhome": f.TRUE}
+    near = replace(SWITCHES.domain, visible=f.Atom("beside", (f.Variable("x"),)))
+    assert presence(near) == presence(SWITCHES.domain) == presence(replace(near, visible=None)) == f.TRUE
 
 
 def test_lids_are_told_from_what_is_declared_to_be_visible() -> None:

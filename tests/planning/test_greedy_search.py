@@ -25,7 +25,7 @@ FIXED = subgoal("at", "lamp", "hall")
 
 
 def agenda(*goals: Subgoal, states: int = 1_000) -> _Agenda:
-    return _Agenda(GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
+    return _Agenda(GreedySearch(HEURISTIC, SUCCESSORS, Limits(states)), goals)
 
 
 def steps_to(node: PlanNode | None) -> list[str]:
@@ -52,14 +52,15 @@ def test_what_could_not_be_reached_comes_first_the_next_time() -> None:
 
 
 def test_a_search_ends_at_its_target_or_with_its_effort() -> None:
-    search = GreedySearch(HEURISTIC, SUCCESSORS, 1_000)
+    search = GreedySearch(HEURISTIC, SUCCESSORS, Limits(1_000))
     dropped = Target((CARRIED, HELD.negated, LIT), 0)
     found = search.search(START, dropped, FEW)
     assert isinstance(found, Node)
     assert len(found.plan()) == 4
     assert search.search(START, dropped, Limits(2)) is SearchEnd.STATES
     assert search.search(START, Target((FIXED,), 0), Limits(1_000)) is SearchEnd.UNREACHABLE
-    assert GreedySearch(HEURISTIC, SUCCESSORS, 0).search(START, dropped, FEW) is SearchEnd.STATES
+    for limits in (Limits(0), Limits(1_000, looks=3)):
+        assert GreedySearch(HEURISTIC, SUCCESSORS, limits).search(START, dropped, FEW) is SearchEnd.STATES
 
 
 def test_a_denied_atom_is_a_goal_too() -> None:

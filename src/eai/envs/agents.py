@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TypeAlias
@@ -19,7 +19,7 @@ from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.task import Goal
 from eai.envs.command import DONE
 from eai.envs.game import Game
-from eai.generator.measures import lids
+from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
 from eai.logic.traversal import objects
@@ -44,10 +44,13 @@ _BREADTH = 12
 _DETOUR = 1000
 """How much worse than any other a state is where it has been."""
 
-_GOAL = Limits(200, thorough=False)
+_GOAL = Limits(200, thorough=False, looks=8_000)
 """How much the explorer searches for a plan with what it has seen."""
 
-_LAST = Limits(2_000)
+_MORE = Limits(300, looks=15_000)
+"""How much it does so where it has been everywhere, before it opens things."""
+
+_LAST = Limits(2_000, looks=100_000)
 """How much it does so when nothing is left to look at."""
 
 _SIGHT = Limits(50)
@@ -169,12 +172,13 @@ class _Explorer:
         self._planner = planner_of(self._domain)
         self._plan: deque[Action] = deque()
         self._expected: State | None = None
-        self._planned_with = _GOAL, 0
+        self._planned = set[tuple[Limits, int]]()
         self._been: set[int] = set()
         self._opened: tuple[str, int] | None = None
         self._fruitless: Counter[str] = Counter()
         self._tried: set[tuple[Formula, bool]] = set()
         self._lids = tuple(dict.fromkeys(lids(self._domain)))
+        self._present = presence(self._domain)
 
     def __call__(self) -> str:
         """The next command."""
@@ -185,7 +189,13 @@ class _Explorer:
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(self._to_goals() or self._to_sight() or self._to_goals(_LAST))
+            self._plan.extend(
+                self._to_goals()
+                or self._to_sight(self._places())
+                or self._to_goals(_MORE)
+                or self._to_sight(self._shut())
+                or self._to_goals(_LAST)
+            )
         if not self._plan:
             return DONE
         action = self._plan.popleft()
@@ -205,29 +215,36 @@ class _Explorer:
         return {self._game.task.scene.index[name] for goal in goals for name in objects(goal.formula)}
 
     def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
-        """A plan to the goals, if all that they name and do not have yet has been seen.
+        """A plan to the goals, if all that they name and do not have yet has been seen or is to be made.
 
-        It is looked for with what they name, and else with all that is known.
+        It is looked for with what they name, and else with all such things.
         """
         game, task = self._game, self._game.task
-        if not self._named(self._pending()) <= game.known or (limits, len(game.known)) == self._planned_with:
+        things, effort = game.known | self._absent(), (limits, len(game.known))
+        if not self._named(self._pending()) <= things or effort in self._planned:
             return ()
-        self._planned_with = limits, len(game.known)
+        self._planned.add(effort)
         now = replace(task, initial=game.state, goals=remaining_goals(task, game.taken))
-        for usable in (self._named(task.goals) & game.known, game.known):
+        for usable in (self._named(task.goals) & things, things):
             plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
             if plan:
                 return plan
         return ()
 
-    def _to_sight(self) -> Sequence[Action]:
+    def _absent(self) -> set[int]:
+        """The objects of the task that are not there yet, which can be made: no place hides them."""
+        holds = self._planner.heuristic.readings.holds
+        state, present = self._game.state, self._present
+        return {i for i in self._game.task.relevant if not holds(present, {"x": i}, state)}
+
+    def _to_sight(self, hopes: Sequence[tuple[int, Formula]]) -> Sequence[Action]:
         """A plan to see what may be hidden: by actions about one thing, or else about all that is known."""
         known = tuple(sorted(self._game.known))
         if self._opened is not None and len(known) == self._opened[1]:
             self._fruitless[self._opened[0]] += 1
         self._opened = None
         for by_itself in (True, False):
-            for index, condition in self._hopes():
+            for index, condition in hopes:
                 if (condition, by_itself) not in self._tried:
                     self._tried.add((condition, by_itself))
                     goal, usable = PlanningGoal((condition,)), (index,) if by_itself else known
@@ -238,26 +255,33 @@ class _Explorer:
                         return plan
         return ()
 
-    def _hopes(self) -> Iterator[tuple[int, Formula]]:
-        """Conditions under which it may see more: in new places, then behind what is opened.
+    def _places(self) -> Sequence[tuple[int, Formula]]:
+        """The landmarks where it has not been, and when it sees them."""
+        visible, names = self._domain.visible, self._game.task.scene.objects
+        if visible is None:
+            return ()
+        places = [i for i in self._game.stage.view.landmarks if i not in self._been]
+        return [(i, _about(visible, Constant(names[i].name))) for i in places]
+
+    def _shut(self) -> Sequence[tuple[int, Formula]]:
+        """Things that may hide something, and when they do not.
 
         First come things that goals name, then kinds that hid something or are new, and near things.
         """
-        game, visible, names = self._game, self._domain.visible, self._game.task.scene.objects
-        for place in game.stage.view.landmarks:
-            if visible is not None and place not in self._been:
-                yield place, _about(visible, Constant(names[place].name))
+        game, names = self._game, self._game.task.scene.objects
         near = set(game.look.sight)
         named = self._named(game.task.goals)
 
         def rank(index: int) -> tuple[bool, int, bool, int]:
             return index not in named, self._fruitless[self._kind(index)], index not in near, index
 
+        found = []
         for index in sorted(game.known, key=rank):
             for predicate, truth in self._lids:
                 if game.state.has(predicate, index) is not truth:
                     atom = Atom(predicate, (Constant(names[index].name),))
-                    yield index, atom if truth else Not(atom)
+                    found.append((index, atom if truth else Not(atom)))
+        return found
 
 
 def greedy_agent(game: Game, seed: int = 0) -> Agent:
@@ -288,7 +312,7 @@ class _Greedy(_Explorer):
         if not self._named(self._pending()) <= game.known:
             return ()
         successors = SuccessorGenerator(self._domain, alone, sorted(game.known), self._actions)
-        search = GreedySearch(self._planner.heuristic, successors, 0)
+        search = GreedySearch(self._planner.heuristic, successors, Limits(0))
         met = len(game.task.goals) - len(remaining_goals(game.task, game.taken))
         node: PlanNode = Node(game.state, met)
         costs: dict[Action, float] = {}

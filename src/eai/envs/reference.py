@@ -18,8 +18,11 @@ from eai.planning.successor_generator import PlanNode
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 
-_EFFORT = Limits(5_000)
-"""How much is searched for a short plan."""
+_EFFORT = Limits(5_000, looks=100_000)
+"""How much is searched for a plan where none is known."""
+
+_SHORTER = Limits(300, looks=50_000)
+"""How much is searched for a shorter one than the gold plan."""
 
 _LONGEST = 200
 """After how many actions a reference is given up."""
@@ -71,9 +74,10 @@ def _played(game: Game, agent: Agent) -> tuple[str, ...]:
 def _plans(task: Task, domain: Domain) -> Iterator[Sequence[Action]]:
     """The plans that are known: the gold one without needless actions, and the planner's."""
     gold = execute(domain, task.initial, task.script).executed
-    if task.script and solves(domain, task, gold):
+    has_gold = bool(task.script) and solves(domain, task, gold)
+    if has_gold:
         yield gold if any(goal.is_over_time for goal in task.goals) else _shortened(task, domain, gold)
-    plan = find_plan(task, planner_of(domain), _EFFORT).plan
+    plan = find_plan(task, planner_of(domain), _SHORTER if has_gold else _EFFORT).plan
     if solves(domain, task, plan):
         yield plan
 

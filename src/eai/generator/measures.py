@@ -26,6 +26,7 @@ from eai.logic.traversal import children, objects, walk
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import execute
+from eai.world.frame import AGENT
 from eai.world.relation import bits
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
@@ -144,6 +145,36 @@ def lids(domain: Domain) -> Iterator[_Lid]:
     """The states of other things on which it depends, as the domain declares it, whether a thing is seen."""
     if domain.visible is not None:
         yield from _lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
+
+
+def presence(domain: Domain) -> f.Formula:
+    """Whether ``x`` is there at all: what is visible for it by no state of other things, nor by the agent.
+
+    What is not, such as the halves of a whole apple, is nowhere to be found, and can only be made.
+    """
+    visible = domain.visible or f.TRUE
+    parts = visible.operands if isinstance(visible, f.And) else (visible,)
+    return f.And(tuple([part for part in parts if _is_of_itself(domain.vocabulary, part)]))
+
+
+def _is_of_itself(vocabulary: Vocabulary, part: f.Formula) -> bool:
+    """Whether a condition on ``x`` depends on no lid, and not on the agent."""
+    own = frozenset({"x"})
+    has_lid = any(True for _ in _lids(vocabulary, part, own, (), reveals=True))
+    return not has_lid and all(AGENT not in atom.arguments for atom in _atoms(vocabulary, part))
+
+
+def _atoms(vocabulary: Vocabulary, formula: f.Formula) -> Iterator[f.Atom]:
+    """The atoms of a formula, and of the definitions that it uses."""
+    pending, defined = [formula], set[str]()
+    while pending:
+        for part in walk(pending.pop()):
+            if isinstance(part, f.Atom):
+                yield part
+                derived = vocabulary.derived_by_name.get(part.predicate)
+                if isinstance(derived, Defined) and part.predicate not in defined:
+                    defined.add(part.predicate)
+                    pending.append(derived.definition)
 
 
 def _lids(

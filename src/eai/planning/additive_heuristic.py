@@ -14,6 +14,7 @@ from typing import NamedTuple, TypeAlias
 from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers, Matches
+from eai.planning.search import Effort
 from eai.planning.subgoal import (
     GroundAtom,
     Parts,
@@ -124,6 +125,7 @@ class Estimates:
         state: the state.
         objects: what actions may be about.
         kept: closed conditions; an action that undoes one of them costs one more.
+        looks: counts the actions that are looked at; when it is exceeded, estimates mean nothing.
 
     Attributes:
         state: the state.
@@ -131,11 +133,17 @@ class Estimates:
     """
 
     def __init__(
-        self, heuristic: AdditiveHeuristic, state: State, objects: Sequence[int], kept: Sequence[Subgoal] = ()
+        self,
+        heuristic: AdditiveHeuristic,
+        state: State,
+        objects: Sequence[int],
+        kept: Sequence[Subgoal] = (),
+        looks: Effort | None = None,
     ) -> None:
         self.state = state
         self.objects = objects
         self._heuristic = heuristic
+        self._looks = looks or Effort()
         self._unfolding = Unfolding(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
@@ -320,6 +328,9 @@ class Estimates:
     def _cheapest(self, achiever: Achiever, bindings: Iterable[Binding], best: Supporter) -> Supporter:
         """The best supporter by one effect of an operator, or ``best`` if that is as good."""
         for binding in bindings:
+            self._looks.used += 1
+            if self._looks.is_exceeded:
+                break
             failing = achiever.failing(self.state, binding, best.cost - _LEAST)
             if failing is None:
                 continue

@@ -44,7 +44,7 @@ class GreedySearch:
     Args:
         heuristic: estimates with.
         successors: gives the states one action further.
-        states: states that all searches together may reach and estimate.
+        limits: how much all searches together may do.
 
     Attributes:
         heuristic: estimates with.
@@ -52,21 +52,27 @@ class GreedySearch:
         effort: how many states were reached and estimated.
     """
 
-    def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, states: int) -> None:
+    def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, limits: Limits) -> None:
         self.heuristic = heuristic
         self.successors = successors
-        self.effort = Effort(states)
+        self.effort = Effort(limits.states)
+        self._looks = Effort(limits.looks)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more may be done."""
+        return self.effort.is_used_up or self._looks.is_exceeded
 
     def estimates(self, node: PlanNode, kept: Sequence[Subgoal] = ()) -> Estimates:
         """The estimates from a state; what undoes one of the kept conditions costs more."""
-        return Estimates(self.heuristic, node.state, self.successors.objects, kept)
+        return Estimates(self.heuristic, node.state, self.successors.objects, kept, self._looks)
 
     def search(self, start: PlanNode, target: Target, limits: Limits) -> PlanNode | SearchEnd:
         """Look for a way from a node to a target; where there is none, say why the search ended.
 
         All applicable actions are tried, where the preferred ones lead nowhere, if it is to be thorough.
         """
-        if self.effort.is_used_up:
+        if self.is_over:
             return SearchEnd.STATES
         effort = Effort(min(limits.states, self.effort.limit - self.effort.used))
         found = _Run(self, start, target, effort, thorough=limits.thorough).search()
@@ -124,7 +130,7 @@ class _Run:
         if actions is not None and self._thorough:
             self._open.push(expansion._replace(actions=None), _EXPANDED, *rank)
         for action in tuple(self._successors.applicable(node)) if actions is None else actions:
-            if self._effort.is_used_up:
+            if self._is_over:
                 break
             after = self._successors.successor(node, action)
             if after is None or (after.state, after.met) in self._seen:
@@ -133,7 +139,11 @@ class _Run:
             found = self._reach(after)
             if found is not None:
                 return found
-        return SearchEnd.STATES if self._effort.is_used_up else None
+        return SearchEnd.STATES if self._is_over else None
+
+    @property
+    def _is_over(self) -> bool:
+        return self._effort.is_used_up or self._searches.is_over
 
     def _reach(self, node: PlanNode) -> PlanNode | None:
         """Estimate a state that was reached and queue it; the node itself if the target is reached in it."""

@@ -125,7 +125,7 @@ class Planner:
         """
         successors = SuccessorGenerator(self._domain, self._carry_out, objects, goal.actions)
         limits = limits or Limits()
-        search = GreedySearch(self.heuristic, successors, limits.states)
+        search = GreedySearch(self.heuristic, successors, limits)
         return _PlanSearch(search, goal, limits).run(Node(initial))
 
 
@@ -146,7 +146,7 @@ class _PlanSearch:
         node, limits, effort = start, _FIRST, self.search.effort
         while not self._is_reached(node):
             further = agenda.advance(node, limits)
-            if effort.is_used_up or (further is None and not self.limits.thorough):
+            if self.search.is_over or (further is None and not self.limits.thorough):
                 return SearchResult(SearchEnd.STATES, states=effort.used)
             if further is not None:
                 node, limits = further, _FIRST

@@ -75,8 +75,9 @@ class Limits:
         states: states that may be reached and estimated.
         thorough: whether goals are tried in another order, and actions that do not look promising are taken,
             when nothing else is left. Where they are not, nothing is said of what looks out of reach.
-        looks: how many literals, options and effects a search with given operators may look at, in all states
-            together; no problem of nine models' operators that is decided needs 400,000.
+        looks: how many literals, options and effects a search with given operators may look at, or how many
+            actions the estimates of one on a declared domain, in all states together; no problem of nine
+            models' operators that is decided needs 400,000.
     """
 
     states: int = 2_000
