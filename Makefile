@@ -1,4 +1,4 @@
-# make demo    install, then run the main job on the built-in models and print its table
+# make demo    install, then run two built-in models on 40 tasks a suite, and explain an answer that failed
 # make test    install, then run the tests (ARGS="-k name" reaches pytest), all but sweeps through whole data
 # make test-all install, then run all tests, with more examples of each property
 # make lint | type | docs | bench | clean
@@ -7,6 +7,9 @@
 # make release build the package, check it as an index does, write what is new and what it needs; nothing is uploaded
 # make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
 # make audit   known vulnerabilities of what is needed to run
+
+SHELL := bash
+.SHELLFLAGS := -o pipefail -c
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
 VENV   := .venv
@@ -26,13 +29,24 @@ DEV := run,plots,analysis,planner,envs,mcp,croissant,dev
 PYTEST := pytest -n logical --dist worksteal
 ALL := -m "sweep or not sweep" --hypothesis-profile=thorough
 
-.PHONY: demo test test-all lint type bench docs site packages release test-bare audit clean
+.PHONY: demo about-demo test test-all lint type bench docs site packages release test-bare audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
-demo: $(WITH_RUN)
-	$(BIN)/eai run --model eai/oracle --model eai/noisy --planner built_in --out runs/demo
-	@echo "eai lies in $(BIN): source $(BIN)/activate, or call $(BIN)/eai"
+demo: about-demo $(WITH_RUN)
+	$(BIN)/eai run --model eai/oracle --model eai/noisy --limit 40 --planner built_in --out runs/demo
+	@printf '\nWhy an answer failed:\n'
+	$(BIN)/eai explain runs/demo/virtualhome/action_sequencing/eai_noisy 616_1
+	@printf '%s\n' '' 'To go on:' \
+	  '  source $(BIN)/activate' \
+	  '  eai explain runs/demo --failed            # all answers that failed' \
+	  '  eai report runs/demo --out report         # tables, and the explorer as a page' \
+	  '  eai run --model openai/gpt-4o --limit 5   # a model of yours (needs its key)'
+
+about-demo:
+	@printf '%s\n' 'Two built-in models, of which one makes mistakes, do 40 tasks of each of 8 suites.' \
+	  'No key is needed, and no model is called. This takes about a minute, and the first time' \
+	  'one to three more to install eai into $(VENV) and to download the tasks (27 MB).'
 
 test: $(WITH_DEV)
 	$(BIN)/$(PYTEST) -m "not sweep" $(ARGS)
@@ -113,14 +127,20 @@ $(CREATED):
 
 # $(call install,EXTRAS): with uv where there is one, else, or when it fails (its index settings are its own), with pip.
 define install
-	@{ command -v uv >/dev/null && uv pip install --quiet --python $(BIN)/python --editable '.[$(1)]'; } \
+	@echo 'installing into $(VENV): eai[$(1)]'
+	@{ command -v uv >/dev/null && uv pip install --python $(BIN)/python --editable '.[$(1)]' 2>&1 | $(UV_BRIEFLY); } \
 	  || { $(call pip,$(VENV),--editable '.[$(1)]'); }
 endef
 
 # $(call pip,ENVIRONMENT,WHAT): with a pip that is quick to find versions which go together: Python 3.10's own may take
 # a quarter of an hour.
-PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
-pip = $(1)/bin/python $(PIP_INSTALL) 'pip>=25' && $(1)/bin/python $(PIP_INSTALL) $(2)
+PIP_INSTALL := -m pip install --disable-pip-version-check
+pip = $(1)/bin/python $(PIP_INSTALL) --quiet 'pip>=25' && $(1)/bin/python $(PIP_INSTALL) $(2) | $(BRIEFLY)
+
+# Of pip's output every tenth package that it finds, and the last stage; of uv's the stages.
+BRIEFLY := awk '/^ *Collecting/ && ++n % 10 == 0 {print "  " n " packages found"; fflush()} \
+  /^Installing collected/ {print "  installing " NF - 3 " packages"; fflush()}'
+UV_BRIEFLY := awk '!/^ [-+~] / {print "  " $$0; fflush()}'
 
 $(WITH_RELEASE): $(CREATED) pyproject.toml
 	$(call install,release)

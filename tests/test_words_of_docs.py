@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 REFERENCE = {
     "api": "written by tools/api_page.py",
+    "commands": "written by tools/commands_page.py",
     "errata": "an entry for each erratum",
     "glossary": "written by tools/glossary.py",
     "protocols": "an entry for each difference",
@@ -17,7 +18,7 @@ REFERENCE = {
 }
 """The pages that are looked things up in: they may be long."""
 
-WRITTEN = ("api", "glossary", "study")
+WRITTEN = ("api", "commands", "glossary", "study")
 """The pages that a program writes: their words are those of the code and its data."""
 
 

@@ -5,7 +5,9 @@ import io
 import pytest
 from rich.console import Console
 
-from eai.cli.progress import scoring_progress
+from eai.cli import progress
+from eai.cli.progress import PATIENCE, data_progress, run_progress, scoring_progress
+from eai.data.progress import Progress, Stage
 
 
 @pytest.mark.parametrize("width", [60, 80, 150])
@@ -18,3 +20,32 @@ def test_a_narrow_terminal_cuts_the_title_and_no_count(width: int) -> None:
     assert "100/100" in printed
     assert "0620 " in printed
     assert (title in printed) is (width == 150)
+
+
+def test_without_a_terminal_fetching_and_converting_begin_with_a_line() -> None:
+    screen = Console(file=io.StringIO(), width=80)
+    with data_progress(screen) as report:
+        report(Progress(Stage.WAIT, "another process", 0, 0))
+        for done in (0, 13_500_000, 27_000_000):
+            report(Progress(Stage.DOWNLOAD, "tasks.zip", done, 27_000_000))
+        report(Progress(Stage.CONVERT, "tasks", 1, 342))
+    assert screen.file.getvalue().splitlines() == [  # type: ignore[attr-defined]
+        "waiting for another process",
+        "fetching tasks.zip: 0/27 MB",
+        "fetching tasks.zip: 27/27 MB",
+        "converting tasks: 1/342",
+    ]
+
+
+def test_without_a_terminal_lines_are_some_seconds_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    times = iter([0.0, 0, 1, PATIENCE, PATIENCE + 1, PATIENCE + 2])  # its beginning, then each answer
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(times))
+    screen = Console(file=io.StringIO(), width=80)
+    with run_progress("run", quiet=False, console=screen) as watch:
+        assert watch is not None
+        for answered in (0, 10, 20, 30, 40):
+            watch(answered, 0, 40)
+    shown = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    assert shown == ["run: 0/40", "run: 20/40", "run: 40/40"]

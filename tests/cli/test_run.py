@@ -209,6 +209,17 @@ def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Pat
     assert run.out.count("1 answer, ") == 8
 
 
+def test_a_built_in_model_skips_what_it_has_no_answer_to(data_store: Store, tmp_path: Path) -> None:
+    asked = ("--domain", "virtualhome", "--limit", 1, "--quiet", "--out", tmp_path)
+    run = eai("run", "--model", "eai/planner", "--planner", "none", *asked)
+    assert (run.status, run.err) == (
+        0,
+        "eai/planner has no answer to goal_interpretation, transition_modeling: skipped\n",
+    )
+    summaries = {path.parts[-3] for path in tmp_path.glob("*/*/*/summary.json")}
+    assert summaries == {"action_sequencing", "subgoal_decomposition"}
+
+
 def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp_path: Path) -> None:
     named = ("--tasks", "27_2", "--planner", "none", "--json", "--out", tmp_path)
     run = eai("run", "--model", "eai/oracle", *named)

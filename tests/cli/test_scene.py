@@ -59,7 +59,7 @@ def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None
         command = (*HOW, PLANS[0], *abilities, *predicted, "--out", tmp_path)
         done = run_eai(*command)
         assert done.status == 0, done.err
-        assert "behavior, scene_graph, protocol strict" in done.out
+        assert "BEHAVIOR, scene graphs, protocol strict" in done.out
         assert len(lines_of(folder / "answers.jsonl")) == 1
     (seen,) = lines_of(folder / "records.jsonl")
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))

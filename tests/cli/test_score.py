@@ -454,7 +454,7 @@ def test_errata_are_told_and_can_be_switched_off(eai: Command) -> None:
     drink = {"identifier": "688_1", "llm_output": '{"WALK": ["cupboard"]}'}
     outcome = eai("score", write([drink, WALK]), *HERE, "--out", "out")
     assert re.search(
-        r"^Errata 3\+\w{8}: of 342 tasks 1 left out, 0 corrected, 4 not scored for other reasons; 337 scored",
+        r"^Of 342 tasks, 1 left out, because the published data is wrong there \(docs/errata.md\); --errata",
         outcome.out,
         re.MULTILINE,
     )

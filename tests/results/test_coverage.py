@@ -117,9 +117,15 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
         "corrected": ["b"],
     }
     assert effect.remark == (
-        "Errata 3: of 5 tasks 1 left out, 1 corrected, 1 not scored for other reasons; 3 scored. "
-        "--errata none takes the data as published."
+        "Of 5 tasks, 1 left out and 1 corrected, because the published data is wrong there "
+        "(docs/errata.md); --errata none takes it as published."
     )
+
+
+def test_errata_that_left_out_and_corrected_nothing_are_not_mentioned() -> None:
+    effect = errata_effect([used("a"), used("b", excluded=True)])
+    assert effect is not None
+    assert effect.remark is None
 
 
 def test_several_versions_are_all_named_once() -> None:

@@ -1,4 +1,4 @@
-"""Shared by all commands: consoles, the progress of fetching, lines that many of them print."""
+"""Shared by all commands: consoles, and lines that many of them print."""
 
 from __future__ import annotations
 
@@ -12,14 +12,11 @@ from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console, ConsoleOptions, RenderableType
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import REFERENCES
 from eai.data.files import printable
-from eai.data.progress import Progress as Step
-from eai.data.progress import Report, Stage
 from eai.errors import EaiError, InputError, how_to_install
 
 if TYPE_CHECKING:
@@ -35,8 +32,6 @@ BUILT_IN_ALONE = (
     f"counts as not solved. For both: {how_to_install('planner')}"
 )
 """The remark where the authority on operators is missing."""
-
-_STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 
 class _SafeConsole(Console):
@@ -88,28 +83,6 @@ def _print(console: Console, line: str) -> None:
         )
         line = "\n".join(parts)
     console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
-@contextmanager
-def data_progress() -> Iterator[Report]:
-    """A progress bar for obtaining the data set; it appears with the first step."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f}%"))
-    bar = Progress(*columns, TimeRemainingColumn(), console=errors(), transient=True)
-    tasks: dict[tuple[Stage, str], TaskID] = {}
-
-    def report(step: Step) -> None:
-        key = (step.stage, step.subject)
-        if not tasks:
-            bar.start()
-        if key not in tasks:
-            tasks[key] = bar.add_task(f"{_STAGES[step.stage]} {step.subject}", total=step.total or None)
-        bar.update(tasks[key], completed=step.done)
-
-    try:
-        yield report
-    finally:
-        if tasks:
-            bar.stop()
 
 
 @contextmanager

@@ -13,8 +13,9 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.quality import check_annotations
 from eai.benchmark.registry import find_benchmark, of_the_paper
-from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, say, tell, tell_findings
+from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store
+from eai.cli.progress import data_progress
 from eai.data import dataset
 from eai.data.files import write_whole
 from eai.households.packs import all_packs, fetch_all, validate

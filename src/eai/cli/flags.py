@@ -22,7 +22,7 @@ from eai.cli import options
 from eai.cli.options import SETTING, SettingsCommand
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
-from eai.run.job import CAPTIONER, PROVIDER, check_model
+from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
 from eai.run.spec import RunSpec, keys, read_spec, sections
 from eai.studies.registry import studies_of_runs
 from eai.studies.variation import Endpoint
@@ -171,6 +171,21 @@ def check_models(models: Sequence[str], abilities: Sequence[Ability] = ()) -> No
             raise InputError(
                 f"--model {model}: its results would overwrite those of {twin}; run it by itself"
             )
+
+
+def skipped(models: Sequence[str], abilities: Sequence[Ability]) -> list[str]:
+    """Return a remark on each built-in model that skips abilities, as it has no answer to them.
+
+    Raises:
+        InputError: no model answers any of them.
+    """
+    lacking = {
+        model: dict.fromkeys(each.value for each in abilities if not answers(model, each)) for model in models
+    }
+    lines = [f"{model} has no answer to {', '.join(names)}" for model, names in lacking.items() if names]
+    if abilities and not any(answers(model, each) for model in models for each in abilities):
+        raise InputError("; ".join(lines))
+    return [f"{line}: skipped" for line in lines]
 
 
 def check_captioner(model: str) -> None:

@@ -14,7 +14,8 @@ from typer.core import TyperCommand
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, ability_of
 from eai.acting.setting import AGENT, Setting
-from eai.cli.console import DOMAIN_HELP, data_progress
+from eai.cli.console import DOMAIN_HELP
+from eai.cli.progress import data_progress
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms

@@ -1,4 +1,4 @@
-"""The progress of a run: a bar with rate and time left on a terminal, a line now and then elsewhere.
+"""The progress of fetching and of a run: a bar with the time left on a terminal, a few lines elsewhere.
 
 An interrupted one says how to resume it.
 """
@@ -12,10 +12,12 @@ from functools import wraps
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from typing_extensions import ParamSpec
 
 from eai.cli.console import errors
+from eai.data.progress import Progress as Step
+from eai.data.progress import Report, Stage
 from eai.errors import InterruptError
 
 if TYPE_CHECKING:
@@ -23,13 +25,15 @@ if TYPE_CHECKING:
     from eai.scoring.batch import Progressed
 
 PATIENCE = 5
-"""For how many seconds scoring is silent at a time where there is no terminal."""
+"""How many seconds are between two lines of progress, at least, where there is no terminal."""
 
 LONGEST_SILENCE = 60
 """After how many seconds there is a line in any case, as soon as something is done."""
 
 LINES = 10
 """How many lines a run takes where there is no terminal."""
+
+_STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 BESIDE_THE_TITLE = 42
 """The width of a line of progress besides its title: a bar, the count, the rate, the time left, failures."""
@@ -51,6 +55,49 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 
 @contextmanager
+def data_progress(console: Console | None = None) -> Iterator[Report]:
+    """Shows how far obtaining the data set is, from its first step on."""
+    console = console or errors()
+    if not console.is_terminal:
+        yield _steps(console)
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f}%"))
+    bar = Progress(*columns, TimeRemainingColumn(), console=console, transient=True)
+    tasks: dict[str, TaskID] = {}
+
+    def report(step: Step) -> None:
+        title = _step_title(step)
+        if not tasks:
+            bar.start()
+        if title not in tasks:
+            tasks[title] = bar.add_task(title, total=step.total or None)
+        bar.update(tasks[title], completed=step.done)
+
+    try:
+        yield report
+    finally:
+        if tasks:
+            bar.stop()
+
+
+def _steps(console: Console) -> Report:
+    """Lines about each step; those of a download count megabytes."""
+    watches: dict[str, Watch] = {}
+
+    def report(step: Step) -> None:
+        title = _step_title(step)
+        size, unit = (1_000_000, " MB") if step.stage is Stage.DOWNLOAD else (1, "")
+        watch = watches.setdefault(title, _lines(title, console, unit=unit))
+        watch(step.done // size, 0, step.total // size)
+
+    return report
+
+
+def _step_title(step: Step) -> str:
+    return f"{_STAGES[step.stage]} {step.subject}"
+
+
+@contextmanager
 def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> Iterator[Watch | None]:
     """Shows how far a run is on standard error, and takes the bar away at the end."""
     console = console or errors()
@@ -67,7 +114,7 @@ def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> 
 def scoring_progress(
     title: str, total: int, *, quiet: bool, console: Console | None = None
 ) -> Iterator[Progressed]:
-    """Shows how far scoring is, as `run_progress` does; without a terminal a line every few seconds."""
+    """Shows how far scoring is, as `run_progress` does; without a terminal it begins after a few seconds."""
     console = console or errors()
     if quiet:
         yield lambda scored: None
@@ -109,25 +156,25 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
         yield watch
 
 
-def _lines(title: str, console: Console, patience: float = 0) -> Watch:
-    """A line for every tenth, and none sooner than some seconds after the one before or the beginning.
+def _lines(title: str, console: Console, first: float = 0, unit: str = "") -> Watch:
+    """A line for every tenth, and none but the last sooner than some seconds after the one before.
 
     A long task has a line a minute, with the time that is left at this rate.
     """
     began = time.monotonic()
-    shown, due, overdue = -1, began + patience, began + LONGEST_SILENCE
+    shown, due, overdue = -1, began + first, began + LONGEST_SILENCE
 
     def watch(answered: int, failed: int, total: int) -> None:
         nonlocal shown, due, overdue
         done, now = answered + failed, time.monotonic()
         tenth = done * LINES // total if total else LINES
-        if (tenth != shown and now >= due) or now >= overdue:
-            shown, due, overdue = tenth, now + patience, now + LONGEST_SILENCE
+        last = done == total and shown >= 0
+        if (tenth != shown and (last or now >= due)) or now >= overdue:
+            shown, due, overdue = tenth, now + PATIENCE, now + LONGEST_SILENCE
             failures = f", {failed} failed" if failed else ""
             left = (now - began) / done * (total - done) if done else 0
             about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
-            console.print(
-                f"{title}: {done}/{total}{failures}{about}", markup=False, highlight=False, soft_wrap=True
-            )
+            count = f": {done}/{total}{unit}" if total else ""
+            console.print(f"{title}{count}{failures}{about}", markup=False, highlight=False, soft_wrap=True)
 
     return watch

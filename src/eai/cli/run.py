@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import of_the_paper
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.console import counted, need_inspect, note_planner, output, print_markdown, say
+from eai.cli.console import counted, need_inspect, note, note_planner, output, print_markdown, say
 from eai.cli.flags import (
     HELP,
     RunCommand,
@@ -22,6 +22,7 @@ from eai.cli.flags import (
     check_replay,
     flag,
     listing,
+    skipped,
     specification,
 )
 from eai.cli.options import OUTPUT, SCORING, SETTING, AsJson, DataFolder, Wide, opened_source, planner_terms
@@ -40,6 +41,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.repeats import passes_table
 from eai.results.terminal import print_table
+from eai.run.job import answers
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
@@ -106,7 +108,8 @@ def run(
 
     The options of a run are written to run.toml beside its results, and read from such a file.
 
-    Exit status 1 if some tasks were not answered; until they are, they count as failed.
+    Exit status 1 if some tasks were not answered; until they are, they count as failed. A built-in model
+    skips abilities that it has no answer to.
 
     With --limit, --tasks or --adaptive the numbers are of these tasks alone, and the run is not ranked.
 
@@ -138,6 +141,7 @@ def run(
             if asked:
                 chosen.append((suite, asked))
     endpoints = spec.model.endpoints
+    remarks = skipped(spec.model.name, [suite.ability for suite, _ in chosen])
     check_replay(endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
     first = _first_stage(library, order, chosen)
@@ -150,8 +154,9 @@ def run(
             if target is None
             else obtain_adaptively(order, endpoint, asked, suite, target)
             for endpoint in endpoints
+            if answers(endpoint.model, suite.ability)
         ]
-        if not order.quiet:
+        if of_suite and not order.quiet:
             _print(spec, of_suite, wide=wide)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
@@ -159,6 +164,8 @@ def run(
     if spec.variation.captioner is not None and not order.quiet:
         for outcome in before:
             _print(spec, [outcome], wide=wide)
+    for remark in remarks:
+        note(remark)
     tell([*before, *outcomes], order, as_json=as_json)
 
 

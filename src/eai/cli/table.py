@@ -14,6 +14,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
+from eai.benchmark.registry import title_of
 from eai.cli.console import note, output, say
 from eai.results.coverage import Coverage, ErrataEffect, coverage_of, errata_effect, planners_of
 from eai.results.rate import Rate
@@ -60,7 +61,7 @@ class Result:
 
 def suite_title(domain: str, ability: Ability, protocol: Protocol) -> str:
     """The name of a suite above its results."""
-    return f"{domain}, {ability.value}, protocol {protocol.value}"
+    return f"{title_of(domain)}, {declaration_of(ability).title.lower()}, protocol {protocol.value}"
 
 
 def _named(model: str, result: Result) -> str:
@@ -71,10 +72,14 @@ def _named(model: str, result: Result) -> str:
 def print_results(title: str, ability: Ability, results: Mapping[str, Result], *, wide: bool) -> None:
     """Print the rates of models, and what is remarkable about their coverage and errata, alike ones once."""
     print_rates(output(), title, declaration_of(ability).terminal, results, wide=wide)
+    alike: dict[Coverage, list[str]] = {}
     for model, result in results.items():
-        print_remark(model, result.coverage)
+        alike.setdefault(result.coverage, []).append(model)
+    for coverage, models in alike.items():
+        print_remark(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
-        say(remark)
+        if remark is not None:
+            say(remark)
 
 
 def print_remark(name: str, coverage: Coverage) -> None:

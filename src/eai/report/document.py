@@ -305,9 +305,9 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     ]
     yield "\n".join(grid(header, rows)) + "\n"
     remarks = dict.fromkeys(
-        f"{_run_suite(item)}: {item.errata.remark}"
+        f"{_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
         for item in runs
-        if item.errata is not None and (item.errata.left_out or item.errata.corrected)
+        if item.errata is not None and item.errata.remark is not None
     )
     if remarks:
         yield "\n".join(f"* {each}" for each in remarks) + "\n"

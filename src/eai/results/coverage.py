@@ -132,14 +132,18 @@ class ErrataEffect:
     corrected: tuple[str, ...]
 
     @property
-    def remark(self) -> str:
-        """One sentence for the reader of the numbers: what was done, and how to have it otherwise."""
-        others = self.tasks - self.scored - len(self.left_out)
-        more = f", {others} not scored for other reasons" if others else ""
+    def remark(self) -> str | None:
+        """One sentence for the reader of the numbers, and how to undo it; None if nothing was done."""
+        done = [
+            f"{len(task_ids)} {how}"
+            for task_ids, how in ((self.left_out, "left out"), (self.corrected, "corrected"))
+            if task_ids
+        ]
+        if not done:
+            return None
         return (
-            f"Errata {self.version}: of {self.tasks} tasks {len(self.left_out)} left out, "
-            f"{len(self.corrected)} corrected{more}; {self.scored} scored. "
-            "--errata none takes the data as published."
+            f"Of {self.tasks} tasks, {' and '.join(done)}, because the published data is wrong there "
+            "(docs/errata.md); --errata none takes it as published."
         )
 
     def to_json(self) -> dict[str, Json]:

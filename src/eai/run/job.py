@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from enum import Enum
 from functools import partial
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.options import Options, option
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.abilities.verdict import Json
-from eai.acting.setting import AGENT
+from eai.acting.setting import ACTING, AGENT
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import answer_form
 from eai.errors import InputError, did_you_mean
@@ -37,6 +37,20 @@ MODELS = (
     *EXPLORERS,
 )
 """The built-in models."""
+
+_ONLY: Mapping[str, Collection[Ability]] = {
+    "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION, ACTING),
+    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*FOUR, ACTING)),
+    CAPTIONER: (SCENE_GRAPH,),
+    **dict.fromkeys(EXPLORERS, (ACTING,)),
+}
+"""The abilities that a built-in model answers, where these are not all."""
+
+
+def answers(name: str, ability: Ability) -> bool:
+    """Whether a model answers an ability; every model that is not built in does."""
+    provider, _, model = name.partition("/")
+    return provider != PROVIDER or ability in _ONLY.get(model, (ability,))
 
 
 def check_model(name: str) -> None:

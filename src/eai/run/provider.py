@@ -24,7 +24,7 @@ from inspect_ai.model import (
 )
 from inspect_ai.tool import ToolChoice, ToolInfo
 
-from eai.abilities.protocol import SCENE_GRAPH, Ability
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
 from eai.acting.play import AGENTS, Arena, commands_of
 from eai.acting.setting import ACTING, AGENT, STANDARD, Setting
@@ -49,7 +49,7 @@ from eai.envs.command import DONE
 from eai.errors import InputError, did_you_mean
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
-from eai.run.job import CAPTIONER, EXPLORERS, PROVIDER, check_model
+from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
 from eai.run.solver import ERRATA
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
@@ -227,7 +227,7 @@ class BuiltInModel(ModelAPI):
         return output
 
     def _answer(self, asked: _Question) -> str:
-        if self.model_name in EXPLORERS:
+        if not answers(f"{PROVIDER}/{self.model_name}", asked.ability):
             raise no_answer(self.model_name, asked.benchmark, asked.ability)
         if self.model_name == CAPTIONER:
             return self._list(asked)
@@ -245,8 +245,8 @@ class BuiltInModel(ModelAPI):
             return self._believing(asked, asked.scene)
         if self.model_name == "random":
             seed = f"{self._seed} {asked.epoch} {asked.attempt}"
-            answers = self._random(asked.benchmark, asked.ability, asked.source)
-            return answers(asked.task_id, seed, asked.done).text
+            draw = self._random(asked.benchmark, asked.ability, asked.source)
+            return draw(asked.task_id, seed, asked.done).text
         book = self._book(asked.benchmark, asked.ability, asked.source)
         if self.model_name in ("oracle", *_BOOKS):
             return book.gold(asked.task_id).text
@@ -254,8 +254,6 @@ class BuiltInModel(ModelAPI):
 
     def _list(self, asked: _Question) -> str:
         """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
-        if asked.ability is not SCENE_GRAPH:
-            raise InputError(f"eai/{CAPTIONER} has no answer: it only lists scenes")
         from eai.studies.perception.belief import scene_words
         from eai.studies.perception.noise import Noise, perceive
 

@@ -1,0 +1,40 @@
+"""The declaration of what built-in models answer."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import Any
+
+import pytest
+
+from eai.abilities.protocol import FOUR, Ability
+from eai.acting.setting import ACTING
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book
+from eai.benchmark.gold_answers import open_planned_book
+from eai.benchmark.lookup import open_lookup_book
+from eai.benchmark.random_answers import open_random_answers
+from eai.errors import InputError
+from eai.run.job import EXPLORERS, answers
+from worlds.warehouse import warehouse
+
+OPENED: dict[str, Any] = {
+    "planner": open_planned_book,
+    "lookup": open_lookup_book,
+    "copy": open_copy_book,
+    "empty": open_empty_book,
+    "random": open_random_answers,
+}
+
+
+@pytest.mark.parametrize("ability", [*FOUR, Ability("world_model")], ids=str)
+@pytest.mark.parametrize("model", OPENED)
+def test_a_model_answers_what_it_has_answers_to(model: str, ability: Ability) -> None:
+    expected = nullcontext() if answers(f"eai/{model}", ability) else pytest.raises(InputError)
+    with expected:
+        OPENED[model](warehouse, ability)
+
+
+def test_explorers_only_act_and_other_models_answer_all() -> None:
+    for model in EXPLORERS:
+        assert [each for each in (*FOUR, ACTING) if answers(f"eai/{model}", each)] == [ACTING]
+    assert all(answers(model, each) for model in ("eai/oracle", "openai/planner") for each in (*FOUR, ACTING))

@@ -1,0 +1,60 @@
+"""Writes docs/commands.md from the help of all commands: `python tools/commands_page.py`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from eai.cli import app
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "commands.md"
+HEAD = """\
+# Commands
+
+On this page you can look up every command of `eai` and its options. [Options of a run](run-options.md) has
+those that `eai run` takes by `--with`. `python tools/commands_page.py` writes this page from the help.
+"""
+EXAMPLE = re.compile(r"(Example|Start): (eai .*?)(?: +(\(.*\)))?$")
+MARKDOWN = re.compile(r"([<>*_|])")
+"""The characters of help that Markdown would take for its own."""
+
+
+def page() -> str:
+    """The whole page."""
+    return HEAD + "".join(_sections(typer.main.get_command(app), "eai"))
+
+
+def _sections(command: Any, name: str) -> Iterator[str]:
+    """A section on a command, then those on the commands below it."""
+    context = command.context_class(command, info_name=name)
+    parameters = [each for each in command.params if not each.hidden]
+    arguments = [each.metavar for each in parameters if each.param_type_name == "argument"]
+    yield f"\n## {name}\n\n`{' '.join([name, *arguments, '[OPTIONS]'])}`\n"
+    yield from (f"\n{_paragraph(each)}\n" for each in command.help.split("\n\n"))
+    if parameters:
+        yield "\n| option | meaning |\n|---|---|\n"
+        yield from (_row(*each.get_help_record(context)) for each in parameters)
+    for below in getattr(command, "commands", ()):
+        yield from _sections(command.commands[below], f"{name} {below}")
+
+
+def _row(option: str, meaning: str) -> str:
+    option, meaning = option.replace("|", r"\|"), MARKDOWN.sub(r"\\\1", " ".join(meaning.split()))
+    return f"| `{option}` | {meaning} |\n"
+
+
+def _paragraph(text: str) -> str:
+    """A paragraph of help as Markdown; an example is code."""
+    example = EXAMPLE.match(text)
+    if example is None:
+        return MARKDOWN.sub(r"\\\1", text)
+    label, command, remark = example.groups(default="")
+    return f"{label}: `{command}` {remark}".rstrip()
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
