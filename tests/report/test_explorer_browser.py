@@ -212,7 +212,7 @@ def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
         answer = [Response("both", play.text("stopped"))]
         records = tuple(Scoring().records(suite, name, answer, explanations=True))
         key = RunKey(suite.protocol, suite.domain, ACTING, name)
-        data.add(Run(key, records, ("a.eval", 2) if name == "good" else None))
+        data.add(Run(key, records, ("a.eval", {"both": 2}) if name == "good" else None))
     page = tmp_path_factory.mktemp("episodes") / "explorer.html"
     page.write_text(explorer_html(data.to_json()), encoding="utf-8")
     return page.as_uri()

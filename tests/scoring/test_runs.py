@@ -82,6 +82,8 @@ def test_a_run_knows_its_log_where_that_is_written_beside_it(tmp_path: Path) -> 
     assert [run.log for run in read_runs([folder])] == [None]
     write_log_place(folder / "run0", Path("logs/a.eval"), 2)
     assert [run.log for run in read_runs([folder])] == [("a.eval", 2)]
+    write_log_place(folder / "run0", Path("logs/a.eval"), {"27_2": 3})
+    assert [run.log for run in read_runs([folder])] == [("a.eval", {"27_2": 3})]
     (folder / "run0" / "inspect.json").write_text("{}")
     with pytest.raises(InputError, match=r'inspect.json: expected {"log", "epoch"}'):
         list(read_runs([folder]))

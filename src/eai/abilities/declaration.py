@@ -207,6 +207,8 @@ class AbilityDeclaration(Generic[V]):
         instead: by a metric of the paper, the one that ranks and is averaged in its place where it is known.
         yes_no: the metrics to which every answer contributes a yes or a no.
         of_run: the verdicts of one run as they count there.
+        of_epochs: the verdicts on several answers to a task as one that adds their means; None where one
+            answer counts for all, which says what most of them say.
         alike: whether two verdicts on tasks of one id are on the same task.
         harness: what an answer was made in; None where it does not say so.
     """
@@ -225,6 +227,7 @@ class AbilityDeclaration(Generic[V]):
     instead: Mapping[str, str] = field(default_factory=dict)
     yes_no: frozenset[str] = frozenset()
     of_run: Callable[[Sequence[V]], Sequence[V]] = field(default=one_by_one)
+    of_epochs: Callable[[Sequence[V]], V] | None = None
     alike: Callable[[V, V], bool] = field(default=always)
     harness: Callable[[V], str | None] = field(default=lambda verdict: None)
 

@@ -102,6 +102,10 @@ class Verdict:
         """The columns that it fills in the line of an answer (`eai.results.lines.AnswerLine`)."""
         return {}
 
+    def is_action(self, step: int) -> bool:
+        """Whether an action was tried at a step of the explanation, by its number from 0."""
+        return True
+
     @property
     def judge(self) -> str | None:
         """The planner that judged the answer, by name; None if none did, or in older records."""

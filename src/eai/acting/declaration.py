@@ -5,9 +5,10 @@ Their definitions, with sources, are in ``docs/acting.md``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import floor
+from statistics import fmean
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from eai.abilities.action_sequencing.declaration import ENDING_FAULTS
@@ -91,6 +92,7 @@ class ActingVerdict(PlanVerdict):
         begun: how often the episode was begun; the last time counts.
         outlook: whether the goals can still be reached at the end; None where no planner was asked.
         lost_at: the first turn, from 1 on, after which they cannot; 0 for the start.
+        mean: where this episode stands for all of its task, what they add to each rate on average.
     """
 
     turns: tuple[Turn, ...] = ()
@@ -104,11 +106,16 @@ class ActingVerdict(PlanVerdict):
     begun: int = 1
     outlook: Outlook | None = None
     lost_at: int | None = None
+    mean: Mapping[str, Share] | None = None
 
     @property
     def actions(self) -> tuple[Turn, ...]:
         """The turns at which an action was tried."""
         return tuple([turn for turn in self.turns if turn.is_action])
+
+    def is_action(self, step: int) -> bool:
+        """A turn to look, to end the episode, or too late is none."""
+        return self.turns[step].is_action
 
 
 def outlook_text(verdict: ActingVerdict) -> str:
@@ -122,7 +129,9 @@ def outlook_text(verdict: ActingVerdict) -> str:
 
 
 def contributions(verdict: ActingVerdict) -> dict[str, Share]:
-    """The contributions of one episode to each rate."""
+    """The contributions of one episode, or of all of its task, to each rate."""
+    if verdict.mean is not None:
+        return dict(verdict.mean)
     won, actions, shortest = bool(verdict.success), verdict.actions, verdict.shortest
     tried = len(actions)
     kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
@@ -148,6 +157,16 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
         "outlook_unknown": NOTHING if verdict.outlook is None else of_all(not is_known),
         **goal_shares(verdict.goals),
     }
+
+
+def averaged(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
+    """The first of a task's episodes that is not excluded, with the mean contributions of all such."""
+    scored = [verdict for verdict in verdicts if verdict.excluded is None]
+    if not scored:
+        return verdicts[0]
+    added = [contributions(verdict) for verdict in scored]
+    mean = {name: Share(*map(fmean, zip(*(each[name] for each in added), strict=True))) for name in added[0]}
+    return replace(scored[0], mean=mean)
 
 
 def _is_possible(turn: Turn) -> bool:
@@ -205,5 +224,6 @@ ACTING = AbilityDeclaration(
     main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
     averaged=(),
     yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", "lost_for_good"}),
+    of_epochs=averaged,
     harness=lambda verdict: verdict.harness or None,
 )

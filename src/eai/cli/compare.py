@@ -188,7 +188,7 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
 def _caption(found: Comparison) -> str:
     """The tests that the p values are of."""
     kinds = {difference.yes_no for difference in found.differences}
-    named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1"] * (False in kinds)
+    named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"
     return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
 

@@ -118,6 +118,8 @@ def obtain_and_score(
             write_scores(answers.log, result.by_place(), suite.source)
             for epoch, one in enumerate(result.of_epochs or (result,), 1):
                 write_log_place(one.folder, answers.log, epoch)
+            if result.of_epochs:
+                write_log_place(folder, answers.log, result.epochs_shown())
     return result
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar, cast
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
-from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
+from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict, Share
@@ -78,7 +78,6 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         if came_to in _NO_ANSWER:
             continue
         success = Case(record.task_id, name_of(record), Share(came_to is AnswerOutcome.SUCCESS, 1))
-        explanation = record.explanation or Explanation()
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
             if declared.has_plans and record.task.annotated_steps is not None:
@@ -89,7 +88,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
             for name in report.mentions:
                 _put(by_predicate, name, Rate(reached, 1))
         if declared.has_plans:
-            _break_down_steps(explanation, by_action)
+            _break_down_steps(record, by_action)
     return Breakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
         _flow(outcomes) if declared.has_plans else None,
@@ -125,8 +124,14 @@ def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
     yield from zip(reports, reached, strict=True)
 
 
-def _break_down_steps(explanation: Explanation, by_action: dict[str, Rate]) -> None:
-    for step in explanation.steps:
+def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
+    """The steps that a record tells of at which an action was tried, with their numbers from 0."""
+    steps = () if record.explanation is None else record.explanation.steps
+    yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
+
+
+def _break_down_steps(record: Record, by_action: dict[str, Rate]) -> None:
+    for _, step in steps_of(record):
         _put(by_action, step.statement.name, Rate(step.outcome == EXECUTED, 1))
 
 

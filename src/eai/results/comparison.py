@@ -185,6 +185,10 @@ def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) 
     return [Case(task, name, shares[task].get(metric, NOTHING)) for task, name in names.items()]
 
 
+_WHOLE = (0, 1)
+"""The additions of a yes and a no to a rate."""
+
+
 def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Difference:
     """Compare one metric on the same tasks in the same order.
 
@@ -192,8 +196,9 @@ def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Dif
         metric: its name.
         first: what each task adds to it in the first run.
         second: the same in the second run.
-        yes_no: whether each task contributes a yes or a no.
+        yes_no: whether each answer contributes a yes or a no; of a mean over several a task need not.
     """
+    yes_no = yes_no and all(case.share.numerator in _WHOLE for case in (*first, *second))
     right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
     changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
     p_value = _sign_flip_p if yes_no else exchange_p

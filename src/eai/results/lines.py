@@ -27,6 +27,8 @@ class Line:
         domain: the benchmark's name.
         ability: which of the four.
         model: who answered.
+        harness: in what it acted, where that is known.
+        effort: how much it was to reason; None for the provider's default.
         task: the data set's id of the task.
         name: what near copies of the task share.
     """
@@ -35,8 +37,15 @@ class Line:
     domain: str
     ability: str
     model: str
+    harness: str | None = None
+    effort: str | None = None
     task: str
     name: str
+
+    @property
+    def agent(self) -> str:
+        """The model with its harness and effort, as tables name it."""
+        return ", ".join(filter(None, (self.model, self.harness, self.effort)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -255,10 +264,10 @@ def by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
 
 
 def by_model(lines: Sequence[L]) -> dict[str, list[L]]:
-    """The lines of each model; before them those of all together, where there are several."""
+    """The lines of each model with its agent; before them those of all together, where there are several."""
     models: dict[str, list[L]] = {}
     for line in lines:
-        models.setdefault(line.model, []).append(line)
+        models.setdefault(line.agent, []).append(line)
     return models if len(models) < 2 else {TOGETHER: list(lines), **models}
 
 

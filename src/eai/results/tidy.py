@@ -7,14 +7,14 @@ from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
 from eai.benchmark.registry import find_benchmark, registered
-from eai.results.breakdown import goals_of, outcome
+from eai.results.breakdown import goals_of, outcome, steps_of
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.summary import contributions, name_of
 
@@ -102,6 +102,8 @@ def beginning_of(record: Record) -> Beginning:
         "domain": record.domain,
         "ability": record.ability.value,
         "model": record.model,
+        "harness": None if record.experiment is None else record.experiment.harness,
+        "effort": None if record.experiment is None else record.experiment.effort,
         "task": record.task_id,
         "name": name_of(record),
     }
@@ -112,16 +114,16 @@ def _answer(
 ) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
-    steps = None if record.explanation is None or not _has_plans(record) else record.explanation.steps
+    is_explained = record.explanation is not None and _has_plans(record)
     values: dict[str, Any] = {
         **key,
         "outcome": outcome(record).value,
-        "success": _success(record.ability, shares),
+        "success": _success(record, shares),
         "error_kind": None if error is None else error.kind.value,
         "error_check": None if error is None else error.check,
         "error_step": None if error is None else error.step,
         "error_objects": None if error is None else " ".join(error.objects),
-        "steps_tried": None if steps is None else len(steps),
+        "steps_tried": len(list(steps_of(record))) if is_explained else None,
         **_counts(record.ability, shares),
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
@@ -137,12 +139,15 @@ def _has_plans(record: Record) -> bool:
     return declaration_of(record.ability).has_plans
 
 
-def _success(ability: Ability, shares: Shares) -> bool | None:
-    """The yes or no that an answer adds to its ability's main table."""
-    declared = declaration_of(ability)
+def _success(record: Record, shares: Shares) -> bool | None:
+    """The yes or no that an answer adds to its ability's main table, be it one of several that differ."""
+    declared = declaration_of(record.ability)
     asked = (shares.get(metric, NOTHING) for metric in declared.main if metric in declared.yes_no)
     share = next((share for share in asked if share.denominator), None)
-    return None if share is None else bool(share.numerator)
+    if share is None:
+        return None
+    whole = (0, share.denominator)
+    return bool(share.numerator) if share.numerator in whole else outcome(record) is AnswerOutcome.SUCCESS
 
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
@@ -165,9 +170,9 @@ def _features(record: Record, book: TaskBook | None, task: Task | None) -> Mappi
 
 
 def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
-    if record.explanation is None or not _has_plans(record):
+    if not _has_plans(record):
         return
-    for number, step in enumerate(record.explanation.steps):
+    for number, step in steps_of(record):
         call = step.statement
         yield StepLine(
             **key,

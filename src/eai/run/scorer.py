@@ -31,7 +31,7 @@ from inspect_ai.scorer import (
 from inspect_ai.solver import TaskState
 
 from eai.abilities.codec import experiment_from_json, record_from_json, record_to_json
-from eai.abilities.declaration import AnswerOutcome, label_of
+from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, ability_of, protocol_of, registered_abilities
 from eai.abilities.record import Record
@@ -112,15 +112,19 @@ def _mark(satisfied: bool) -> str:
 def paper_metrics(ability: str) -> Metric:
     """The columns of the paper's tables, as shares: the rates of ``summary.json``, without those of nothing.
 
-    They are sums over sums of all tasks. Of several answers to a task the one counts that says what most of
-    them say, as in ``eai run --epochs``. Where the form of all answers decides how each is read, they are
-    read once more together.
+    They are sums over sums of all tasks. Of several answers to a task the mean counts, or the one that says
+    what most of them say, as in ``eai run --epochs``. Where the form of all answers decides how each is read,
+    they are read once more together.
     """
 
     def pooled(scores: list[SampleScore]) -> Value:
         asked = ability_of(ability)
-        by_task = groupby(sorted(scores, key=_place), key=_task_of)
-        verdicts = _verdicts([_chosen(list(of_task), asked) for _, of_task in by_task])
+        by_task = [list(of_task) for _, of_task in groupby(sorted(scores, key=_place), key=_task_of)]
+        averaged = declaration_of(asked).of_epochs
+        if averaged is None:
+            verdicts = _verdicts([_chosen(of_task, asked) for of_task in by_task])
+        else:
+            verdicts = [averaged([_verdict(score) for score in of_task]) for of_task in by_task]
         shares = {name: rate.share for name, rate in summarise(verdicts, asked).items()}
         return shares if scores else dict.fromkeys(shares, nan)
 
@@ -236,13 +240,17 @@ def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     Those of an experiment stand as they are: each was read before the next was asked for.
     """
     texts = {_task_of(score): score.score.answer or "" for score in _answered(scores)}
-    verdicts = {_task_of(score): record_from_json(_metadata(score)).verdict for score in scores}
+    verdicts = {_task_of(score): _verdict(score) for score in scores}
     if texts and not any(_metadata(score).get("attempts") for score in scores):
         suite = _suite_of(scores[0])
         together = suite.over(list(texts.values()))
         if together is not suite:
             verdicts |= {task_id: together.score(task_id, text) for task_id, text in texts.items()}
     return list(verdicts.values())
+
+
+def _verdict(score: SampleScore) -> Verdict:
+    return record_from_json(_metadata(score)).verdict
 
 
 def _suite_of(score: SampleScore) -> Suite:

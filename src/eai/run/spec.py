@@ -109,7 +109,7 @@ class _ChosenTasks(Options):
     adaptive: float | None = option(
         "Choose the most informative tasks, until the ability's standard error is at most S logits.", ge=0.05
     )
-    epochs: int = option("Answers a task; the majority counts.", 1, ge=1)
+    epochs: int = option("Answers a task; the majority counts, in acting the mean.", 1, ge=1)
 
 
 class _ChosenPrompts(Options):

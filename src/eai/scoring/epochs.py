@@ -1,6 +1,7 @@
-"""From a model's answers to records: of each epoch, where there are several, and of their majority.
+"""From a model's answers to records: of each epoch, where there are several, and of all together.
 
-The majority is self-consistency: of several answers to a task, one that says what most of them say.
+As its ability declares, a task counts by the mean over its epochs, or by the majority. The majority is
+self-consistency: of several answers to a task, one that says what most of them say.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Perceived, Record, Stated, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
-from eai.abilities.verdict import Json
+from eai.abilities.verdict import Json, Verdict
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.prompts.prompt import Belief, Prompt
@@ -189,6 +190,15 @@ class SuiteResult:
         epochs = enumerate(self.of_epochs or (self,), 1)
         return {(record.task_id, epoch): record for epoch, one in epochs for record in one.records}
 
+    def epochs_shown(self) -> dict[str, int]:
+        """Of each task the epoch whose answer its record has."""
+        shown: dict[str, int] = {}
+        responses = {record.task_id: record.response for record in self.records}
+        for (task_id, epoch), record in self.by_place().items():
+            if record.response == responses[task_id]:
+                shown.setdefault(task_id, epoch)
+        return shown
+
     def to_json(self) -> dict[str, Json]:
         """The outcome as ``--json`` prints it."""
         errata = errata_effect(self.records)
@@ -232,7 +242,7 @@ class SuiteResult:
 def settle(
     obtained: Obtained, folder: Path, suite: Suite, settings: Settings, progressed: Progressed | None = None
 ) -> SuiteResult:
-    """Score answers and write the results: of each epoch, where there are several, and of their majority.
+    """Score answers and write the results: of each epoch, where there are several, and of all together.
 
     Raises:
         InputError: the folder cannot be written.
@@ -244,7 +254,37 @@ def settle(
             named = replace(obtained, name=f"{obtained.name}.{part}")
             answers = _of_epoch(obtained, epoch)
             of_epochs.append(_write(named, answers, folder / part, suite, settings, progressed))
+    averaged = declaration_of(suite.ability).of_epochs
+    if of_epochs and averaged is not None:
+        return _write_averaged(obtained, folder, suite, of_epochs, averaged)
     return _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, progressed, of_epochs)
+
+
+def _write_averaged(
+    obtained: Obtained,
+    folder: Path,
+    suite: Suite,
+    of_epochs: Sequence[SuiteResult],
+    averaged: Callable[[Sequence[Verdict]], Verdict],
+) -> SuiteResult:
+    """Write a record of each task that has the means over its epochs."""
+    by_task: dict[str, list[Record]] = {}
+    for record in (record for one in of_epochs for record in one.records):
+        by_task.setdefault(record.task_id, []).append(record)
+    records = [replace(_mean(of_task, averaged), model=obtained.name) for of_task in by_task.values()]
+    reasons = dict.fromkeys(reason for one in of_epochs for reason in one.failures)
+    failures = {
+        reason: list(dict.fromkeys(task for one in of_epochs for task in one.failures.get(reason, ())))
+        for reason in reasons
+    }
+    truncated = sum(one.truncated for one in of_epochs)
+    return _write_records(obtained, records, folder, suite, failures, truncated, of_epochs)
+
+
+def _mean(records: Sequence[Record], averaged: Callable[[Sequence[Verdict]], Verdict]) -> Record:
+    """Of one task the first record with an answer that counts, with the means of all."""
+    shown, *others = sorted(records, key=lambda r: (r.verdict.excluded is not None, r.unanswered is not None))
+    return replace(shown, verdict=averaged([record.verdict for record in (shown, *others)]))
 
 
 def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
@@ -290,19 +330,34 @@ def _write(
         _write_attempts(folder, obtained.name, records)
     choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
     records = [record.varied(**choices) for record in records]
+    truncated = sum(answer.truncated for answer in answers.values())
+    return _write_records(obtained, records, folder, suite, _grouped(why), truncated, of_epochs)
+
+
+def _write_records(
+    obtained: Obtained,
+    records: list[Record],
+    folder: Path,
+    suite: Suite,
+    failures: Mapping[str, Sequence[str]],
+    truncated: int,
+    of_epochs: Sequence[SuiteResult],
+) -> SuiteResult:
+    """Write records and their summary."""
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
         suite=suite,
         rates=summarise([record.verdict for record in records], suite.ability),
         coverage=coverage_of(records),
-        failures=_grouped(why),
-        truncated=sum(answer.truncated for answer in answers.values()),
+        failures=failures,
+        truncated=truncated,
         usage=_usage(obtained),
         records=records,
         of_epochs=of_epochs,
     )
-    prompts_sha256 = hashlib.sha256(json.dumps([*digests.items()]).encode()).hexdigest()
+    digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
+    prompts_sha256 = hashlib.sha256(json.dumps(digests).encode()).hexdigest()
     write_results(folder, records, outcome.rates, {"prompts_sha256": prompts_sha256, **outcome.effort()})
     return outcome
 

@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
 from eai.abilities.declaration import declaration_of
@@ -24,6 +24,10 @@ from eai.scoring.records import RECORDS, read_records
 
 _LOG = "inspect.json"
 """The file beside records that says where Inspect's log has their samples."""
+
+
+LogPlace: TypeAlias = tuple[str, int | Mapping[str, int]]
+"""A log's name, and the epoch of samples in it, of all or by task."""
 
 
 class RunKey(NamedTuple):
@@ -71,12 +75,13 @@ class Run:
     Attributes:
         key: the identity of the run.
         records: its records.
-        log: where Inspect's log has their samples, as a file's name and an epoch; None if that is unknown.
+        log: where Inspect's log has their samples, as a file's name and an epoch, or one by task; None if
+            that is unknown.
     """
 
     key: RunKey
     records: tuple[Record, ...]
-    log: tuple[str, int] | None = None
+    log: LogPlace | None = None
 
 
 def as_asked_in_paper(run: Run) -> Run:
@@ -148,8 +153,8 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             yield Run(key, tuple(records), _log_beside(path))
 
 
-def write_log_place(folder: Path, log: Path, epoch: int) -> None:
-    """Write beside records in which log of Inspect's their samples are, and of which epoch.
+def write_log_place(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> None:
+    """Write beside records in which log of Inspect's their samples are, of which epoch or, by task, epochs.
 
     Raises:
         InputError: the folder cannot be written.
@@ -157,11 +162,15 @@ def write_log_place(folder: Path, log: Path, epoch: int) -> None:
     write_whole({folder / _LOG: json.dumps({"log": log.name, "epoch": epoch}) + "\n"})
 
 
-def _log_beside(records: Path) -> tuple[str, int] | None:
+def _log_beside(records: Path) -> LogPlace | None:
     path = records.with_name(_LOG)
     try:
         content = json.loads(path.read_bytes()) if path.exists() else None
-        return None if content is None else (str(content["log"]), int(content["epoch"]))
+        if content is None:
+            return None
+        epoch = content["epoch"]
+        by_task = isinstance(epoch, dict)
+        return str(content["log"]), {i: int(epoch[i]) for i in epoch} if by_task else int(epoch)
     except (OSError, ValueError, TypeError, KeyError) as error:
         raise InputError(f'{path}: expected {{"log", "epoch"}}') from error
 

@@ -127,7 +127,8 @@ function notes(answer) {
 // Where Inspect's viewer shows the sample, once it runs on its usual port.
 function logLink(answer) {
   if (!answer.run.log) return null;
-  const [file, epoch, samples] = answer.run.log;
+  const [file, epochs, samples] = answer.run.log;
+  const epoch = typeof epochs === 'number' ? epochs : epochs[answer.task];
   const address = `${samples}/${encodeURIComponent(answer.task)}/${epoch}/`;
   return element('p', { class: 'log' }, element('a', { href: address }, 'This sample in Inspect’s viewer'), ', once ',
     element('code', {}, 'inspect view --log-dir DIR'), ` runs in the folder of ${file}: sample ${answer.task}, epoch ${epoch}.`);

@@ -248,12 +248,12 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[tuple[Cell, ...]]:
 
     known = [a for a in answers if all(column.value(a) is not None for column in ADJUSTED)]
     models = _undecided(known)
-    rows = [answer for answer in known if answer.model in models]
+    rows = [answer for answer in known if answer.agent in models]
     if not rows:
         return
     success = np.array([float(bool(row.success)) for row in rows])
     clusters = [row.name for row in rows]
-    dummies = np.array([[float(row.model == model) for model in models] for row in rows])
+    dummies = np.array([[float(row.agent == model) for model in models] for row in rows])
     columns = {column.name: np.array([column.value(row) or 0.0 for row in rows]) for column in ADJUSTED}
     spread = {
         name: (values - values.mean()) / values.std() for name, values in columns.items() if values.std()
@@ -270,7 +270,7 @@ def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
     """The models that succeed in some tasks and fail in others; the rest says nothing about tasks."""
     found: dict[str, set[bool]] = {}
     for answer in answers:
-        found.setdefault(answer.model, set()).add(bool(answer.success))
+        found.setdefault(answer.agent, set()).add(bool(answer.success))
     return [model for model, outcomes in found.items() if len(outcomes) == 2]
 
 

@@ -215,7 +215,7 @@ def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) 
             found.setdefault(leaf_of(answer), []).append(answer)
         for leaf in sorted(found, key=_order):
             rows += [
-                (*suite, *leaf, a.model, _place(a, explorer), a.error_check, a.error_objects)
+                (*suite, *leaf, a.agent, _place(a, explorer), a.error_check, a.error_objects)
                 for a in found[leaf][:number]
             ]
     return Table(
@@ -241,7 +241,7 @@ def _errors(answers: Sequence[AnswerLine]) -> Table:
             answer.protocol,
             answer.domain,
             answer.ability,
-            answer.model,
+            answer.agent,
             answer.task,
             answer.name,
             *leaf_of(answer),

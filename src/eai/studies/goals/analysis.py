@@ -96,7 +96,7 @@ def _wrong(atoms: Sequence[AtomLine]) -> Table:
 def _shared(atoms: Sequence[AtomLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, lines in by_suite(atoms).items():
-        models = len({line.model for line in lines})
+        models = len({line.agent for line in lines})
         found = sorted(_of_goals(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
         rows += [(*suite, *row, models) for row in found]
     return Table(
@@ -115,7 +115,7 @@ def _of_goals(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, i
     found: dict[tuple[str, str], dict[str, set[str]]] = {}
     for line in lines:
         of_goal = found.setdefault((line.task, line.atom), {verdict: set() for verdict in _VERDICTS})
-        of_goal[line.verdict].add(line.model)
+        of_goal[line.verdict].add(line.agent)
     for (task, goal), models in found.items():
         right, wrong, missing = (len(models[verdict]) for verdict in _VERDICTS)
         yield task, goal, right, wrong, missing

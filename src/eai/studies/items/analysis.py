@@ -79,7 +79,7 @@ def scores_of(answers: Sequence[AnswerLine]) -> Scores:
     names: dict[str, str] = {}
     for answer in answers:
         if answer.outcome != AnswerOutcome.EXCLUDED.value:
-            found.setdefault(answer.model, {})[answer.task] = Rate(*score_of(answer)).share or 0.0
+            found.setdefault(answer.agent, {})[answer.task] = Rate(*score_of(answer)).share or 0.0
             names[answer.task] = answer.name
     tasks = [task for task in names if all(task in scores for scores in found.values())]
     matrix = np.array([[scores[task] for task in tasks] for scores in found.values()])
@@ -181,7 +181,7 @@ def _abilities(answers: Sequence[AnswerLine], scores: Scores, fitted: Rasch) -> 
     order = sorted(range(len(scores.models)), key=lambda place: -fitted.abilities[place])
     for place in order:
         model = scores.models[place]
-        cases = [case_of(line, score_of(line)) for line in answers if line.model == model]
+        cases = [case_of(line, score_of(line)) for line in answers if line.agent == model]
         yield model, ability_estimate(scores, fitted, place), Estimate.of(cases)
 
 
