@@ -89,7 +89,8 @@ def test_without_data_and_network_one_line_says_what_to_do(eai: Command, tmp_pat
     for command in (("data", "fetch"), answers):
         outcome = eai(*command)
         assert outcome.status == 2
-        (line,) = [line for line in outcome.err.splitlines() if line.strip()]
+        *progress, line = [line for line in outcome.err.splitlines() if line.strip()]
+        assert all(each.startswith("fetching ") for each in progress)
         assert line.startswith("eai: ")
         assert "--from" in line
 
