@@ -50,7 +50,7 @@ _GOAL = Limits(200, thorough=False, looks=8_000)
 _MORE = Limits(300, looks=15_000)
 """How much it does so where it has been everywhere, before it opens things."""
 
-_LAST = Limits(2_000, looks=100_000)
+_LAST = Limits(2_000)
 """How much it does so when nothing is left to look at."""
 
 _SIGHT = Limits(50)
