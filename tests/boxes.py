@@ -24,6 +24,9 @@ mount -t tmpfs tmpfs "$1"; cd "$1"; mkdir upper work root
 mount -t overlay overlay -o lowerdir=/,upperdir=upper,workdir=work root
 mount -t proc proc root/proc; mount --rbind /dev root/dev; mount -t tmpfs -o mode=1777 tmpfs root/tmp
 ip link set lo up
+for part in $3; do
+  case $part in /tmp/*) mkdir -p "root$part"; mount --bind "$part" "root$part";; esac
+done
 for part in $2; do chmod a+x "root$part"; done
 echo ready
 exec sleep infinity
@@ -53,9 +56,13 @@ class Box:
         self.started: list[subprocess.Popen[bytes]] = []
         used = [Path(sys.executable).resolve(), Path(sys.executable), SOURCE]
         above = sorted({str(part) for path in used for part in path.parents} - {"/"})
+        installed = " ".join(map(str, [sys.prefix, sys.base_prefix, SOURCE]))
         network = ["unshare", "--net"] if beside is None else ["nsenter", "--target", beside.pid, "--net"]
         self.holder = subprocess.Popen(
-            [*network, "unshare", "--mount", "sh", "-c", SETUP, "sh", str(folder), " ".join(above)],
+            [
+                *network,
+                *("unshare", "--mount", "sh", "-c", SETUP, "sh", str(folder), " ".join(above), installed),
+            ],
             stdout=subprocess.PIPE,
             text=True,
         )
