@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -12,8 +13,9 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.acting.declaration import ActingVerdict, Outlook, contributions, outlook_text
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
-from eai.logic.formula import Always, Atom, Constant
+from eai.logic.formula import Atom, Constant, Eventually
 from eai.scoring.batch import Settings, score_run
+from eai.world.execution import Action
 from envs.switches import DOMAIN, SWITCHES, initial
 
 SUITE = open_suite(SWITCHES, ACTING)
@@ -56,7 +58,9 @@ def test_a_search_that_is_cut_off_shows_nothing() -> None:
 
 def test_of_goals_over_time_it_is_only_shown_that_they_are_lost() -> None:
     lit, shut = (Atom(name, (Constant(thing),)) for name, thing in (("lit", "lamp"), ("shut", "box")))
-    over_time = make_task("over", "Keep the box shut.", initial(), Always(lit), shut)
+    over_time = make_task("over", "Keep the box shut.", initial(), Eventually(lit), shut)
+    index = over_time.scene.index
+    over_time = replace(over_time, script=(Action("PRESS", (index["lamp"],)),))
     suite = open_suite(Benchmark("over_time", DOMAIN, given(over_time)), ACTING)
     assert looked_back("over", "PRESS(lamp)", suite=suite).outlook == "unknown"
     lost = looked_back("over", "GO(shed)", "OPEN(box)", suite=suite)

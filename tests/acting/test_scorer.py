@@ -7,21 +7,23 @@ from dataclasses import replace
 
 import pytest
 
-from eai import Benchmark
+from eai import Benchmark, given, make_task
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import Response
 from eai.acting.declaration import ActingVerdict, Turn, contributions
 from eai.acting.play import Arena, Play
+from eai.acting.scorer import NO_REFERENCE
 from eai.acting.setting import ACTING, Setting
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.envs.game import Stage
 from eai.envs.rules import Rules
+from eai.logic.formula import Atom, Constant, Not
 from eai.scoring.batch import Scoring
 from eai.world.fault import FaultKind
 from eai.world.slips import Until
-from envs.switches import SWITCHES, WON
+from envs.switches import DOMAIN, SWITCHES, WON, initial
 
 
 @pytest.fixture
@@ -159,3 +161,11 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
             else:
                 faults = [turn.fault for turn in played.turns if turn.fault is not None]
                 assert as_plan.error.kind in faults
+
+
+def test_a_task_that_nobody_is_known_to_win_is_excluded_however_it_ends() -> None:
+    shut, lit = (Atom(name, (Constant(thing),)) for name, thing in (("shut", "box"), ("lit", "lamp")))
+    both = make_task("both", "Have it both ways.", initial(), shut, Not(shut), lit)
+    suite = open_suite(Benchmark("both", DOMAIN, given(both)), ACTING)
+    for text in ("PRESS(lamp)\nDONE", "{"):
+        assert suite.score("both", text).excluded == NO_REFERENCE

@@ -52,6 +52,10 @@ def pose(world: AskedWorld, task: Task) -> Posed:
     return Posed(question, "\n".join([*(arena.stage(task).reference.commands or ()), DONE]))
 
 
+NO_REFERENCE = "nobody is known to win the task with what is seen in this setting"
+"""Why an episode is excluded, however it ended, of a task without a reference that can be played."""
+
+
 class _UnreplayableError(Exception):
     """An episode is not what its replay is."""
 
@@ -87,6 +91,9 @@ class _ActingScorer(Scorer):
         if self.task.left_out is not None:
             return Assessment(ActingVerdict(excluded=self.task.left_out), Explanation)
         episode = read_episode(text)
+        rules = episode.rules if isinstance(episode, Episode) else None
+        if self._stage(rules or rules_of(STANDARD)).reference.commands is None:
+            return Assessment(ActingVerdict(excluded=NO_REFERENCE), lambda: Explanation((NO_REFERENCE,)))
         if isinstance(episode, Unreadable):
             error = ErrorReport(FaultKind.PARSING, None, episode.reason)
             nothing, _, moments = self._replay(Episode(()))
