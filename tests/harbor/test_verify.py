@@ -9,12 +9,15 @@ from typing import Any
 
 import pytest
 
+from eai import Benchmark, given, make_task
 from eai.abilities.protocol import Ability
 from eai.acting.journal import key_in
 from eai.acting.worlds import journal_in, opened
 from eai.benchmark.suite import Suite, open_suite
-from eai.harbor.verify import answer_in, rewards_of_episode
+from eai.harbor.verify import answer_in, rewards, rewards_of_episode
+from eai.logic.formula import Atom, Constant, Not
 from eai.scoring.reward import LIMIT
+from envs.switches import DOMAIN, initial
 
 GO, PRESS = "GO(lamp_1)", "PRESS(lamp_1)"
 PLAN = ["GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)", "DONE"]
@@ -142,3 +145,10 @@ def test_an_answer_is_read_up_to_a_limit(content: bytes, read: str, tmp_path: Pa
 
 def test_no_file_is_no_answer(tmp_path: Path) -> None:
     assert answer_in(tmp_path / "answer.txt") == answer_in(tmp_path) == ""
+
+
+def test_a_task_that_excludes_whatever_is_said_pays_nothing() -> None:
+    shut = Atom("shut", (Constant("box"),))
+    both = make_task("both", "Have it both ways.", initial(), shut, Not(shut))
+    suite = open_suite(Benchmark("both", DOMAIN, given(both)), Ability("acting"))
+    assert rewards(suite, "both", "DONE") == {"reward": 0.0, "valid": 0.0}

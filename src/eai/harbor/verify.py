@@ -44,15 +44,19 @@ def rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
         return _invalid(suite, task_id, verdict.excluded)
-    rates = summarise([verdict], suite.ability)
-    shares = {name: rates[name].share for name in declaration_of(suite.ability).main}
-    known = {name: float(share) for name, share in shares.items() if share is not None}
-    return {"reward": float(is_right(suite, verdict)), **known, "valid": 1.0}
+    return {**_shares(suite, verdict), "valid": 1.0}
 
 
 def _invalid(suite: Suite, task_id: str, reason: str) -> dict[str, float]:
     print(reason, file=sys.stderr)
-    return {**rewards(suite, task_id, ""), "valid": 0.0}
+    return {**_shares(suite, suite.score(task_id, "")), "valid": 0.0}
+
+
+def _shares(suite: Suite, verdict: Verdict) -> dict[str, float]:
+    rates = summarise([verdict], suite.ability)
+    shares = {name: rates[name].share for name in declaration_of(suite.ability).main}
+    known = {name: float(share) for name, share in shares.items() if share is not None}
+    return {"reward": float(is_right(suite, verdict)), **known}
 
 
 def answer_in(file: Path) -> str:
