@@ -11,10 +11,12 @@ from hypothesis import strategies as st
 
 import eai
 from eai import make_task
+from eai.acting.play import Arena, rules_of
+from eai.acting.setting import Setting
 from eai.benchmark.benchmark import Benchmark
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
-from eai.envs.game import Game, Stage, stage_of
+from eai.envs.game import Game, Stage, stage_of, staged
 from eai.envs.rules import STANDARD, Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
@@ -584,3 +586,10 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
         assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp
+
+
+def test_who_plays_a_task_and_who_scores_it_share_it() -> None:
+    task = SWITCHES.tasks(Source())["both"]
+    assert staged(task, SWITCHES, Rules()) is staged(task, SWITCHES, Rules())
+    assert staged(task, SWITCHES, Rules()) is not staged(task, SWITCHES, STANDARD)
+    assert Arena(SWITCHES).stage(task) is staged(task, SWITCHES, rules_of(Setting()))

@@ -170,7 +170,7 @@ def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) ->
     hidden = 0
     for plan in gold_plans(name, data_store)[::7]:
         told, info = environment.reset(seed=0, options={"task_id": plan.task_id})
-        stage = environment._stages[plan.task_id]
+        stage = environment.game.stage
         known = introduced(told, "Objects [kind]: properties\n")
         hidden += not {stage.task.scene.objects[i].name for i in stage.view.subjects} <= known
         assert mentioned(told.partition("Objects [kind]: properties\n")[2], stage) <= known

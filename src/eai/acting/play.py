@@ -19,7 +19,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite
 from eai.envs.agents import NULLS, UPPER
 from eai.envs.command import DONE, LOOK, Commands
-from eai.envs.game import Game, Stage, manual
+from eai.envs.game import Game, Stage, manual, staged
 from eai.envs.rules import Feedback, Rules
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
@@ -57,7 +57,7 @@ def rules_of(setting: Setting) -> Rules:
 
 
 class Arena:
-    """The tasks of a benchmark, each made ready to be played when it is asked for.
+    """The tasks of a benchmark, as they are played in a setting.
 
     Args:
         benchmark: the benchmark.
@@ -68,14 +68,10 @@ class Arena:
         self.benchmark = benchmark
         self.setting = setting
         self._rules = rules_of(setting)
-        self._stages: dict[str, Stage] = {}
 
     def stage(self, task: Task) -> Stage:
         """The task as it is played in the setting."""
-        known = self._stages.get(task.id)
-        if known is None:
-            known = self._stages[task.id] = Stage(task, self.benchmark, self._rules)
-        return known
+        return staged(task, self.benchmark, self._rules)
 
     def prompt(self, task: Task) -> Prompt:
         """The question: the world, the task, and how to act in it.

@@ -21,8 +21,7 @@ from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE
-from eai.envs.game import Game, Stage
-from eai.envs.rules import Rules
+from eai.envs.game import Game, Stage, staged
 from eai.world.fault import FaultKind
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
@@ -73,14 +72,6 @@ class _ActingScorer(Scorer):
         self.benchmark = benchmark
         self.domain = benchmark.domain
         self.goals = GoalTest(task)
-        self._stages: dict[Rules, Stage] = {}
-
-    def _stage(self, rules: Rules) -> Stage:
-        """The task as it is played by some rules; it is made once."""
-        known = self._stages.get(rules)
-        if known is None:
-            known = self._stages[rules] = Stage(self.task, self.benchmark, rules)
-        return known
 
     def why_excluded(self) -> str | None:
         """Why the task is not played, which takes no reference to say."""
@@ -90,22 +81,22 @@ class _ActingScorer(Scorer):
         """The verdict on an episode; one that does not replay is excluded, and says where it differs."""
         if self.task.left_out is not None:
             return Assessment(ActingVerdict(excluded=self.task.left_out), Explanation)
-        episode = read_episode(text)
-        rules = episode.rules if isinstance(episode, Episode) else None
-        if self._stage(rules or rules_of(STANDARD)).reference.commands is None:
+        read = read_episode(text)
+        episode = Episode(()) if isinstance(read, Unreadable) else read
+        stage = staged(self.task, self.benchmark, episode.rules or rules_of(STANDARD))
+        if stage.reference.commands is None:
             return Assessment(ActingVerdict(excluded=NO_REFERENCE), lambda: Explanation((NO_REFERENCE,)))
-        if isinstance(episode, Unreadable):
-            error = ErrorReport(FaultKind.PARSING, None, episode.reason)
-            nothing, _, moments = self._replay(Episode(()))
+        if isinstance(read, Unreadable):
+            error = ErrorReport(FaultKind.PARSING, None, read.reason)
+            nothing, _, moments = self._replay(stage, episode)
             return self._assessment(replace(nothing, error=error, executable=False), [], moments)
         try:
-            return self._assessment(*self._replay(episode))
+            return self._assessment(*self._replay(stage, episode))
         except _UnreplayableError as error:
             reason = f"{UNREPLAYABLE}: {error}"
             return Assessment(ActingVerdict(excluded=reason), lambda: Explanation((reason,)))
 
-    def _replay(self, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
-        stage = self._stage(episode.rules or rules_of(STANDARD))
+    def _replay(self, stage: Stage, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         game = Game(stage, episode.seed, episode.epoch)
         opening, info = game.opening()
         _compare("the first observation", episode.opening, opening)

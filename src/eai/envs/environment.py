@@ -16,7 +16,7 @@ from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
-from eai.envs.game import Game, Stage, manual
+from eai.envs.game import Game, Stage, manual, staged
 from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.pictures.picture import pixels
@@ -130,7 +130,6 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self.observation_space = AnyText(MAX_OBSERVATION)
         self._tasks = tasks
         self.task_ids = tuple(task_ids)
-        self._stages: dict[str, Stage] = {}
         self._game: Game | None = None
         self._epoch = -1
 
@@ -202,10 +201,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return next((task_id for task_id in order if self._tasks[task_id].left_out is None), order[0])
 
     def _stage(self, task_id: str) -> Stage:
-        if task_id not in self._stages:
-            _refuse_strangers((task_id,), self._tasks, self.benchmark)
-            self._stages[task_id] = Stage(self._tasks[task_id], self.benchmark, self.rules)
-        return self._stages[task_id]
+        _refuse_strangers((task_id,), self._tasks, self.benchmark)
+        return staged(self._tasks[task_id], self.benchmark, self.rules)
 
 
 def make(

@@ -644,4 +644,14 @@ def stage_of(task: str, rules: Rules = RULES) -> Stage:
     suite = suite_of(reference)
     if reference.task_id not in suite.tasks:
         raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
-    return Stage(suite.tasks[reference.task_id], suite.benchmark, rules)
+    return staged(suite.tasks[reference.task_id], suite.benchmark, rules)
+
+
+@lru_cache(_KEPT)
+def staged(task: Task, benchmark: Benchmark, rules: Rules) -> Stage:
+    """A task made ready to be played, which all share who play it and who score what was played.
+
+    Raises:
+        InputError: it cannot be played.
+    """
+    return Stage(task, benchmark, rules)

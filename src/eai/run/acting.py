@@ -58,13 +58,12 @@ def episode_text(state: TaskState) -> str:
 
 
 @cache
-def _arena(benchmark: Benchmark, errata: ErrataChoice, setting: str) -> Arena:
-    return Arena(benchmark, Setting.model_validate_json(setting))
-
-
-@cache
 def _tasks(benchmark: Benchmark, errata: ErrataChoice) -> dict[str, Task]:
     return dict(open_suite(benchmark, ACTING, source=Source(errata=errata)).tasks)
+
+
+def _setting(state: TaskState) -> Setting:
+    return Setting.model_validate_json(state.metadata.get(AGENT, STANDARD.model_dump_json()))
 
 
 def _begin(state: TaskState) -> Play | None:
@@ -75,8 +74,7 @@ def _begin(state: TaskState) -> Play | None:
     task = _tasks(*where)[str(state.sample_id)]
     if task.left_out is not None:
         return None
-    arena = _arena(*where, about.get(AGENT, STANDARD.model_dump_json()))
-    play = arena.play(task, state.epoch, int(about.get(BEGUN, 1)))
+    play = Arena(where[0], _setting(state)).play(task, state.epoch, int(about.get(BEGUN, 1)))
     for turn in state.store_as(_Acted).episode.get("turns", ()):
         play.act(turn["said"], turn.get("thought", ""))
     return play
@@ -157,8 +155,7 @@ def _player(harness: str | None = None) -> Solver:
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        setting = Setting.model_validate_json(state.metadata.get(AGENT, STANDARD.model_dump_json()))
-        play = _begin(state)
+        setting, play = _setting(state), _begin(state)
         if play is None:
             state.output = ModelOutput.from_content(str(state.model), DONE)
             return state
