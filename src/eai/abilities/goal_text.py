@@ -10,7 +10,7 @@ from eai.errors import InputError, did_you_mean
 from eai.logic.ltl import parse
 from eai.logic.rewriting import rewrite_in_time
 from eai.logic.signature import MisuseKind, takes
-from eai.logic.traversal import free_variables, is_state_formula, objects, walk
+from eai.logic.traversal import bound_by, free_variables, is_state_formula, objects, walk
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
 from eai.world.state import Scene
@@ -57,25 +57,17 @@ def check_goal(formula: f.Formula, scene: Scene) -> None:
     """
     kinds = {thing.category for thing in scene.objects}
     for part in walk(formula):
-        match part:
-            case f.Atom(name, arguments):
-                scene.vocabulary.require(name, len(arguments))
-            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
-                _check_kind(variable, kinds)
-            case f.ForPairs(first, second):
-                _check_kind(first, kinds)
-                _check_kind(second, kinds)
+        if isinstance(part, f.Atom):
+            scene.vocabulary.require(part.predicate, len(part.arguments))
+        for variable in bound_by(part):
+            kind = variable.category
+            if kind is not None and kind not in kinds:
+                raise InputError(f"there is no object of the kind {kind}{did_you_mean(kind, kinds)}")
     for name in objects(formula):
         if name != AGENT.name or scene.agent is None:
             scene.find(name)
     for name in sorted(free_variables(formula)):
         raise InputError(f"variable {name} is not bound")
-
-
-def _check_kind(variable: f.Variable, kinds: set[str]) -> None:
-    kind = variable.category
-    if kind is not None and kind not in kinds:
-        raise InputError(f"there is no object of the kind {kind}{did_you_mean(kind, kinds)}")
 
 
 def _is_choice(formula: f.Formula) -> bool:

@@ -12,7 +12,7 @@ from eai.abilities.planning import find_plan
 from eai.abilities.task import NO_GOALS, Task
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError, did_you_mean
-from eai.logic.traversal import walk
+from eai.logic.traversal import bound_by, walk
 from eai.planning.planner import Planner
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding, Source
@@ -77,5 +77,4 @@ def _formulas(domain: Domain) -> Iterator[tuple[str, Iterable[f.Formula]]]:
 def _kinds(formula: f.Formula) -> Iterator[str]:
     """The kinds of objects that a formula asks for."""
     for part in walk(formula):
-        if isinstance(part, f.ForAll | f.Exists | f.Exactly) and part.variable.category is not None:
-            yield part.variable.category
+        yield from filter(None, [variable.category for variable in bound_by(part)])

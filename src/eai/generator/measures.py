@@ -22,7 +22,7 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.benchmark.features import operators_with_tools
-from eai.logic.traversal import children, objects, walk
+from eai.logic.traversal import bound_by, children, objects, walk
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import execute
@@ -210,8 +210,5 @@ def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
     """The objects that a goal names or ranges over."""
     yield from (scene.index[name] for name in objects(goal))
     for part in walk(goal):
-        match part:
-            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(variable=variable):
-                yield from bits(scene.category(variable.category))
-            case f.ForPairs(first, second):
-                yield from bits(scene.category(first.category) | scene.category(second.category))
+        for variable in bound_by(part):
+            yield from bits(scene.category(variable.category))

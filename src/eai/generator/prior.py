@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import children, walk
+from eai.logic.traversal import bound_by, children, walk
 from eai.world.execution import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -59,17 +59,13 @@ def _literals(goal: f.Formula, scene: Scene) -> Iterator[_Literal]:
     """The literals of a goal about objects."""
     ranges: dict[str, int] = {}
     for part in walk(goal):
-        match part:
-            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(variable=variable):
-                ranges[variable.name] = scene.category(variable.category)
-            case f.ForPairs(first, second):
-                ranges |= {v.name: scene.category(v.category) for v in (first, second)}
-            case f.Atom(predicate, terms):
-                masks = [
-                    ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
-                    for term in terms
-                ]
-                yield _Literal(predicate, tuple(masks))
+        ranges |= {each.name: scene.category(each.category) for each in bound_by(part)}
+        if isinstance(part, f.Atom):
+            masks = [
+                ranges[term.name] if isinstance(term, f.Variable) else 1 << scene.index[term.name]
+                for term in part.arguments
+            ]
+            yield _Literal(part.predicate, tuple(masks))
 
 
 def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) -> bool:

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.errors import InputError
-from eai.logic.traversal import is_state_formula, objects, with_parts
+from eai.logic.traversal import bound_by, is_state_formula, objects, with_parts
 
 Leaf: TypeAlias = f.Atom | f.Occurs | f.Equals
 
@@ -34,14 +34,9 @@ def rewrite(
     match formula:
         case f.Atom() | f.Occurs() | f.Equals():
             return change(formula, bound)
-        case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
-            inner = bound | {variable.name}
-        case f.ForPairs(first, second):
-            inner = bound | {first.name, second.name}
         case f.Next() | f.Eventually() | f.Always() | f.Until():
             raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
-        case _:
-            inner = bound
+    inner = bound.union([variable.name for variable in bound_by(formula)])
     return with_parts(formula, lambda part: rewrite(part, change, inner))
 
 

@@ -38,6 +38,17 @@ def children(formula: f.Formula) -> tuple[f.Formula, ...]:
             assert_never(formula)
 
 
+def bound_by(formula: f.Formula) -> tuple[f.Variable, ...]:
+    """The variables that a formula binds itself: those of a quantifier, and none of any other."""
+    match formula:
+        case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
+            return (variable,)
+        case f.ForPairs(first, second):
+            return first, second
+        case _:
+            return ()
+
+
 def with_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
     """The formula with each immediate part replaced by what ``change`` makes of it, left to right."""
     match formula:
@@ -87,12 +98,9 @@ def free_variables(formula: f.Formula) -> frozenset[str]:
                 found |= {term.name for term in terms if isinstance(term, f.Variable)} - bound
             case f.Equals(left, right):
                 found |= {term.name for term in (left, right) if isinstance(term, f.Variable)} - bound
-            case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-                pending.append((body, bound | {variable.name}))
-            case f.ForPairs(first, second, body):
-                pending.append((body, bound | {first.name, second.name}))
             case _:
-                pending += [(child, bound) for child in children(part)]
+                inner = bound.union([variable.name for variable in bound_by(part)])
+                pending += [(child, inner) for child in children(part)]
     return frozenset(found)
 
 

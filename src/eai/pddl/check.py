@@ -14,7 +14,7 @@ from enum import Enum
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import ParseError
-from eai.logic.traversal import children
+from eai.logic.traversal import bound_by, children
 
 
 class Offence(str, Enum):
@@ -201,10 +201,8 @@ class _Checker:
             case f.Not() | f.And() | f.Or() | f.Implies():
                 for part in children(formula):
                     yield from self.formula(part, scope)
-            case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-                yield from self.below((variable,), body, scope)
-            case f.ForPairs(first, second, body):
-                yield from self.below((first, second), body, scope)
+            case f.ForAll(body=body) | f.Exists(body=body) | f.Exactly(body=body) | f.ForPairs(body=body):
+                yield from self.below(bound_by(formula), body, scope)
             case _:
                 yield PddlFinding(Offence.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
 

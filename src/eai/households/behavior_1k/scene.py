@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
@@ -28,7 +29,7 @@ from eai.households.behavior_1k.kinds import (
     lemma,
 )
 from eai.logic.bddl import Problem, parse_problem
-from eai.logic.traversal import walk
+from eai.logic.traversal import bound_by, walk
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate
 
@@ -99,14 +100,8 @@ class _Activity:
     @cached_property
     def _variables(self) -> Mapping[str, str]:
         """The categories of the variables of the goal; one name means one category in a definition."""
-        found: list[f.Variable] = []
-        for part in walk(self.problem.goal):
-            match part:
-                case f.ForAll(variable) | f.Exists(variable) | f.Exactly(_, variable):
-                    found.append(variable)
-                case f.ForPairs(first, second):
-                    found += [first, second]
-        return {each.name: str(each.category) for each in found}
+        bound = chain.from_iterable(map(bound_by, walk(self.problem.goal)))
+        return {each.name: str(each.category) for each in bound}
 
     def _places(self) -> Iterator[tuple[str, f.Term, f.Term]]:
         """Yield the atoms of the goal about two things: the predicate, and both."""
