@@ -5,10 +5,8 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import shlex
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from typing import Any
 import pytest
 import typer
 
+from by_path import module_at
 from eai.cli import app
 
 ROOT = Path(__file__).parent.parent
@@ -35,11 +34,7 @@ VARIABLES = {
 
 def walked(page: str) -> Iterator[str]:
     """The commands on a page, as the walk finds them."""
-    spec = importlib.util.spec_from_file_location("walk_docs", ROOT / "tools/walk_docs.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = sys.modules["walk_docs"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = module_at("tools/walk_docs.py")
     yield from module.commands(page)
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-TOOL = Path(__file__).parent.parent / "tools" / "gallery.py"
+from by_path import module_at
+
 LARGEST = 100_000
 """Bytes of a picture."""
 
@@ -16,12 +15,7 @@ LARGEST = 100_000
 @pytest.fixture(scope="module")
 def gallery() -> ModuleType:
     pytest.importorskip("PIL")
-    spec = importlib.util.spec_from_file_location("gallery", TOOL)
-    assert spec is not None
-    assert spec.loader is not None
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    return tool
+    return module_at("tools/gallery.py")
 
 
 def test_the_page_shows_every_figure(gallery: ModuleType) -> None:

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
-TOOL = Path(__file__).parent.parent / "tools" / "glossary.py"
+from by_path import module_at
+
 MOST = 512
 """How many public classes there may be: lower it where some go; 350 is the aim."""
 
 
 @pytest.fixture(scope="module")
 def tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("glossary", TOOL)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_at("tools/glossary.py")
 
 
 def test_the_page_is_what_the_docstrings_say(tool: ModuleType) -> None:

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import shutil
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from by_path import module_at
 
 ROOT = Path(__file__).resolve().parents[1]
 
 
 @pytest.fixture(scope="module")
 def tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("mutants_tool", ROOT / "tools" / "mutants.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return module_at("tools/mutants.py")
 
 
 def test_what_says_nothing_of_what_is_done_is_left_alone(
@@ -66,11 +60,7 @@ def test_what_is_listed_as_meaning_the_same_can_still_be_made(tool: ModuleType) 
 
 
 def test_quick_tests_come_first_and_before_them_what_has_failed(tmp_path: Path) -> None:
-    spec = importlib.util.spec_from_file_location("quick_first", ROOT / "tools" / "quick_first.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = module_at("tools/quick_first.py")
     file = tmp_path / "known.json"
     file.write_text(
         '{"took": {"slow": 9, "quick": 0.1, "near/quick": 0.1, "failed": 8}, "failed": {"failed": 9}}'

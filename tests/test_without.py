@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
 import eai
+from by_path import module_at
 from eai.studies.registry import BUILT_IN
 from sweeps import swept
 
 SOURCE = Path(eai.__file__).parent
-ROOT = Path(__file__).resolve().parents[1]
 
-
-def _tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("without_tool", ROOT / "tools" / "without.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-TOOL = _tool()
+TOOL = module_at("tools/without.py")
 FEW = ("reference", "households/virtualhome", "studies/errors")
 
 

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from by_path import module_at
+
 pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
-FILE = Path(__file__).parents[2] / "bench" / "random_plays.py"
 
 
 @pytest.fixture
 def bench() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("random_plays", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = sys.modules["random_plays"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_at("bench/random_plays.py")
 
 
 @pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours

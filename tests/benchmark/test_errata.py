@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
 import eai.world as w
+from by_path import module_at
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import ErrataUse
 from eai.abilities.responses import Response, ResponseFile
@@ -35,8 +34,6 @@ from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
 from eai.world.history import Past
 from oracle import MODELS, Oracle
-
-ROOT = Path(__file__).parents[2]
 
 VERSIONS = {1: "1+92cd0f75", 2: "2+2ce9dbe1", 3: "3+1210d2bc"}
 """The content of each version of the table: whoever changes a correction makes a new version."""
@@ -286,11 +283,7 @@ def test_a_change_of_a_correction_is_a_new_version() -> None:
 
 
 def test_the_page_lists_the_table() -> None:
-    spec = importlib.util.spec_from_file_location("errata_page", ROOT / "tools" / "errata_page.py")
-    assert spec is not None
-    assert spec.loader is not None
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
+    tool = module_at("tools/errata_page.py")
     assert tool.PAGE.read_text(encoding="utf-8") == tool.page(), "run: python tools/errata_page.py"
 
 

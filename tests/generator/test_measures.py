@@ -6,13 +6,12 @@ import json
 import math
 from dataclasses import replace
 from importlib import resources
-from importlib.util import module_from_spec, spec_from_file_location
 from itertools import islice
-from pathlib import Path
 
 import pytest
 
 import eai.logic.formula as f
+from by_path import module_at
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.generator.generator import Generator
@@ -141,12 +140,7 @@ def test_longer_plans_and_more_goals_are_harder() -> None:
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_the_coefficients_are_those_of_the_public_tasks(like: str) -> None:
     pytest.importorskip("scipy")
-    path = Path(__file__).parents[2] / "tools" / "task_difficulty.py"
-    spec = spec_from_file_location("task_difficulty", path)
-    assert spec is not None
-    assert spec.loader is not None
-    tool = module_from_spec(spec)
-    spec.loader.exec_module(tool)
+    tool = module_at("tools/task_difficulty.py")
     known = json.loads((resources.files("eai.generator") / FILE).read_text(encoding="utf-8"))[like]
     fitted = tool.fitted(like)
     assert fitted["weights"] == pytest.approx(known["weights"], abs=0.002)

@@ -1,13 +1,13 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 
+from by_path import module_at
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
@@ -129,14 +129,7 @@ SAMPLE = "llama-3-8b-chat"
 
 @pytest.fixture(scope="module")
 def tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location(
-        "published_scores_tool", ROOT / "tools" / "published_scores.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
+    return module_at("tools/published_scores.py")
 
 
 def test_the_table_is_of_the_protocol_that_the_paper_has_no_numbers_of() -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 from types import ModuleType
 
 import pytest
 
+from by_path import module_at
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
@@ -21,18 +19,11 @@ from studies.published import tables
 from suites import SUITES
 
 np = pytest.importorskip("numpy")
-TOOL = Path(__file__).resolve().parents[2] / "tools" / "short_tests.py"
 
 
 @pytest.fixture(scope="module")
 def tool() -> ModuleType:
-    spec = spec_from_file_location("short_tests_tool", TOOL)
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return module_at("tools/short_tests.py")
 
 
 def scores(matrix: list[list[float]]) -> Scores:
