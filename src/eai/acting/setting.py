@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
+from typing import Any
 
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
@@ -38,6 +40,12 @@ class Setting(Options):
     steps: int | None = option("The most actions whatever the plan.", ge=1)
     tokens: int | None = option("The most tokens of an episode, those of all questions and replies.", ge=1)
     seconds: int | None = option("The most seconds of an episode on the clock.", ge=1)
+
+    @classmethod
+    def of_question(cls, about: Mapping[str, Any]) -> Setting:
+        """The setting that the metadata of a question has; the standard one if they have none."""
+        stated = about.get(AGENT)
+        return STANDARD if stated is None else cls.model_validate_json(stated)
 
     @property
     def label(self) -> str:

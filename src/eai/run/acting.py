@@ -23,7 +23,7 @@ from pydantic import Field
 from eai.abilities.record import Usage
 from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
-from eai.acting.setting import ACTING, AGENT, STANDARD, Harness, Setting
+from eai.acting.setting import ACTING, Harness, Setting
 from eai.acting.tools import ACT, END, READ, command_of, tools_of
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
@@ -62,10 +62,6 @@ def _tasks(benchmark: Benchmark, errata: ErrataChoice) -> dict[str, Task]:
     return dict(open_suite(benchmark, ACTING, source=Source(errata=errata)).tasks)
 
 
-def _setting(state: TaskState) -> Setting:
-    return Setting.model_validate_json(state.metadata.get(AGENT, STANDARD.model_dump_json()))
-
-
 def _begin(state: TaskState) -> Play | None:
     """The episode of a sample, which resumes from the store; None of a task that is not played."""
     about = state.metadata
@@ -74,7 +70,7 @@ def _begin(state: TaskState) -> Play | None:
     task = _tasks(*where)[str(state.sample_id)]
     if task.left_out is not None:
         return None
-    play = Arena(where[0], _setting(state)).play(task, state.epoch, int(about.get(BEGUN, 1)))
+    play = Arena(where[0], Setting.of_question(about)).play(task, state.epoch, int(about.get(BEGUN, 1)))
     for turn in state.store_as(_Acted).episode.get("turns", ()):
         play.act(turn["said"], turn.get("thought", ""))
     return play
@@ -155,7 +151,7 @@ def _player(harness: str | None = None) -> Solver:
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        setting, play = _setting(state), _begin(state)
+        setting, play = Setting.of_question(state.metadata), _begin(state)
         if play is None:
             state.output = ModelOutput.from_content(str(state.model), DONE)
             return state

@@ -27,7 +27,7 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
 from eai.acting.play import AGENTS, Arena, commands_of
-from eai.acting.setting import ACTING, AGENT, STANDARD, Setting
+from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book
@@ -91,7 +91,7 @@ class _Question(NamedTuple):
         stated: the answer whose goals it states in the place of the task's; None for the task's.
         scene: the scene graph that it tells of in the place of the task's scene; None for the task's.
         source: what the task's own answers are read from.
-        setting: how the task is played, if it is.
+        setting: how the task is played, where actions are asked for.
     """
 
     benchmark: Benchmark
@@ -104,7 +104,7 @@ class _Question(NamedTuple):
     stated: str | None = None
     scene: str | None = None
     source: Source = Source()
-    setting: str | None = None
+    setting: Setting = STANDARD
 
 
 @modelapi(name=PROVIDER)
@@ -154,7 +154,7 @@ class BuiltInModel(ModelAPI):
             if model_name == "replay" and self._path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_BOOKS.get(model_name, open_answer_book))
-        self._episodes: dict[tuple[str, str, str, int], list[str]] = {}
+        self._episodes: dict[tuple[object, ...], list[str]] = {}
         self._random = cache(open_random_answers)
         self._recorded = cache(self._read_recorded)
 
@@ -181,7 +181,7 @@ class BuiltInModel(ModelAPI):
             about.get(STATED),
             about.get(SCENE),
             Source(errata=errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))),
-            about.get(AGENT),
+            Setting.of_question(about),
         )
         if question.ability is ACTING:
             commands = await _off_the_loop(partial(self._played, question))
@@ -191,7 +191,7 @@ class BuiltInModel(ModelAPI):
 
     def _played(self, asked: _Question) -> list[str]:
         """The commands of an episode: a recorded one, or the model's answer to action sequencing."""
-        place = (asked.benchmark.reference, asked.source.errata.value, asked.task_id, asked.epoch)
+        place = (asked.benchmark, asked.source.errata, asked.task_id, asked.epoch, asked.setting)
         if place not in self._episodes:
             self._episodes[place] = self._commands(asked)
         return self._episodes[place]
@@ -199,8 +199,8 @@ class BuiltInModel(ModelAPI):
     def _commands(self, asked: _Question) -> list[str]:
         task = asked.benchmark.tasks(asked.source)[asked.task_id]
         if self.model_name in AGENTS:
-            setting = Setting.model_validate_json(asked.setting or STANDARD.model_dump_json())
-            return Arena(asked.benchmark, setting).commands(self.model_name, task, self._seed, asked.epoch)
+            arena = Arena(asked.benchmark, asked.setting)
+            return arena.commands(self.model_name, task, self._seed, asked.epoch)
         of_plan = asked._replace(ability=Ability.ACTION_SEQUENCING)
         answer = self._answer(asked if self.model_name == "replay" else of_plan)
         return commands_of(task, asked.benchmark, answer)
