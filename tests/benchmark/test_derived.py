@@ -8,6 +8,8 @@ from collections.abc import Iterator
 import pytest
 
 from eai.households.behavior import domain as behavior
+from eai.households.behavior_1k import predicates as predicates_1k
+from eai.households.behavior_1k.operators import declared
 from eai.households.virtualhome import domain as virtualhome
 from eai.world.derived import Computed, Defined, Lookup, evaluated_as, meaning
 from eai.world.domain import Domain
@@ -17,8 +19,10 @@ from households.behavior import kitchen
 from households.virtualhome import household
 
 SEATS = ("sofa.90", "bed.91", "bench.92")
+THINGS = ("floor", "oven", "pan", "bowl", "plate", "apple", "water")
 DOMAINS = {
     "behavior": (behavior.as_meant(), kitchen.make_task().initial.scene),
+    "behavior-1k": (declared(), Scene(predicates_1k.VOCABULARY, {name: name for name in THINGS})),
     "virtualhome": (virtualhome.as_meant(), household.make_task(more_objects=SEATS).initial.scene),
 }
 COMPUTED = [
@@ -27,7 +31,7 @@ COMPUTED = [
     for derived in domain.vocabulary.derived
     if isinstance(evaluated_as(derived), Computed | Lookup)
 ]
-SUPPORTS = ("lies_in", "lies_on")
+SUPPORTS = {"lies_in", "lies_on", *predicates_1k.SUPPORTS}
 """A thing that rests in something does not rest on anything else, nor in a circle, by any action."""
 
 
@@ -87,6 +91,7 @@ def states(scene: Scene, number: int = 12) -> Iterator[State]:
 def test_there_are_such_predicates() -> None:
     names = {case.id for case in COMPUTED}
     assert names >= {"behavior inside", "behavior floor_below", "virtualhome room_of", "virtualhome bed_full"}
+    assert names >= {"behavior-1k inside", "behavior-1k floor_of"}
 
 
 def test_a_sliced_object_without_parts_is_what_it_is_itself() -> None:
