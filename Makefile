@@ -4,7 +4,8 @@
 # make lint | type | docs | bench | clean
 # make site    the documentation as a site, build/site/html
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
-# make release build the package, check it as an index does, write what is new and what it needs; nothing is uploaded
+# make release build the package and those of packages/, check them as an index does, write what is new and what it needs;
+#              nothing is uploaded
 # make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
 # make audit   known vulnerabilities of what is needed to run
 
@@ -84,13 +85,13 @@ packages/%/.venv/.tested: $(shell find packages src -name .venv -prune -o -name 
 
 release: $(WITH_RELEASE)
 	rm -rf dist
-	$(BIN)/python -m build --outdir dist
+	for package in . packages/*; do $(BIN)/python -m build --outdir dist $$package || exit; done
 	$(BIN)/twine check --strict dist/*.whl dist/*.tar.gz
 	$(BIN)/python tools/release_notes.py --out dist/notes.md
 	$(RUNTIME)
 	$(BIN)/cyclonedx-py environment build/runtime/bin/python --pyproject pyproject.toml --output-reproducible \
 	  --output-format JSON --output-file dist/bom.json
-	@echo "made dist/; to publish: $(BIN)/twine upload dist/*.whl dist/*.tar.gz"
+	@echo "made dist/; .github/workflows/release.yml publishes it"
 
 test-bare: $(WITH_DEV)
 	rm -rf build/bare

@@ -19,6 +19,7 @@ ROOT = Path(__file__).parent.parent
 BUILD = ROOT / "build/site"
 LINK = re.compile(r"\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)")
 HEADING = re.compile(r"^## (?P<title>.+)$", re.MULTILINE)
+ADDRESS = re.compile(r'^Repository = "(?P<address>[^"]+)"$', re.MULTILINE)
 ROW = re.compile(r"^\| \[(?P<title>[^\]]+)\]\((?P<page>[^)]+)\) \|", re.MULTILINE)
 
 
@@ -29,11 +30,18 @@ def main() -> int:
     paths = {"docs_dir": "pages", "site_dir": "html"}
     # JSON is YAML; the rest of the settings is what mkdocs.yml says.
     config.write_text(
-        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, "nav": navigation(ROOT)}), encoding="utf-8"
+        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, **address(ROOT), "nav": navigation(ROOT)}),
+        encoding="utf-8",
     )
     return subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", config]
     ).returncode
+
+
+def address(root: Path) -> dict[str, str]:
+    """The link to the repository, once tools/address.py has written where it is."""
+    found = ADDRESS.search((root / "pyproject.toml").read_text(encoding="utf-8"))
+    return {} if found is None else {"repo_url": found["address"]}
 
 
 def lay_out(root: Path, pages: Path) -> None:

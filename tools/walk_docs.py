@@ -208,7 +208,7 @@ def install(python: str, installer: str, place: Path) -> Path:
         subprocess.run([python, "-m", "venv", place], check=True)
     if installer == "uv":
         command = ["uv", "pip", "install", "--quiet", "--python", programs / "python"]
-        command += ["--reinstall-package", "embodied-agent-interface", target]
+        command += ["--reinstall-package", "eai-bench", target]
     else:
         command = [programs / "python", "-m", "pip", "install", "--quiet", target]
     subprocess.run(command, check=True)

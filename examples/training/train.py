@@ -1,6 +1,6 @@
 """Train a policy that fits into a table on generated tasks, through the environment, in minutes on a CPU.
 
-    pip install 'embodied-agent-interface[analysis,envs,plots]'
+    pip install '.[analysis,envs,plots]'
     python examples/training/train.py --like behavior --out runs/training
 
 Tasks are generated first: `train` to learn from, `test` to measure with, whose goals no policy has seen.

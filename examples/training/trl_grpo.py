@@ -1,6 +1,6 @@
 """The same with a language model and TRL: GRPO on generated tasks. Not run here: it takes a GPU.
 
-    pip install 'embodied-agent-interface' 'trl==1.16.0' 'datasets' 'torch'
+    pip install . 'trl==1.16.0' 'datasets' 'torch'
     eai generate --like virtualhome --tier S --n 2000 --split train --out tasks/
     eai generate --like virtualhome --tier S --n 200 --split test --out tasks/
     eai export prompts --domain tasks/ --ability action_sequencing --format hf --out prompts

@@ -1,6 +1,6 @@
 """Play lamps over OpenEnv with a policy that needs no model, then have a whole answer rewarded.
 
-    pip install eai-openenv
+    pip install ../.. .
     PYTHONPATH=../../examples/lamps python example.py
 
 It starts a server of its own on a free port of this machine and stops it at the end.

@@ -1,6 +1,6 @@
 """Run both tasksets with a policy that needs no model, as verifiers runs them.
 
-    pip install eai-verifiers
+    pip install ../.. .
     PYTHONPATH=../../examples/lamps python example.py
 
 A fake server stands for the model: it is asked as any OpenAI-compatible one would be.

@@ -57,7 +57,7 @@ class InterruptError(EaiError):
 
 def how_to_install(extra: str) -> str:
     """The command that installs what an extra of the package consists of."""
-    return f"pip install 'embodied-agent-interface[{extra}]'"
+    return f"pip install 'eai-bench[{extra}]'"
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

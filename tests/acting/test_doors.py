@@ -8,7 +8,7 @@ import pytest
 
 from by_path import module_at
 
-pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
+pytest.importorskip("mcp", reason="no mcp: pip install 'eai-bench[mcp]'")
 
 
 @pytest.fixture

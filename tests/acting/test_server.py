@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
-pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
+pytest.importorskip("mcp", reason="no mcp: pip install 'eai-bench[mcp]'")
 
 import httpx2
 from mcp import Client, MCPError, StdioServerParameters

@@ -62,7 +62,7 @@ NEEDED = {
 }
 """Commands that cannot do without an extra."""
 
-NO_PLOTS = "no plots: plots need matplotlib: pip install 'embodied-agent-interface[plots]'\n"
+NO_PLOTS = "no plots: plots need matplotlib: pip install 'eai-bench[plots]'\n"
 
 ONE_ANSWER = (
     "one: 341 of 342 tasks without an answer, counted as failed where they are in the statistics (336).\n"
@@ -117,7 +117,7 @@ def test_a_missing_extra_is_one_line_that_names_it(
     outcome = bare(command, place)
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err.startswith("eai: ")
-    assert outcome.err.endswith(f": pip install 'embodied-agent-interface[{extra}]'\n")
+    assert outcome.err.endswith(f": pip install 'eai-bench[{extra}]'\n")
     assert outcome.err.count("\n") == 1
 
 

@@ -238,7 +238,7 @@ def test_a_run_without_inspect_is_refused_at_once_in_one_line() -> None:
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert len(done.stderr.splitlines()) == 1
-    assert "pip install 'embodied-agent-interface[run]'" in done.stderr
+    assert "pip install 'eai-bench[run]'" in done.stderr
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")

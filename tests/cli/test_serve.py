@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("mcp", reason="no mcp: pip install 'embodied-agent-interface[mcp]'")
+pytest.importorskip("mcp", reason="no mcp: pip install 'eai-bench[mcp]'")
 
 from cli.conftest import Command
 

@@ -120,7 +120,7 @@ def test_what_comes_without_gymnasium_is_said() -> None:
     without = "import sys; sys.modules['gymnasium'] = None; "
     code = without + "import eai.envs.rewards; from eai.envs import make"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert "pip install 'embodied-agent-interface[envs]'" in result.stderr.splitlines()[-1]
+    assert "pip install 'eai-bench[envs]'" in result.stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize("observe", ["full", "partial"])

@@ -135,7 +135,7 @@ def test_many_calls_at_once_do_not_clash(planner: FastDownward, scratch: Path) -
 
 def test_a_missing_planner_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fast_downward.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(DataError, match=r"pip install 'embodied-agent-interface\[planner\]'"):
+    with pytest.raises(DataError, match=r"pip install 'eai-bench\[planner\]'"):
         FastDownward.installed()
 
 

@@ -31,7 +31,7 @@ _Files: TypeAlias = dict[str, str | bytes]
 IMAGE = "image"
 """The folder, beside those of tasks, from which the image with their worlds is built."""
 
-_PACKAGE = "embodied-agent-interface"
+_PACKAGE = "eai-bench"
 
 _EXECUTABLE = frozenset({"act", "solve.sh", "test.sh"})
 

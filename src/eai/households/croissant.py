@@ -73,7 +73,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
         tables[f"{benchmark.name}_operators"] = OPERATOR_FIELDS, list(operator_rows(benchmark, source))
     contents = {name: _lines(rows) for name, (_, rows) in tables.items()}
     metadata = mlcroissant.Metadata(
-        name="embodied-agent-interface",
+        name="eai-bench",
         description="Tasks of "
         + " and ".join(benchmark.title for benchmark in benchmarks)
         + ", as eai reads them.",

@@ -18,7 +18,7 @@ from eai_openenv.meters import Meters
 from eai_openenv.rewards import reward_route
 from eai_openenv.tasks import Tasks
 
-__version__ = version("eai-openenv")
+__version__ = version("eai-bench-openenv")
 """Of this package."""
 
 

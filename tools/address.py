@@ -1,0 +1,51 @@
+"""Write the repository's address wherever it belongs: package pages, their links, the citation.
+
+Until it has one, none of these has a link to it. tools/site.py reads it from pyproject.toml.
+
+    python tools/address.py https://HOST/OWNER/NAME
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+URLS = "[project.urls]\n"
+_SET = re.compile(r'^(Repository|repository-code)( = |: )".*"\n', re.MULTILINE)
+_LINK = re.compile(r"(pattern = '(?P<picture>!?)\\\[.*?replacement = )'.*'")
+
+
+def with_address(text: str, address: str, below: str = "") -> str:
+    """The text of a ``pyproject.toml`` with the address of the repository.
+
+    Args:
+        text: the text.
+        address: the address.
+        below: the folder of the file in the repository, with a slash at its end.
+    """
+    text = _SET.sub("", text).replace(URLS, f'{URLS}Repository = "{address}"\n', 1)
+    return _LINK.sub(lambda match: f"{match[1]}'{_replacement(match['picture'], address, below)}'", text)
+
+
+def _replacement(picture: str, address: str, below: str) -> str:
+    kind = "raw" if picture else "blob"
+    return rf"{picture}[\1]({address}/{kind}/main/{below}\2)" + (r"\n\n" if picture else "")
+
+
+def write(root: Path, address: str) -> None:
+    """Write the address into the files below a root."""
+    for file in [root / "pyproject.toml", *sorted(root.glob("packages/*/pyproject.toml"))]:
+        below = "" if file.parent == root else f"{file.parent.relative_to(root).as_posix()}/"
+        file.write_text(with_address(file.read_text(encoding="utf-8"), address, below), encoding="utf-8")
+    citation = root / "CITATION.cff"
+    kept = _SET.sub("", citation.read_text(encoding="utf-8"))
+    written = kept.replace("license: MIT\n", f'license: MIT\nrepository-code: "{address}"\n', 1)
+    citation.write_text(written, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2 or not sys.argv[1].startswith("https://"):
+        raise SystemExit(__doc__)
+    write(ROOT, sys.argv[1].rstrip("/"))
