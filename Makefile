@@ -35,19 +35,11 @@ ALL := -m "sweep or not sweep" --hypothesis-profile=thorough
 .NOTPARALLEL:
 
 demo: about-demo $(WITH_RUN)
-	$(BIN)/eai run --model eai/oracle --model eai/noisy --limit 40 --planner built_in --out runs/demo
-	@printf '\nWhy an answer failed:\n'
-	$(BIN)/eai explain runs/demo/virtualhome/action_sequencing/eai_noisy 616_1
-	@printf '%s\n' '' 'To go on:' \
-	  '  source $(BIN)/activate' \
-	  '  eai explain runs/demo --failed            # all answers that failed' \
-	  '  eai report runs/demo --out report         # tables, and the explorer as a page' \
-	  '  eai run --model openai/gpt-4o --limit 5   # a model of yours (needs its key)'
+	@$(BIN)/eai demo
+	@echo '(first: source $(BIN)/activate)'
 
 about-demo:
-	@printf '%s\n' 'Two built-in models, of which one makes mistakes, do 40 tasks of each of 8 suites.' \
-	  'No key is needed, and no model is called. This takes about a minute, and the first time' \
-	  'one to three more to install eai into $(VENV) and to download the tasks (27 MB).'
+	@test -e $(WITH_RUN) || echo 'First eai is installed into $(VENV), which takes one to three minutes.'
 
 test: $(WITH_DEV)
 	$(BIN)/$(PYTEST) -m "not sweep" $(ARGS)

@@ -24,7 +24,7 @@ EXAMPLES = frozenset(
         "cli/export.py",
         "cli/generate.py",
         "cli/play.py",
-        "cli/prompts.py",
+        "cli/demo.py",
         "cli/run.py",
         "cli/score.py",
         "cli/serve.py",

@@ -83,7 +83,7 @@ eai score answers/pipeline --domain behavior --ability subgoal_decomposition --o
 """,
     "prompts": r"""
 for name in base general improved; do \
-  eai prompts --domain virtualhome --ability goal_interpretation \
+  eai export prompts --domain virtualhome --ability goal_interpretation \
     --out prompts/$name/virtualhome_goal_interpretation.json; done
 """,
     "reports": r"""

@@ -16,13 +16,13 @@ from eai.cli import app
 from eai.data.store import Store
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
-WITHOUT = {"data annotate choose", "play", "serve mcp"}
+WITHOUT = {"data annotate choose", "demo", "play", "serve mcp"}
 """Conversations."""
 
 PLAN = ("--domain", "lamps:lamps", "--ability", "action_sequencing")
 MADE: dict[tuple[str, ...], dict[str, Any]] = {
-    ("prompts", *PLAN, "--out", "p.json"): {"files": ["p.json"]},
-    ("prompts", *PLAN, "--out", "f.html"): {"file": "f.html", "questions": 2},
+    ("export", "prompts", *PLAN, "--out", "p.json"): {"files": ["p.json"]},
+    ("export", "prompts", *PLAN, "--out", "f.html"): {"file": "f.html", "questions": 2},
     ("export", "pictures", *PLAN[:2], "--format", "svg"): {"folder": "pictures", "pictures": 2},
     ("export", "tasks", *PLAN[:2], "--out", "t.jsonl"): {"file": "t.jsonl", "tasks": 2},
     ("export", "questions", *PLAN[:2], "--n", "4", "--out", "q.jsonl"): {"file": "q.jsonl", "questions": 4},

@@ -123,7 +123,7 @@ def test_no_interrupt_ends_the_process_by_the_signal(
 LOADED = """
 import sys
 from eai import cli
-cli.app(["prompts", "--help"], standalone_mode=False)
+cli.app(["demo", "--help"], standalone_mode=False)
 print(*[name for name in sys.modules if name.startswith("eai.cli.")])
 """
 
@@ -131,7 +131,7 @@ print(*[name for name in sys.modules if name.startswith("eai.cli.")])
 def test_only_the_command_that_is_asked_for_is_imported() -> None:
     done = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
     loaded = done.stdout.splitlines()[-1].split()
-    assert "eai.cli.prompts" in loaded
+    assert "eai.cli.demo" in loaded
     assert not {"eai.cli.analyze", "eai.cli.run", "eai.cli.score"}.intersection(loaded)
 
 

@@ -69,7 +69,9 @@ def test_every_command_works(eai: Command, domain: str) -> None:
     succeeds("report", "runs", "--no-plots", "--out", "report")
     explorer = Path("report/explorer.html").read_text()
     assert json.dumps(instruction)[1:-1] in explorer
-    succeeds("prompts", "--domain", domain, "--ability", "action_sequencing", "--out", "prompts.json")
+    succeeds(
+        "export", "prompts", "--domain", domain, "--ability", "action_sequencing", "--out", "prompts.json"
+    )
     assert json.loads(Path("prompts.json").read_text())[0]["identifier"].endswith(task_id)
     succeeds("generate", "--like", domain, "--n", 1, "--tier", "S", "--out", "new")
     assert "as they say" in succeeds("check", "new/")

@@ -12,7 +12,7 @@ NAMED = ("--domain", "behavior", "--ability", "subgoal_decomposition")
 
 
 def test_official_prompts_are_written_byte_for_byte(eai: Command, data_store: Store, tmp_path: Path) -> None:
-    done = eai("prompts", *NAMED, "--out", tmp_path / "new" / "prompts.json")
+    done = eai("export", "prompts", *NAMED, "--out", tmp_path / "new" / "prompts.json")
     files = official_files("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
     assert done.status == 0
     assert (tmp_path / "new" / "prompts.json").read_bytes() == files.prompts
@@ -23,7 +23,7 @@ def test_official_prompts_are_written_byte_for_byte(eai: Command, data_store: St
 def test_other_prompts_have_the_same_shape(eai: Command, data_store: Store, tmp_path: Path) -> None:
     (tmp_path / "action_sequencing.txt").write_text("Mine: $task")
     arguments = ("--domain", "behavior", "--ability", "action_sequencing", "--out", tmp_path / "p.json")
-    assert eai("prompts", *arguments, "--set", "eai", "--prompts", tmp_path).status == 0
+    assert eai("export", "prompts", *arguments, "--set", "eai", "--prompts", tmp_path).status == 0
     rows = json.loads((tmp_path / "p.json").read_text())
     assert len(rows) == 100
     assert all(row.keys() == {"identifier", "llm_prompt"} for row in rows)
@@ -33,7 +33,7 @@ def test_other_prompts_have_the_same_shape(eai: Command, data_store: Store, tmp_
 
 def test_a_folder_that_cannot_be_written_is_named(eai: Command, data_store: Store, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    done = eai("prompts", *NAMED, "--out", tmp_path / "file" / "p.json")
+    done = eai("export", "prompts", *NAMED, "--out", tmp_path / "file" / "p.json")
     assert done.status == 2
     assert "cannot be written" in done.err
     assert len(done.err.splitlines()) == 1
@@ -46,18 +46,21 @@ def test_prompts_of_a_pipeline_state_the_goals_of_answers(
     answer = '{"node goals": [["open", "jar.n.01_1"]], "edge goals": [["next_to", "jar.n.01_1", "sky"]]}'
     rows = [{"identifier": jars, "llm_output": answer}]
     (tmp_path / "some-model_outputs.json").write_text(json.dumps(rows))
-    done = eai("prompts", *NAMED, "--goals", tmp_path, "--out", tmp_path / "p.json")
+    done = eai("export", "prompts", *NAMED, "--goals", tmp_path, "--out", tmp_path / "p.json")
     assert done.status == 0
     (row,) = json.loads((tmp_path / "p.json").read_text())
     assert row["identifier"] == jars
     assert "## Goal States\nopen(jar.0)\nnext.to(jar.0, sky)\n\n## Output" in row["llm_prompt"]
     other = ("--domain", "behavior", "--ability", "transition_modeling", "--out", tmp_path / "p.json")
     assert (
-        "state goals, those of transition_modeling do not" in eai("prompts", *other, "--goals", tmp_path).err
+        "state goals, those of transition_modeling do not"
+        in eai("export", "prompts", *other, "--goals", tmp_path).err
     )
 
 
 def test_no_page_pretends_that_people_can_act_on_it(eai: Command, tmp_path: Path) -> None:
     options = ("--domain", "envs.switches:SWITCHES", "--ability", "acting", "--out", tmp_path / "form.html")
-    assert eai("prompts", *options).err.endswith("a page cannot carry actions out; people act by eai play\n")
+    assert eai("export", "prompts", *options).err.endswith(
+        "a page cannot carry actions out; people act by eai play\n"
+    )
     assert not (tmp_path / "form.html").exists()

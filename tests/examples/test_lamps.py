@@ -147,7 +147,9 @@ def test_tasks_are_generated_run_and_reported(eai: Command) -> None:
 
 @pytest.mark.parametrize("ability", [each.value for each in FOUR])
 def test_prompts_are_written(eai: Command, ability: str) -> None:
-    assert eai("prompts", "--domain", LAMPS, "--ability", ability, "--out", "prompts.json").status == 0
+    assert (
+        eai("export", "prompts", "--domain", LAMPS, "--ability", ability, "--out", "prompts.json").status == 0
+    )
     prompts = {row["identifier"]: row["llm_prompt"] for row in json.loads(Path("prompts.json").read_text())}
     assert prompts.keys() == {"light", "pack"}
     assert "lamp_1" in prompts["light"]

@@ -23,7 +23,7 @@ def opened_form(
 ) -> None:
     file = folder / "form.html"
     options = ("--domain", domain, "--ability", ability.value, "--tasks", ",".join(tasks), "--out", file)
-    assert eai("prompts", *options).status == 0
+    assert eai("export", "prompts", *options).status == 0
     page.goto(file.as_uri())
     page.get_by_role("button", name="Begin").click()
 

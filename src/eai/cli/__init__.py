@@ -35,7 +35,8 @@ _RENAMED = {
     "questions run": "run --ability world_model --domain FILE --model NAME",
     "questions score": "score ANSWERS --ability world_model --domain FILE",
     "questions": "export questions",
-    "human form": "prompts --out FILE.html",
+    "human form": "export prompts --out FILE.html",
+    "prompts": "export prompts",
     "data croissant": "export tasks --croissant --out DIR",
     "leaderboard": "report RUNS",
     "merge": "score DIR --merge",
@@ -101,6 +102,11 @@ class _Place(NamedTuple):
 
 
 _PLACES = {
+    "demo": _Place(
+        MEASURE,
+        "See in a minute what eai does: two built-in models, and an answer that failed, explained.",
+        bare=True,
+    ),
     "run": _Place(
         MEASURE,
         "Obtain answers through Inspect and score them. The same command resumes where it was interrupted.",
@@ -136,10 +142,6 @@ _PLACES = {
         kind="AnalyzeCommand",
         bare=True,
     ),
-    "prompts": _Place(
-        MATERIAL,
-        'Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.',
-    ),
     "generate": _Place(
         MATERIAL,
         "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
@@ -159,7 +161,7 @@ _PLACES = {
     ),
     "export": _Place(
         MATERIAL,
-        "Data sets for training, task files, world-model questions, pictures, challenge files.",
+        "Prompts, data sets for training, task files, world-model questions, pictures, challenge files.",
         target="export:app",
     ),
 }
@@ -294,7 +296,7 @@ def eai(
 ) -> None:
     """Measure, diagnose and train language models for embodied decision making.
 
-    Start: eai run --model eai/noisy -M rate=0.2 --limit 5   (no key, no network but for the data set)
+    Start: eai demo   (no key, no network but for the data set)
     """
 
 

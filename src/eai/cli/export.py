@@ -20,8 +20,17 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
 from eai.cli.console import DOMAIN_HELP, counted, say, tell, tell_findings
-from eai.cli.options import ABILITIES, AsJson, DataFolder, OfAbility, OfDomain, opened_source, store
-from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, tasks_of
+from eai.cli.options import (
+    ABILITIES,
+    AsJson,
+    DataFolder,
+    Errata,
+    OfAbility,
+    OfDomain,
+    opened_source,
+    store,
+)
+from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
 from eai.cli.questions import questions
 from eai.cli.tasks import tasks
 from eai.data.files import write_whole
@@ -36,10 +45,11 @@ from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping
 from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import LeftOut, Rewarded, Row
+from eai.tasks.source import ErrataChoice
 from eai.tasks.task_files import task_files_in
 
 app = typer.Typer(
-    help="Data sets for training, task files, world-model questions, pictures, challenge files.",
+    help="Prompts, data sets for training, task files, world-model questions, pictures, challenge files.",
     no_args_is_help=True,
 )
 
@@ -71,6 +81,9 @@ _Shaping = Annotated[
     Shaping, typer.Option(metavar="HOW", help=f"What answers are worth: by {', '.join(Shaping)}.")
 ]
 
+_LIST = "Of a list or a page"
+_OF_LISTS = "--prompts, --tasks, --sample, --goals"
+
 TRAIN = "train"
 """The split of what is not split."""
 
@@ -93,18 +106,58 @@ def prompts(
     ] = None,
     prompt_set: OfSet = PromptSet.OFFICIAL,
     form: _OfFormat = _Format.JSONL,
+    folder: Annotated[
+        Path | None,
+        typer.Option("--prompts", help="A folder with prompts of your own.", rich_help_panel=_LIST),
+    ] = None,
+    tasks: Annotated[
+        str, typer.Option(help="Only these tasks: ids separated by commas.", rich_help_panel=_LIST)
+    ] = "",
+    sample: Annotated[
+        int | None,
+        typer.Option(min=1, help="So many tasks, drawn at random.", rich_help_panel=_LIST),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Which ones --sample draws.", rich_help_panel=_LIST)] = 0,
+    goals: Annotated[
+        Path | None,
+        typer.Option(
+            help="Answers to goal interpretation, whose goals to state instead of the tasks' own.",
+            rich_help_panel=_LIST,
+        ),
+    ] = None,
+    errata: Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Write the prompts of all tasks in which something is to be earned, for TRL, verl, SkyRL and OpenRLHF.
+    """Write prompts: rows for training, a list as the data set has it, or a page for people.
 
-    Each file of a folder of task files is a split.
+    FILE.json is a list of {"identifier", "llm_prompt"} about one suite. Official prompts are the data set's,
+    byte for byte, but for those that ask for something else than is scored (docs/errata.md; --errata none
+    leaves them as they are). A system message is in FILE with _system before its extension. With --goals
+    there are prompts for the tasks that the answers, one model's, are about.
+
+    FILE.html is a page on which a person answers the questions exactly as models get them; it sends nothing.
+    The person saves a response file, which eai score takes like a model's (with --allow-missing, because the
+    other tasks were not asked), and eai compare sets beside a model's records on the same tasks.
+
+    Any other FILE has a row for each task in which something is to be earned, for TRL, verl, SkyRL and
+    OpenRLHF. Each file of a folder of task files is a split.
+
+    Example: eai export prompts --domain virtualhome --ability action_sequencing --out prompts.json
 
     Example: eai export prompts --domain tasks/ --ability action_sequencing --out train.jsonl
     """
+    if is_list(out) and form is _Format.JSONL:
+        if len(domain) != 1 or ability is None or len(ability) != 1:
+            raise InputError(f"--out {out}: expected one --domain and one --ability")
+        chosen = (prompt_set, folder, tasks, sample, seed, goals, errata, data)
+        write_prompts(domain[0], ability[0], out, *chosen, as_json=as_json)
+        return
+    if folder or tasks or sample or goals:
+        raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")
 
     def rows() -> Iterator[Row]:
-        with opened_source(data, PlannerChoice.NONE) as source:
+        with opened_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _splits(given)]:
                 for each in ability or FOUR:
                     asked = Library(prompt_set, None, source).open(find_benchmark(name), each)

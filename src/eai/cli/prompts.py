@@ -1,4 +1,4 @@
-"""``eai prompts``: the prompts of a suite as a file; and the tasks that other commands name, too."""
+"""The prompts of a suite as a file, and the tasks that commands name."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Annotated, TypeVar
 
 import typer
 
+from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, tell
-from eai.cli.options import AsJson, DataFolder, Errata, OfAbility, OfDomain, listed, opened_source
+from eai.cli.options import listed, opened_source
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt, PromptSet, prompt_file, system_file
@@ -32,38 +33,30 @@ PAGE = ".html"
 """The ending of a file that is a page for people."""
 
 
-def prompts(
-    domain: OfDomain,
-    ability: OfAbility,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write.")],
-    prompt_set: OfSet = PromptSet.OFFICIAL,
-    folder: Annotated[
-        Path | None, typer.Option("--prompts", help="A folder with prompts of your own.")
-    ] = None,
-    tasks: TaskIds = "",
-    sample: Sample = None,
-    seed: SampleSeed = 0,
-    goals: Annotated[
-        Path | None,
-        typer.Option(help="Answers to goal interpretation, whose goals to state instead of the tasks' own."),
-    ] = None,
-    errata: Errata = ErrataChoice.CURRENT,
-    as_json: AsJson = False,
-    data: DataFolder = None,
+def is_list(out: Path) -> bool:
+    """Whether prompts go to such a file as a list, or as a page for people, and not as rows for training."""
+    return out.suffix in (".json", PAGE)
+
+
+def write_prompts(
+    domain: str,
+    ability: Ability,
+    out: Path,
+    prompt_set: PromptSet,
+    folder: Path | None,
+    tasks: str,
+    sample: int | None,
+    seed: int,
+    goals: Path | None,
+    errata: ErrataChoice,
+    data: Path | None,
+    *,
+    as_json: bool,
 ) -> None:
-    """Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.
+    """Write the prompts of a suite as a list, or as a page on which people answer.
 
-    Official prompts are the data set's, byte for byte, but for those that ask for something else than is
-    scored (docs/errata.md; --errata none leaves them as they are). The system message, where there is one, is
-    in FILE with _system before its extension.
-
-    With --goals there are prompts for the tasks that the answers, one model's, are about.
-
-    FILE.html is a page on which a person answers the questions exactly as models get them; it sends nothing.
-    The person saves a response file, which eai score takes like a model's (with --allow-missing, because the
-    other tasks were not asked), and eai compare sets beside a model's records on the same tasks.
-
-    Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
+    Raises:
+        InputError: there is no such task, or people cannot answer on a page.
     """
     benchmark = find_benchmark(domain)
     with opened_source(data, errata=errata) as source:
