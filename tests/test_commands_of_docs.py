@@ -18,7 +18,7 @@ from by_path import module_at
 from eai.cli import app
 
 ROOT = Path(__file__).parent.parent
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 EXAMPLE = re.compile(r"Example: (eai .*?)(?:\n\n|\Z)", re.DOTALL)
 REDIRECTED = {"|", ">", "||", "&&", ";"}
 """What ends a command, in the shell."""

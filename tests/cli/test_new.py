@@ -1,4 +1,4 @@
-"""`eai new` writes a domain that `eai check` finds nothing wrong with, and all that its page does runs on."""
+"""`eai new` writes a domain that `eai check` finds nothing wrong with."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
-from processes import eai as in_own_process
 
 
 @pytest.fixture(autouse=True)
@@ -24,22 +23,6 @@ def test_a_new_domain_is_checked_and_run(eai: Command, monkeypatch: pytest.Monke
         "depot: 3 operators and 2 tasks; nothing is wrong; the planner solves 2 of the 2 without a plan\n"
     )
     assert "NAME" not in Path("depot.py").read_text() + Path("README.md").read_text()
-
-
-def test_the_tutorial_runs_as_it_is_written(monkeypatch: pytest.MonkeyPatch) -> None:
-    page = (Path(__file__).parents[2] / "docs/own-domain.md").read_text()
-    commands = [line[2:].split() for line in page.splitlines() if line.startswith("$ ")]
-    assert [words[1] for words in commands if words[0] == "eai"] == [
-        "new", "check", "run", "explain", "run", "report"
-    ]  # fmt: skip
-    for program, *words in commands:
-        if program == "cd":
-            monkeypatch.chdir(words[0])
-        else:
-            outcome = in_own_process(*words)
-            assert outcome.status == 0, outcome.err
-    assert len([*Path("runs").rglob("summary.json")]) == 9
-    assert "Bring the box to the kitchen." in Path("report/explorer.html").read_text()
 
 
 @pytest.mark.parametrize(

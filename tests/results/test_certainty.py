@@ -69,6 +69,13 @@ def test_near_copies_say_less_than_as_many_tasks() -> None:
     assert apart.design_effect == pytest.approx(0)
 
 
+def test_copies_that_differ_more_than_unlike_tasks_are_worth_no_more_than_they_are() -> None:
+    found = certainty_of_rate(copies((10, 20), (11, 20), (9, 20)))
+    assert found is not None
+    assert 0 < (found.design_effect or 0) < 1
+    assert found.effective_tasks == found.tasks == 60
+
+
 def test_names_that_agree_are_no_proof_where_they_are_few() -> None:
     for right in (0, 10):
         found = certainty_of_rate(copies(*[(right, 10)] * 4))

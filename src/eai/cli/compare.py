@@ -174,12 +174,13 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     named = {record.task_id: _with_name(record) for record in (*one.records, *other.records)}
+    a, b = ("A", "B") if first.name == second.name else (first.name, second.name)
     for difference in found.differences:
-        for name, tasks in ((first.name, difference.only_first), (second.name, difference.only_second)):
+        for name, tasks in ((a, difference.only_first), (b, difference.only_second)):
             if tasks:
                 heading = f"{_name(difference.metric)} only in {name} ({len(tasks)})"
                 _print_tasks(heading, [named[task] for task in tasks], listed)
-    for name, tasks in ((first.name, found.only_in_first), (second.name, found.only_in_second)):
+    for name, tasks in ((a, found.only_in_first), (b, found.only_in_second)):
         if tasks:
             heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
             _print_tasks(heading, [named[task] for task in tasks], listed)

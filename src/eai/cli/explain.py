@@ -107,6 +107,10 @@ def explain(
         chosen = [record for record in chosen if outcome(record) is kind]
     elif failed:
         chosen = [record for record in chosen if outcome(record) not in NO_FAILURES]
+    excluded = 0
+    if not task and kind is None and not as_json:
+        listed = [record for record in chosen if outcome(record) is not AnswerOutcome.EXCLUDED]
+        excluded, chosen = len(chosen) - len(listed), listed
     if as_json:
         print_json([record_to_json(record) for record in chosen])
     elif not chosen:
@@ -116,6 +120,8 @@ def explain(
             print_record(output(), record, _background(record, records, store(data)))
     else:
         _print_list(output(), chosen, limit or len(chosen))
+    if excluded:
+        say(f"{excluded} excluded from all rates (--kind excluded lists them)")
 
 
 def _background(record: Record, records: Path, store: Store) -> _Background | None:

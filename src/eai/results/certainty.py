@@ -216,8 +216,8 @@ class Certainty:
 
     @property
     def effective_tasks(self) -> float | None:
-        """How many independent tasks would be as sure."""
-        return self.tasks / self.design_effect if self.design_effect else None
+        """How many independent tasks would be as sure: never more than there are."""
+        return self.tasks / max(1.0, self.design_effect) if self.design_effect else None
 
 
 def of_tasks(cases: Cases) -> dict[str, Share]:
