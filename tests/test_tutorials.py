@@ -20,12 +20,16 @@ import pytest
 from by_path import module_at
 from processes import eai
 from run.server import Reply, serve
+from sweeps import sweep
 
 ROOT = Path(__file__).parent.parent
 PAGES = sorted((ROOT / "docs/tutorials").glob("*.md"))
 BLOCK = re.compile(
     r"(?:`(?P<file>[\w.]+)`:\n\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL
 )
+QUICK = ("domain", "score")
+"""Those that the default set follows: the others ask models about households."""
+
 SERVER = "http://localhost:8000/v1"
 """The address at which a tutorial takes a model server to be."""
 
@@ -98,7 +102,11 @@ def done(command: list[str], monkeypatch: pytest.MonkeyPatch, server: str) -> st
     return outcome.out
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, marks=() if page.stem in QUICK else sweep) for page in PAGES],
+    ids=lambda page: page.stem,
+)
 def test_a_tutorial_runs_as_it_is_written(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
