@@ -36,6 +36,7 @@ def plain(value: object) -> object:
         (f"```json\n{PLAN}\n```", ("code_fence",)),
         (f"```\n{PLAN}\n```", ("code_fence",)),
         (f"```json\n{PLAN}", ("code_fence",)),
+        (f"Use `json` or ``more``:\n```\n{PLAN}\n```", ("code_fence",)),
         (f"Sure!\n```python\n{PLAN}\n```\nThat's it.", ("code_fence",)),
         (f"Here it is: {PLAN} Good luck!", ("prose",)),
         ("{'WALK': ['sofa']}", ("single_quotes",)),

@@ -75,6 +75,7 @@ class GoalTest:
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
+        self._tallied: dict[tuple[bool, ...], GoalTallies] = {}
 
     def reached(
         self, final: State, actions: Sequence[str], course: Trajectory | None = None
@@ -114,8 +115,11 @@ class GoalTest:
 
     def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
-        satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-        return GoalTallies(*map(Tally, satisfied, self._totals))
+        known = self._tallied.get(reached)
+        if known is None:
+            satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+            known = self._tallied[reached] = GoalTallies(*map(Tally, satisfied, self._totals))
+        return known
 
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""
@@ -153,6 +157,8 @@ class _Run(NamedTuple):
 
 def longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
     """The longest subsequence of the goals that the actions meet in order, by index: the first to be met."""
+    if _are_met_in_turn(goals, actions):
+        return tuple(range(len(goals)))
     best = [_Run(0, ())]  # for each length the run that is met first
     for number, wanted in enumerate(goals):
         for run in reversed(best):
@@ -161,6 +167,12 @@ def longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tup
             if end is not None and (length == len(best) or end < best[length].end):
                 best[length : length + 1] = [_Run(end, (*run.goals, number))]
     return best[-1].goals
+
+
+def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> bool:
+    """Whether all goals are met in their order."""
+    left = iter(actions)
+    return all(any(action in wanted for action in left) for wanted in goals)
 
 
 def _halves(goal: Goal) -> tuple[int, int, int]:

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TypeAlias, TypeVar
 
-_FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
+_FENCED = re.compile(r"```[\w-]*\s*([^`]*(?:`(?!``)[^`]*)*)(?:```|\Z)")
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
 _THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
 _END_OF_THINKING = "</think>"
@@ -54,6 +54,8 @@ _Found: TypeAlias = tuple[object, tuple[str, ...]]
 """A JSON value and the names of the repairs that were needed to find it."""
 
 _DECODER = json.JSONDecoder(object_pairs_hook=Pairs)
+_BEGINNINGS = frozenset('{["-0123456789tfnNI')
+"""How a JSON value may begin, NaN and Infinity included. A refusal by the decoder costs most of a reading."""
 
 
 def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple[str, ...]] | None:
@@ -103,7 +105,7 @@ def _without_special_tokens(text: str) -> str:
 def _decoded(text: str, repairs: tuple[str, ...]) -> _Found | None:
     """The value of a text that is JSON, or a Python literal with single quotes; no blanks are around it."""
     try:
-        value, end = _DECODER.raw_decode(text)
+        value, end = _DECODER.raw_decode(text) if text[:1] in _BEGINNINGS else (None, -1)
     except (ValueError, RecursionError):
         value, end = None, -1
     if end != len(text):

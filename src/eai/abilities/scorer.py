@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.verdict import ErrorReport, Verdict
@@ -17,8 +17,7 @@ from eai.world.execution import Action, Fault, names_of
 from eai.world.state import Scene
 
 
-@dataclass(frozen=True, slots=True)
-class Assessment:
+class Assessment(NamedTuple):
     """The assessment of one answer.
 
     Attributes:

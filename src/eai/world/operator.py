@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
 
 from eai.errors import DomainError, did_you_mean
 from eai.logic.formula import Exists, Formula, Variable
@@ -55,7 +56,12 @@ class Check:
     @property
     def concerned(self) -> tuple[str, ...]:
         """The parameters whose objects the reason speaks of, in the order of its words."""
-        return tuple(dict.fromkeys(_PARAMETER.findall(self.reason)))
+        return _concerned(self.reason)
+
+
+@lru_cache(maxsize=1024)
+def _concerned(reason: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(_PARAMETER.findall(reason)))
 
 
 def affordance(condition: Formula, reason: str) -> Check:

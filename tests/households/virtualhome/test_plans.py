@@ -258,6 +258,15 @@ def test_any_object_may_be_named_with_its_id_under_strict() -> None:
     assert both(task, '{"WALK": ["table"]}') == ("hallucination 0", "hallucination 0")
 
 
+def test_steps_that_are_remembered_are_told_from_others_that_are_equal_in_python() -> None:
+    scorer = virtualhome_scorer(make_task(), STRICT)
+    texts = [f'{{"WALK": ["fridge", {written}]}}' for written in ('"10"', "10", "10.0", '"10"')]
+    outcomes = [told(scorer.score(text)) for text in (*texts, *reversed(texts))]
+    fresh = [told(score(STRICT, text)) for text in texts]
+    assert outcomes == [*fresh, *reversed(fresh)]
+    assert len({*fresh}) == 2, "one of them stands for no object"
+
+
 def test_success_needs_an_executable_plan_under_strict() -> None:
     task = make_task(goals=("state OPEN fridge.10",))
     text = plan("WALK fridge.10", "OPEN fridge.10", "READ book.16")

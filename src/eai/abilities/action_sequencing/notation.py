@@ -72,22 +72,20 @@ def resolve(
     arities, operator_of = domain.arities, notation.operator
     actions = []
     misapplied = None
-    for number, step in enumerate(plan.steps):
-        operator = operator_of(step.action)
-        if operator not in arities:
-            detail = f"{step.action} is not an action"
-            return ErrorReport(FaultKind.HALLUCINATION, number, detail, UNKNOWN_ACTION)
-        objects = []
-        for name in step.objects:
-            index = object_of(name)
-            if index is None:
-                return _unknown(number, f"{step.action}: {stranger} {name}", str(name))
-            objects.append(index)
-        if misapplied is None and len(objects) != arities[operator]:
-            detail = f"{takes(operator, arities[operator], 'object')}, not {len(objects)}"
+    for number, (word, names) in enumerate(plan.steps):
+        operator = operator_of(word)
+        arity = arities.get(operator)
+        if arity is None:
+            return ErrorReport(FaultKind.HALLUCINATION, number, f"{word} is not an action", UNKNOWN_ACTION)
+        objects = tuple([index for index in map(object_of, names) if index is not None])
+        if len(objects) != len(names):
+            name = next(name for name in names if object_of(name) is None)
+            return _unknown(number, f"{word}: {stranger} {name}", str(name))
+        if misapplied is None and len(objects) != arity:
+            detail = f"{takes(operator, arity, 'object')}, not {len(objects)}"
             check = MisuseKind.WRONG_ARITY.value
             misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
-        actions.append(Action(operator, tuple(objects)))
+        actions.append(Action(operator, objects))
     return misapplied or tuple(actions)
 
 
@@ -262,10 +260,13 @@ def _steps(value: object) -> tuple[WrittenStep, ...] | None:
         return _steps(value.members[0][1])
     if not isinstance(value, list):
         return None
-    steps = [_step(item) for item in value]
-    if not steps or any(step is None for step in steps):
-        return None
-    return tuple([step for step in steps if step is not None])
+    steps = []
+    for item in value:
+        step = _step(item)
+        if step is None:
+            return None
+        steps.append(step)
+    return tuple(steps) or None
 
 
 def _flaw(value: object) -> str | None:
@@ -281,12 +282,20 @@ def _flaw(value: object) -> str | None:
 
 
 def _step(value: object) -> WrittenStep | None:
-    members = dict(value.members) if isinstance(value, Pairs) else {}
-    action, objects = members.get("action"), members.get("object")
+    if not isinstance(value, Pairs):
+        return None
+    members = value.members
+    if len(members) == 2 and members[0][0] == "action" and members[1][0] == "object":
+        action, objects = members[0][1], members[1][1]  # as prompts have it
+    else:
+        by_key = dict(members)
+        action, objects = by_key.get("action"), by_key.get("object")
     if not isinstance(action, str):
         return None
     if isinstance(objects, str):
-        return WrittenStep(action, named(objects.split(",")) if objects.strip() else ())
+        if "," in objects:
+            return WrittenStep(action, named(objects.split(",")))
+        return WrittenStep(action, (name,) if (name := objects.strip()) else ())
     return WrittenStep(action, named(map(str, objects))) if isinstance(objects, list) else None
 
 

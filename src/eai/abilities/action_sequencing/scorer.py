@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from functools import partial
 
-from eai.abilities.action_sequencing.notation import CarryOut, Course, PlanNotation, WrittenPlan, resolve
+from eai.abilities.action_sequencing.notation import (
+    CarryOut,
+    Course,
+    PlanNotation,
+    WrittenPlan,
+    WrittenStep,
+    resolve,
+)
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.reports import goal_reports, step_reports
@@ -14,6 +21,9 @@ from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
+
+_MOST_KNOWN = 1000
+"""After so many different steps of a task no more are remembered."""
 
 
 class ActionSequencing(Scorer):
@@ -39,6 +49,7 @@ class ActionSequencing(Scorer):
         self.goals = goals or GoalTest(task)
         self.excluded = task.left_out
         self._object = notation.objects(task)
+        self._known: dict[WrittenStep, Action] = {}
 
     def assess(self, text: str) -> Assessment:
         """The verdict on a plan that is carried out from the initial state, where every action works."""
@@ -68,7 +79,14 @@ class ActionSequencing(Scorer):
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """The plan as ground actions, or its first grammar error: of all names before of any arity."""
-        return resolve(plan, self.domain, self.notation, self._object)
+        known = self._known
+        try:
+            return tuple([known[step] for step in plan.steps])
+        except (KeyError, TypeError):  # a new step, or one that names no text
+            actions = resolve(plan, self.domain, self.notation, self._object)
+        if isinstance(actions, tuple) and len(known) < _MOST_KNOWN:
+            known.update([each for each in zip(plan.steps, actions, strict=True) if _is_plain(each[0])])
+        return actions
 
     def _refuse(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> Assessment:
         """The assessment of an answer that cannot be run."""
@@ -147,3 +165,9 @@ class ActionSequencing(Scorer):
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         """Whether a plan that ran succeeds."""
         return error is None and all(reached)
+
+
+def _is_plain(step: WrittenStep) -> bool:
+    """Whether a step names its objects by texts, or tuples of texts, equal only where they look alike."""
+    parts = [part for name in step.objects for part in (name if isinstance(name, tuple) else (name,))]
+    return all(isinstance(part, str) for part in parts)
