@@ -20,6 +20,7 @@ BUILD = ROOT / "build/site"
 LINK = re.compile(r"\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)")
 HEADING = re.compile(r"^## (?P<title>.+)$", re.MULTILINE)
 ADDRESS = re.compile(r'^Repository = "(?P<address>[^"]+)"$', re.MULTILINE)
+VERSION = re.compile(r'^__version__ = "(?P<version>[^"]+)"$', re.MULTILINE)
 ROW = re.compile(r"^\| \[(?P<title>[^\]]+)\]\((?P<page>[^)]+)\) \|", re.MULTILINE)
 
 
@@ -30,7 +31,7 @@ def main() -> int:
     paths = {"docs_dir": "pages", "site_dir": "html"}
     # JSON is YAML; the rest of the settings is what mkdocs.yml says.
     config.write_text(
-        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, **address(ROOT), "nav": navigation(ROOT)}),
+        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, **facts(ROOT), "nav": navigation(ROOT)}),
         encoding="utf-8",
     )
     return subprocess.run(
@@ -38,15 +39,17 @@ def main() -> int:
     ).returncode
 
 
-def address(root: Path) -> dict[str, str]:
-    """The link to the repository, once tools/address.py has written where it is."""
+def facts(root: Path) -> dict[str, str]:
+    """The version, and the link to the repository once tools/address.py has written where it is."""
+    (version,) = VERSION.findall((root / "src/eai/__init__.py").read_text(encoding="utf-8"))
     found = ADDRESS.search((root / "pyproject.toml").read_text(encoding="utf-8"))
-    return {} if found is None else {"repo_url": found["address"]}
+    return {"copyright": f"eai {version}"} | ({} if found is None else {"repo_url": found["address"]})
 
 
 def lay_out(root: Path, pages: Path) -> None:
     """Copy the pages, and what they link to."""
-    linked = [root / "README.md", *sorted((root / "docs").rglob("*.md"))]
+    looks = sorted((root / "docs/site").glob("*"))
+    linked = [root / "README.md", *sorted((root / "docs").rglob("*.md")), *looks]
     copied = set()
     while linked:
         file = linked.pop()
