@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
 from eai.planning.greedy_search import _PreferredOperators
 from eai.planning.subgoal import Subgoal
+from eai.world import Add, ForEach, Operator
 from eai.world.execution import Action
 from world import toy
 from world.toy import X, Y, at, holding
@@ -48,6 +51,14 @@ PLACE = Variable("y", "place")
 def test_the_estimate_adds_up_what_must_be_done(condition: Formula, cost: float) -> None:
     estimates = Estimates(HEURISTIC, START, EVERYTHING)
     assert estimates.to(Subgoal(condition, {}, True)) == cost
+
+
+def test_what_an_effect_asks_of_another_object_of_its_operator_is_brought_about() -> None:
+    show = Operator("SHOW", (Y,), (), (ForEach(X, at(X, Y) & toy.holding(X), (Add(toy.lit(X)),)),))
+    domain = replace(toy.DOMAIN, operators=(toy.GO, toy.LIFT, show))
+    estimates = Estimates(AdditiveHeuristic(domain), START, EVERYTHING)
+    assert estimates.to(subgoal(named("lit", "red"))) == 2, "LIFT, SHOW"
+    assert estimates.to(subgoal(named("lit", "lamp"))) == INFINITE, "it cannot be lifted"
 
 
 def preferred(estimates: Estimates, formula: Formula) -> list[Action]:

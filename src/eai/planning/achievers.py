@@ -53,6 +53,12 @@ class _Partial(NamedTuple):
 class Achiever:
     """An effect of an operator, compiled: a way to make atoms of its predicate true, or false.
 
+    Args:
+        schema: the effect.
+        vocabulary: of the domain.
+        wide: whether what the effect asks of the operator's own objects is brought about, too; else that must
+            hold already where the atom does not name them.
+
     Attributes:
         schema: the effect.
         conditions: what must be brought about for it where it does not hold, in order, each with its test.
@@ -60,7 +66,7 @@ class Achiever:
         is_fixed: whether no action changes in which ways a match can be completed.
     """
 
-    def __init__(self, schema: EffectSchema, vocabulary: Vocabulary) -> None:
+    def __init__(self, schema: EffectSchema, vocabulary: Vocabulary, *, wide: bool = False) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
         self._frame = Frame([f.Variable(name) for name in schema.variables])
@@ -69,6 +75,9 @@ class Achiever:
         named = {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
         self.open_variables = len(set(schema.variables) - named)
         own = [c for c in schema.given if free_variables(c) <= named]
+        if wide:
+            about = (named | {p.name for p in schema.operator.parameters}) - schema.read
+            own += [c for c in schema.given if c not in own and free_variables(c) <= about]
         others = [c for c in schema.given if c not in own]
         needed = [c for c in (*own, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
@@ -178,22 +187,28 @@ class Achievers:
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
         self._by_effect: dict[tuple[str, bool], list[Achiever]] = {}
+        self._wide: dict[tuple[str, bool], list[Achiever]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
         for operator in domain.operators:
             for schema in effect_schemas(operator):
+                effect = schema.atom.predicate, schema.adds
                 achiever = Achiever(schema, domain.vocabulary)
-                self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(achiever)
+                self._by_effect.setdefault(effect, []).append(achiever)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
-        for achievers in self._by_effect.values():
+                wide = Achiever(schema, domain.vocabulary, wide=True)
+                if len(wide.conditions) > len(achiever.conditions):
+                    self._wide.setdefault(effect, []).append(wide)
+        for achievers in (*self._by_effect.values(), *self._wide.values()):
             achievers.sort(key=lambda each: (each.open_variables, len(each.conditions)))
 
-    def of(self, predicate: str, *, adding: bool) -> Sequence[Achiever]:
+    def of(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
         """The achievers that make atoms of a predicate true, or false: the straight ones first.
 
-        Those are the ones that are about nothing but the objects of the atom, and need least.
+        Those are the ones that are about nothing but the objects of the atom, and need least. Wide ones are
+        those of effects that ask something of other objects of the operator, which can be brought about.
         """
-        return self._by_effect.get((predicate, adding), ())
+        return (self._wide if wide else self._by_effect).get((predicate, adding), ())
 
     def fixed_facts(self, state: State) -> Sequence[object]:
         """The part of a state that no action changes: equal for states of one scene where it is the same."""
@@ -273,7 +288,7 @@ class Matches:
         self._state = state
         self._usable = usable
         self._fixed = achievers.fixed_facts(state)
-        self._found: dict[GroundAtom, Sequence[_Match]] = {}
+        self._found: dict[tuple[GroundAtom, bool], Sequence[_Match]] = {}
 
     def are_of(self, state: State, usable: int) -> bool:
         """Whether they are those in a state."""
@@ -283,16 +298,16 @@ class Matches:
             and self._fixed == self._achievers.fixed_facts(state)
         )
 
-    def of(self, atom: GroundAtom) -> Sequence[_Match]:
-        """The matches of an atom of a stored predicate, in the order of its achievers."""
-        found = self._found.get(atom)
+    def of(self, atom: GroundAtom, *, wide: bool = False) -> Sequence[_Match]:
+        """The matches of an atom of a stored predicate, in the order of its achievers, wide ones or not."""
+        found = self._found.get((atom, wide))
         if found is None:
-            found = self._found[atom] = self._find(atom)
+            found = self._found[atom, wide] = self._find(atom, wide=wide)
         return found
 
-    def _find(self, atom: GroundAtom) -> Sequence[_Match]:
+    def _find(self, atom: GroundAtom, *, wide: bool) -> Sequence[_Match]:
         found: list[_Match] = []
-        for achiever in self._achievers.of(atom.predicate, adding=atom.truth):
+        for achiever in self._achievers.of(atom.predicate, adding=atom.truth, wide=wide):
             scope = achiever.match(atom.arguments, self._state.scene.agent)
             if scope is not None:
                 fixed = achiever.partial(self._state.scene, scope, fixed=True)

@@ -73,6 +73,12 @@ OPAQUE_COST = 2.0
 _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
 """How far to look, one after the other: what is cheap is found before anything dear is looked at."""
 
+
+def _horizon(most: float) -> float:
+    """The nearest horizon that is not nearer: so nothing is looked at anew for each cost that comes up."""
+    return next(horizon for horizon in _HORIZONS if horizon >= most)
+
+
 _LEAST = 1.0
 """No condition that does not hold costs less."""
 
@@ -198,7 +204,8 @@ class Estimates:
     def supporter(self, atom: GroundAtom, most: float = INFINITE) -> Supporter:
         """The cheapest action that makes an atom of a stored predicate true or false for less than ``most``.
 
-        What is needed to bring itself about does not count.
+        What is needed to bring itself about does not count. Where nothing does it at any cost, wide achievers
+        are looked at.
         """
         known, tried = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if known.cost < most:
@@ -208,15 +215,22 @@ class Estimates:
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
         self._open.add(atom)
-        best = Supporter(most, None, ())
-        for match in self._matches.of(atom):
+        far = _horizon(most)
+        best = self._supported(atom, Supporter(far, None, ()))
+        if best.action is None and far == INFINITE:
+            best = self._supported(atom, best, wide=True)
+        self._open.discard(atom)
+        found = _NO_SUPPORTER if best.action is None else best
+        self._supporters[atom] = (found, far)
+        return found if found.cost < most else _NO_SUPPORTER
+
+    def _supported(self, atom: GroundAtom, best: Supporter, *, wide: bool = False) -> Supporter:
+        """The best supporter of an atom by any achiever, or ``best`` if that is as good."""
+        for match in self._matches.of(atom, wide=wide):
             best = self._cheapest(match.achiever, match.bindings(self.state, self._usable), best)
             if best.cost <= _LEAST:
                 break
-        self._open.discard(atom)
-        found = _NO_SUPPORTER if best.action is None else best
-        self._supporters[atom] = (found, most)
-        return found
+        return best
 
     # The cost of conditions.
 
@@ -245,10 +259,11 @@ class Estimates:
         if known < INFINITE or tried >= most or key in self._open:
             return INFINITE
         self._open.add(key)
-        cost = self._cost_of_parts(subgoal, most)
+        far = _horizon(most)
+        cost = self._cost_of_parts(subgoal, far)
         self._open.discard(key)
-        self._costs[key] = (cost, most)
-        return cost
+        self._costs[key] = (cost, far)
+        return cost if cost < most else INFINITE
 
     def _cost_of_parts(self, subgoal: Subgoal, most: float) -> float:
         if isinstance(subgoal.formula, Atom):

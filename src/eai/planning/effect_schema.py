@@ -35,6 +35,7 @@ class EffectSchema(NamedTuple):
         variables: the operator's parameters, then the variables of the effects around this one.
         checks: what the operator checks.
         given: what the effects around this one ask for.
+        read: the variables whose value is read from the state before, whatever it is.
     """
 
     operator: Operator
@@ -43,6 +44,7 @@ class EffectSchema(NamedTuple):
     variables: tuple[str, ...]
     checks: tuple[f.Formula, ...]
     given: tuple[f.Formula, ...] = ()
+    read: frozenset[str] = frozenset()
 
 
 def taking(operator: Operator) -> EffectSchema:
@@ -96,7 +98,7 @@ def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[Effect
                     wider = around._replace(variables=(*around.variables, variable.name))
                     if isinstance(effect, Let):
                         checks = tuple(_of_this_one(c, variable, condition) for c in around.checks)
-                        wider = wider._replace(checks=checks)
+                        wider = wider._replace(checks=checks, read=wider.read | {variable.name})
                     yield from _schemas(inner, _given(wider, condition))
 
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.planning import find_plan
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
@@ -10,7 +11,8 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, untold
+from eai.households.behavior.benchmark import behavior
+from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
 from eai.households.behavior_1k.conventions import HEADING
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.pack import NAME
@@ -19,6 +21,8 @@ from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.writer import write_formula
+from eai.planning.planner import Planner
+from eai.planning.search import Limits, SearchEnd
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source, TaskSet
 from eai.world.conformance import check
@@ -86,6 +90,22 @@ def test_the_challenge_has_a_plan_for_each_of_its_activities(activity_store: Sto
     assert len(tasks) == 50
     assert next(iter(tasks)) == "turning_on_radio"
     assert all(task.script and task.unsolvable is None for task in tasks.values())
+
+
+def test_the_activities_of_behavior_100_are_those_of_the_same_name(activity_store: Store) -> None:
+    source = Source(store=activity_store)
+    of_100 = {task_id.partition("_0_")[0] for task_id in behavior().tasks(source)}
+    assert list(of_behavior_100().tasks(source)) == [
+        name for name in behavior_1k().tasks(source) if name in of_100
+    ]
+
+
+def test_the_planner_puts_into_a_washer_what_is_to_be_washed(
+    activities: TaskSet[Task], domain: Domain
+) -> None:
+    found = find_plan(activities["wash_dog_toys"], Planner(domain), Limits(100))
+    assert found.end is SearchEnd.SOLVED
+    assert "WASH" in {action.operator for action in found.plan}
 
 
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -20,7 +20,7 @@ from eai.tasks.source import Source, TaskSet, once_per_store
 from eai.world.domain import Domain
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
-CHALLENGE = "behavior-1k-challenge-2025"
+CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
 
 
 @cache
@@ -49,9 +49,9 @@ def _activities(source: Source) -> TaskSet[Task]:
     return open_tasks(_english(), source.store, report=source.report)
 
 
-def _challenge(source: Source) -> TaskSet[Task]:
+def _listed(subset: str, source: Source) -> TaskSet[Task]:
     tasks = _activities(source)
-    return TaskSet(Evidence.load().subsets["challenge_2025"], tasks.__getitem__, tasks.sha256)
+    return TaskSet(Evidence.load().subsets[subset], tasks.__getitem__, tasks.sha256)
 
 
 @once_per_store
@@ -88,4 +88,11 @@ def untold() -> Benchmark:
 
 def challenge_2025() -> Benchmark:
     """The 50 activities of the 2025 BEHAVIOR challenge, in its order."""
-    return replace(behavior_1k(), name=CHALLENGE, title="BEHAVIOR-1K, 2025 challenge", open_tasks=_challenge)
+    chosen = partial(_listed, "challenge_2025")
+    return replace(behavior_1k(), name=CHALLENGE, title="BEHAVIOR-1K, 2025 challenge", open_tasks=chosen)
+
+
+def of_behavior_100() -> Benchmark:
+    """The 65 activities that BEHAVIOR-100 has by the same name."""
+    chosen = partial(_listed, "behavior_100")
+    return replace(behavior_1k(), name=OF_100, title="BEHAVIOR-1K, also in BEHAVIOR-100", open_tasks=chosen)

@@ -253,7 +253,7 @@ def dice() -> Operator:
     diced = (p.diced_as(X, S) & ~p.is_cooked(X)) | (p.diced_cooked_as(X, S) & p.is_cooked(X))
 
     def dropped(place: Formula, *held_as: Predicate) -> Effect:
-        return Let(C, place, (ForEach(S, diced, tuple(Add(each(C, S)) for each in held_as)),))
+        return ForEach(C, place, (ForEach(S, diced, tuple(Add(each(C, S)) for each in held_as)),))
 
     effects = (
         ForEach(S, diced, (Add(p.present(S)),)),
