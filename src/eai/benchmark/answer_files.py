@@ -101,8 +101,12 @@ def suite_files(path: Path, own: Collection[str] = ()) -> list[_SuiteFile]:
 
 
 @contextmanager
-def unpacked(path: Path) -> Iterator[Path]:
+def unpacked(path: Path, also: Collection[str] = ()) -> Iterator[Path]:
     """The path, or, of a zip, a folder of its name with its response files, for as long as the block lasts.
+
+    Args:
+        path: the path.
+        also: names of other files that are wanted of a zip.
 
     Raises:
         InputError: the zip or a response file in it cannot be read, or they hold too much.
@@ -115,7 +119,7 @@ def unpacked(path: Path) -> Iterator[Path]:
         name = str(path)
         try:
             with zipfile.ZipFile(path) as archive:
-                members = [info for info in archive.infolist() if _is_response_file(info)]
+                members = [info for info in archive.infolist() if _is_wanted(info, also)]
                 limit = MAX_SIZE + PER_BYTE * path.stat().st_size
                 if sum(info.file_size for info in members) > limit:  # no more of a member is ever read
                     raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
@@ -130,10 +134,11 @@ def unpacked(path: Path) -> Iterator[Path]:
         yield folder
 
 
-def _is_response_file(info: zipfile.ZipInfo) -> bool:
+def _is_wanted(info: zipfile.ZipInfo, also: Collection[str]) -> bool:
     """Whether a member is a response file; what systems add to zips, such as ``__MACOSX/._...``, is none."""
     name = PurePosixPath(info.filename).name
-    return name.endswith(ENDINGS) and not name.startswith(".") and not info.is_dir()
+    is_answers = name.endswith(ENDINGS) and not name.startswith(".")
+    return (is_answers or name in also) and not info.is_dir()
 
 
 def files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:

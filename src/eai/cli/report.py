@@ -11,12 +11,13 @@ import typer
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
-from eai.cli.console import counted, note, output, print_json, say, writing_to
-from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, store
+from eai.cli.console import counted, note, output, print_json, say, tell, writing_to
+from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, opened_source, store
 from eai.data import dataset
 from eai.data.files import write_whole
 from eai.data.store import Store
@@ -24,6 +25,7 @@ from eai.errors import EaiError, InputError
 from eai.households.packs import published_packs
 from eai.pictures.course import courses
 from eai.prompts.prompt import PromptSet
+from eai.report.board import board_html
 from eai.report.document import Plot, unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.report.plots import draw_plots
@@ -41,6 +43,7 @@ from eai.tasks.source import Source
 
 PLOTS = "plots"
 EXPLORER = "explorer.html"
+BOARD = "index.html"
 _OVERVIEW = "overview"
 _LATEX = "Tables for a paper"
 
@@ -74,6 +77,12 @@ def report(
             help="Prices of tokens for answers that have none: TOML with date, source and models.",
         ),
     ] = None,
+    board: Annotated[
+        bool,
+        typer.Option(
+            "--board", help="RECORDS are submissions: score them, and write OUT/index.html of them."
+        ),
+    ] = False,
     as_json: AsJson = False,
     wide: Wide = False,
     data: DataFolder = None,
@@ -85,8 +94,16 @@ def report(
 
     Example: eai report scores --paper
 
+    With --board, a page is made of submissions and seasons (board/README.md); nothing that they say of
+    their results counts.
+
     Example: eai report scores --out report --paper
+
+    Example: eai report submissions --board --out site
     """
+    if board:
+        _write_board(records, out, data, as_json=as_json)
+        return
     if out is None:
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
@@ -128,6 +145,18 @@ def report(
         return
     made = (counted(len(summaries), "run"), counted(written, "table"), counted(len(drawn), "plot"))
     say(f"{', '.join(made)}; open {shown}")
+
+
+def _write_board(paths: Sequence[Path], out: Path | None, data: Path | None, *, as_json: bool) -> None:
+    """Score submissions and write the page of them."""
+    if out is None:
+        raise InputError("--board: expected --out, the folder of the page")
+    with opened_source(data) as source:
+        page, number = board_html(paths, source, told=lambda name: note(f"scoring {name}"))
+    with writing_to(out):
+        write_whole({out / BOARD: page})
+    made: Json = {"folder": str(out), "submissions": number}
+    tell(f"{counted(number, 'submission')} in {out / BOARD}", value=made, as_json=as_json)
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking]) -> list[Plot]:
@@ -216,7 +245,7 @@ def _shown(ranking: Ranking) -> Table:
     columns = [
         replace(column, alone=text) for column, text in zip(table.described[first:], headings, strict=True)
     ]
-    title = f"{domain_title(ranking.domain)}, protocol {ranking.protocol.value} (percent)"
+    title = f"{domain_title(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.ranked_by})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 

@@ -244,11 +244,8 @@ def manifest_entry(
     }
 
 
-def unproven(folder: Path, split: str, secret: str) -> Iterator[str]:
-    """Reasons against the claim that a set was made with a secret whose digest its manifest published.
-
-    The content of the file, the secret, and that the seed of every task follows from it are checked; that a
-    seed gives its task shows when the set is made again.
+def set_of(folder: Path, split: str) -> Mapping[str, Any]:
+    """The entry in a manifest of a set that was made with a secret.
 
     Raises:
         InputError: there is no such set, or it was made without a secret.
@@ -256,14 +253,34 @@ def unproven(folder: Path, split: str, secret: str) -> Iterator[str]:
     entry = _manifest(folder / MANIFEST).get(split)
     if not isinstance(entry, dict) or entry.get("secret_sha256") is None:
         raise InputError(f"{folder / MANIFEST}: expected a set {split!r} that was made with a secret")
-    if hashlib.sha256(secret.encode()).hexdigest() != entry["secret_sha256"]:
-        yield "the digest of the secret is not the one that was published"
-    file = next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
+    return entry
+
+
+def file_of_set(folder: Path, split: str) -> Path | None:
+    """The file with the tasks of a set, or None where it is not in its folder."""
+    return next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
+
+
+def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
+    """Reasons against the claim that a set was made with a secret whose digest its manifest published.
+
+    The content of the file, the secret, and that the seed of every task follows from it are checked; that a
+    seed gives its task shows when the set is made again. Where the secret is None, its content alone is.
+
+    Raises:
+        InputError: there is no such set, or it was made without a secret.
+    """
+    entry = set_of(folder, split)
+    file = file_of_set(folder, split)
     if file is None:
         raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz")
     lines = [place.content for place in lines_in(file)]
     if hashlib.sha256(b"".join([line + b"\n" for line in lines])).hexdigest() != entry["sha256"]:
         yield f"the content of {file} is not what was published"
+    if secret is None:
+        return
+    if hashlib.sha256(secret.encode()).hexdigest() != entry["secret_sha256"]:
+        yield "the digest of the secret is not the one that was published"
     tried = int(entry["tasks"]) + sum(map(int, entry["rejected"].values()))
     seeds = set(islice(iter(Seeds(split, int(entry["seed"]), secret)), tried))
     strange = [about for line in lines if (about := read_line(line).about.get("seed")) not in seeds]

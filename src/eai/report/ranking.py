@@ -145,6 +145,7 @@ class Ranking:
         column_notes: for each column the numbers of the footnotes on the whole of it.
         rows: by rank.
         notes: the footnotes, the first is number 1.
+        by: the number of the column that ranks, from 0; None of a table without ranks.
     """
 
     name: str
@@ -155,6 +156,14 @@ class Ranking:
     column_notes: tuple[tuple[int, ...], ...]
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
+    by: int | None = None
+
+    @property
+    def ranked_by(self) -> str:
+        """How the order of rows is told: the heading of the column that ranks, or nothing."""
+        if self.by is None:
+            return ""
+        return f", ranked by {_alone(self.columns[self.by], [column.group for column in self.columns])}"
 
     def table(self) -> Table:
         """The table that readers see; a number has its interval, where it is ours.
@@ -181,8 +190,8 @@ class Ranking:
         """The protocol is that of runs, so a table of the paper's rows alone has none."""
         title = f"{self.title}, {domain_title(self.domain)}"
         if all(row.source is RowSource.PAPER for row in self.rows):
-            return f"{title}. Percent"
-        return f"{title}, protocol {self.protocol.value}. Percent"
+            return f"{title}. Percent{self.ranked_by}"
+        return f"{title}, protocol {self.protocol.value}. Percent{self.ranked_by}"
 
 
 _BESIDE = (
@@ -205,10 +214,14 @@ def _alone(column: ColumnSpec, groups: Sequence[str]) -> str:
     return f"{column.group}: {column.label}" if ambiguous or alike else column.label
 
 
-def ranked(primary: Sequence[str], columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
-    """The rows by rank, with the best of each column marked."""
+def ranking_column(primary: Sequence[str], columns: Sequence[ColumnSpec]) -> int:
+    """The number of the column that ranks: the first that is there of some metrics, else the first one."""
     names = [column.metric for column in columns]
-    place = next((names.index(name) for name in primary if name in names), 0)
+    return next((names.index(name) for name in primary if name in names), 0)
+
+
+def ranked(place: int, columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+    """The rows by rank, by the column at a place, with the best of each column marked."""
     values = [row.cells[place].percent if row.competes else None for row in rows]
     ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
     ranked = [

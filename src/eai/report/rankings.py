@@ -16,7 +16,18 @@ from itertools import groupby
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
-from eai.report.ranking import Cell, Cells, Notes, Ranking, Row, RowSource, cell_of, ranked, with_best_marked
+from eai.report.ranking import (
+    Cell,
+    Cells,
+    Notes,
+    Ranking,
+    Row,
+    RowSource,
+    cell_of,
+    ranked,
+    ranking_column,
+    with_best_marked,
+)
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import (
     ColumnSpec,
@@ -277,7 +288,9 @@ def make_ranking(
     if not columns:
         return None
     notes = Notes()
-    rows = list(run_rows(columns, runs, known, notes, with_paper=with_paper))
+    by = ranking_column(spec.primary, columns)
+    of_runs = run_rows(columns, runs, known, notes, with_paper=with_paper)
+    rows = [_with_missing(row, by, columns, notes) for row in of_runs]
     places = [column.place(domain) for column in columns]
     papers = []
     if with_paper and protocol.value == paper_setting().protocol:
@@ -287,9 +300,26 @@ def make_ranking(
     column_notes = tuple(notes.on_column(papers, place) for place in places)
     rows += paper_rows(places, papers, notes)
     rows += floor_rows(columns, protocol, domain, runs, notes)
-    rows = ranked(spec.primary, columns, rows)
+    rows = ranked(by, columns, rows)
     texts = tuple(notes.texts)
-    return Ranking(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts)
+    return Ranking(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts, by)
+
+
+def _with_missing(row: Row, by: int, columns: Sequence[ColumnSpec], notes: Notes) -> Row:
+    """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
+    if row.cells[by].percent is not None:
+        return row
+    pairs = zip(columns, row.cells, strict=True)
+    missing = dict.fromkeys(
+        [
+            ability_title(column.ability).lower()
+            for column, cell in pairs
+            if column.ability and cell.percent is None
+        ]
+    )
+    lacking = f": {', '.join(missing)} not asked" if missing else ""
+    note = notes.number(f"No rank, as there is no {columns[by].label.lower()}{lacking}.")
+    return replace(row, notes=(*row.notes, note))
 
 
 def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:

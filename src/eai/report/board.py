@@ -1,0 +1,396 @@
+"""A board: a page of results that are computed here from the answers that people submit.
+
+A submission is a folder or a zip with response files, a ``submission.toml`` and, as a run leaves it, a
+``run.toml``. Nothing in it is trusted: sizes have limits, links and unknown tasks are refused, every name is
+escaped, and numbers are those of scoring here. A season is a folder of generated tasks whose manifest, with
+seed and digests, is published before the tasks are, and whose secret is revealed afterwards.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from datetime import date
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from eai import __version__
+from eai.abilities.options import misfit
+from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
+from eai.benchmark.answer_files import MAX_SIZE, ZIP, suite_files, unpacked
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite, open_suite
+from eai.data.files import files_below, read_toml
+from eai.errors import InputError
+from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
+from eai.report.ranking import Ranking, Row, RowSource
+from eai.report.rankings import rankings
+from eai.report.run_summary import RunSummary, summary_of
+from eai.report.table_specs import domain_title
+from eai.results.page import build_page
+from eai.results.paper_tables import is_null_model
+from eai.results.table import Estimate
+from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.runs import Run, RunKey
+from eai.tasks.source import Source
+
+DESCRIPTION, SPECIFICATION, SEASON = "submission.toml", "run.toml", "season.toml"
+"""The names of the files that say what a submission, its run and a season are."""
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+_MOST_FILES, _MOST_CHARACTERS, _MOST_OF_TEXT = 200, 100_000, 64_000
+"""How many files a submission may have, characters an answer, and bytes a file that describes something."""
+
+_NO_NUMBER = "–"
+
+
+class _Read(BaseModel):
+    """The content of a TOML file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _Description(_Read):
+    """The content of ``submission.toml``; costs are of all answers together, in US dollars."""
+
+    model: str = Field(min_length=1, max_length=100)
+    date: date
+    by: str = Field("", max_length=100)
+    harness: str = Field("", max_length=100)
+    effort: str = Field("", max_length=100)
+    logs: str = Field("", max_length=500, pattern=r"^(https://[^\s]+)?$")
+    tokens: int | None = Field(None, ge=0)
+    dollars: float | None = Field(None, ge=0, allow_inf_nan=False)
+    withdrawn: str = Field("", max_length=500)
+
+
+class _SeasonFile(_Read):
+    """The content of ``season.toml``: the set of the manifest, and its secret once the season is over."""
+
+    title: str = Field(min_length=1, max_length=100)
+    split: str = "test"
+    secret: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Submission:
+    name: str
+    description: _Description
+    specification: str
+    summaries: tuple[RunSummary, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Season:
+    title: str
+    entry: Mapping[str, Any]
+    benchmark: Benchmark | None
+    is_revealed: bool
+
+
+@dataclass(slots=True)
+class _Scorer:
+    """Scores answers to suites, each of which is opened once."""
+
+    source: Source
+    seasons: Mapping[str, Benchmark]
+    suites: dict[tuple[str, str], Suite] = field(default_factory=dict)
+
+    def summary(self, name: str, file: Path, domain: str, ability: Any) -> RunSummary:
+        """The results of a response file, under the name of its submission."""
+        key = domain, ability.value
+        if key not in self.suites:
+            self.suites[key] = open_suite(self.seasons.get(domain, domain), ability, source=self.source)
+        suite = self.suites[key]
+        answers = replace(_answers(file, suite), model=name)
+        answered = {response.task_id for response in answers.responses}
+        missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
+        records = score_run(suite, answers, missing, Settings(explanations=False))
+        return summary_of(Run(RunKey(suite.protocol, domain, ability, name), tuple(records)))
+
+
+def board_html(
+    paths: Sequence[Path], source: Source, *, told: Callable[[str], None] = lambda _: None
+) -> tuple[str, int]:
+    """The page of the submissions and seasons at some paths, and how many submissions there are.
+
+    Args:
+        paths: folders or zips of single submissions, seasons, or folders of these.
+        source: the data set, and the planner that judges operators.
+        told: is told the name of each submission before it is scored.
+
+    Raises:
+        InputError: a submission or a season is not as it should be; the message says which, and why.
+        DataError: the data set cannot be obtained.
+    """
+    places = [each for path in paths for each in _places(path)]
+    seasons = [_season(place) for place in places if (place / MANIFEST).is_file()]
+    opened = {each.benchmark.name: each.benchmark for each in seasons if each.benchmark is not None}
+    scorer = _Scorer(source, opened)
+    submissions: dict[str, _Submission] = {}
+    for place in places:
+        if (place / MANIFEST).is_file():
+            continue
+        name = _name_of(place)
+        if name in submissions:
+            raise InputError(f"{place}: another submission has the name {name}")
+        told(name)
+        with _checked(place) as folder:
+            submissions[name] = _submission(name, folder, scorer)
+    return _page(submissions, seasons), len(submissions)
+
+
+def _places(path: Path) -> list[Path]:
+    """The submissions and seasons at a path, by name; hidden files and plain texts are none."""
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder")
+    if path.suffix.lower() == ZIP or any((path / name).is_file() for name in (DESCRIPTION, MANIFEST)):
+        return [path]
+    if not path.is_dir():
+        raise InputError(f"{path}: expected the folder or the zip of a submission, or a folder of these")
+    found = [each for each in sorted(path.iterdir()) if not each.name.startswith(".")]
+    return [each for each in found if each.is_dir() or each.suffix.lower() == ZIP]
+
+
+def _name_of(place: Path) -> str:
+    name = place.name.removesuffix(place.suffix) if place.suffix.lower() == ZIP else place.name
+    if not _NAME.fullmatch(name) or is_null_model(name):
+        raise InputError(f"{place}: expected a name of letters, digits, '.', '_' and '-', 64 at most")
+    return name
+
+
+@contextmanager
+def _checked(place: Path) -> Iterator[Path]:
+    """The folder of a submission, unpacked, once its files are known to be few, small and no links."""
+    if place.is_symlink():
+        raise InputError(f"{place}: expected no link")
+    with unpacked(place, (DESCRIPTION, SPECIFICATION)) as folder:
+        described = files_below(folder, DESCRIPTION)
+        if len(described) != 1:
+            raise InputError(f"{place}: expected one {DESCRIPTION} in it, found {len(described)}")
+        files = list(folder.rglob("*"))
+        for file in files:
+            if file.is_symlink():
+                raise InputError(f"{file}: expected no link")
+        if len(files) > _MOST_FILES or sum(file.lstat().st_size for file in files) > MAX_SIZE:
+            raise InputError(f"{place}: expected at most {_MOST_FILES} files and {MAX_SIZE:,} bytes in it")
+        yield described[0].parent
+
+
+def _submission(name: str, folder: Path, scorer: _Scorer) -> _Submission:
+    description = _read(folder / DESCRIPTION, _Description)
+    specification = folder / SPECIFICATION
+    text = ""
+    if specification.is_file():
+        _small(specification)
+        read_toml(specification)
+        text = specification.read_text(encoding="utf-8")
+    if description.withdrawn:
+        return _Submission(name, description, text, ())
+    summaries = [
+        scorer.summary(name, file.path, file.domain, file.ability)
+        for file in suite_files(folder, scorer.seasons)
+    ]
+    asked = [(each.key.domain, each.key.ability) for each in summaries]
+    for domain, ability in asked:
+        if asked.count((domain, ability)) > 1:
+            raise InputError(f"{folder}: expected one file with answers to {domain} {ability.value}")
+    return _Submission(name, description, text, tuple(sorted(summaries, key=lambda each: each.key.order)))
+
+
+def _answers(file: Path, suite: Suite) -> ResponseFile:
+    """The answers of a file, all to tasks of a suite and none endless."""
+    if file.name.endswith(PARQUET):
+        raise InputError(f"{file}: expected one of {', '.join(set(ENDINGS) - {PARQUET})}")
+    answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
+    if answers.elsewhere:
+        raise InputError(f"{file}: {answers.elsewhere} answers are to tasks that are not in the data set")
+    for response in answers.responses:
+        if len(response.text) > _MOST_CHARACTERS:
+            raise InputError(
+                f"{file}: the answer to {response.task_id} has over {_MOST_CHARACTERS:,} characters"
+            )
+    return answers
+
+
+def _season(place: Path) -> _Season:
+    """A season: its tasks, once they are there, are those announced, and were made with its secret."""
+    chosen = _read(place / SEASON, _SeasonFile)
+    entry, file = set_of(place, chosen.split), file_of_set(place, chosen.split)
+    if file is None:
+        return _Season(chosen.title, entry, None, False)
+    for problem in unproven(place, chosen.split, chosen.secret or None):
+        raise InputError(f"{place}: {problem}")
+    return _Season(chosen.title, entry, find_benchmark(str(file)), bool(chosen.secret))
+
+
+def _read(file: Path, kind: Any) -> Any:
+    """The content of a TOML file.
+
+    Raises:
+        InputError: it is too large, or not of the kind.
+    """
+    _small(file)
+    try:
+        return kind.model_validate(read_toml(file))
+    except ValidationError as error:
+        raise InputError(f"{file}: {misfit(error, kind.model_fields, whole='the file')}") from error
+
+
+def _small(file: Path) -> None:
+    if file.is_file() and file.stat().st_size > _MOST_OF_TEXT:
+        raise InputError(f"{file}: expected at most {_MOST_OF_TEXT:,} bytes")
+
+
+def _page(submissions: Mapping[str, _Submission], seasons: Sequence[_Season]) -> str:
+    summaries = [each for submission in submissions.values() for each in submission.summaries]
+    summaries.sort(key=lambda each: each.key.order)
+    tables = rankings(summaries, with_paper=True)
+    parts = [_season_html(season) for season in seasons]
+    for domain in dict.fromkeys(table.domain for table in tables):
+        of_domain = [table for table in tables if table.domain == domain]
+        parts.append(f"<section><h2>{escape(domain_title(domain))}</h2>")
+        for number, table in enumerate(of_domain):
+            opened = " open" if number == 0 else ""
+            summary = f"<summary>{escape(table.title)}</summary>"
+            parts.append(f"<details{opened}>{summary}{_table(table, submissions)}</details>")
+        parts.append("</section>")
+    if not tables:
+        parts.append("<p>There is no submission yet.</p>")
+    parts.append("<section><h2>Submissions</h2></section>")
+    parts += _of_submissions(submissions.values())
+    version = f"Scored by eai {__version__}."
+    return build_page("eai.report", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
+
+
+def _season_html(season: _Season) -> str:
+    """The paragraph on a season: what was announced, and how far it is."""
+    entry = season.entry
+    state = "announced; its tasks are not published yet"
+    if season.benchmark is not None:
+        state = "open: its tasks are those announced"
+    if season.is_revealed:
+        state = f"over: its secret is revealed, and {entry['tasks']} tasks follow from it"
+    facts = {
+        "seed": entry["seed"],
+        "SHA-256 of the secret": entry["secret_sha256"],
+        "SHA-256 of the tasks": entry["sha256"],
+    }
+    listed = "".join(
+        f"<dt>{name}</dt><dd><code>{escape(str(value))}</code></dd>" for name, value in facts.items()
+    )
+    told = f"<h2>{escape(season.title)}</h2><p>The season is {escape(state)}.</p>"
+    return f"<section>{told}<dl>{listed}</dl></section>"
+
+
+_BEFORE = ("#", "Model")
+_AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protocol", "Errata", "Logs")
+"""The headings beside the numbers."""
+
+
+def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
+    """A ranking; the number that ranks comes first."""
+    order = sorted(range(len(table.columns)), key=lambda place: place != table.by)
+    columns = [table.columns[place] for place in order]
+    headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in (*_BEFORE, *headings, *_AFTER))
+    body = "".join(_row(row, order, table, submissions) for row in table.rows)
+    notes = "".join(f"<li>{escape(note)}</li>" for note in table.notes)
+    rows = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    return (
+        f"<p>{escape(table.table().definition)}. In brackets: 95 % intervals.</p>"
+        f'<div class="wide" tabindex="0">{rows}</div><ol>{notes}</ol>'
+    )
+
+
+def _row(row: Row, order: Sequence[int], table: Ranking, submissions: Mapping[str, _Submission]) -> str:
+    is_submitted = row.source is RowSource.RUN
+    submission = submissions[row.model] if is_submitted else None
+    model = _model(row, submission)
+    rank = _NO_NUMBER if row.rank is None else str(row.rank)
+    numbers = [_number(row.cells[place].shown) for place in order]
+    answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
+    after = [
+        answered,
+        *_facts(submission),
+        table.protocol.value,
+        _errata(submission, table),
+        _logs(submission),
+    ]
+    cells = "".join(f"<td>{cell}</td>" for cell in (rank, model, *numbers, *after))
+    return f"<tr>{cells}</tr>" if is_submitted else f'<tr class="other">{cells}</tr>'
+
+
+def _model(row: Row, submission: _Submission | None) -> str:
+    marks = _marks(row.notes)
+    if submission is None:
+        return f"{escape(row.model)}{marks} <small>{escape(row.source.value)}</small>"
+    return f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
+
+
+def _number(value: Estimate) -> str:
+    if value.value is None:
+        return _NO_NUMBER
+    shown = f"<b>{value.value:.1f}</b>" if value.best else f"{value.value:.1f}"
+    if value.low is not None and value.high is not None:
+        shown += f" <small>[{value.low:.1f}, {value.high:.1f}]</small>"
+    return shown + _marks(value.notes)
+
+
+def _marks(notes: Iterable[int]) -> str:
+    listed = ", ".join(map(str, notes))
+    return f"<sup>{listed}</sup>" if listed else ""
+
+
+def _facts(submission: _Submission | None) -> Sequence[str]:
+    """Harness, effort, date, tokens and dollars, as a submission says them."""
+    if submission is None:
+        return [""] * 5
+    said = submission.description
+    tokens = "" if said.tokens is None else f"{said.tokens:,}"
+    dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
+    return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
+
+
+def _errata(submission: _Submission | None, table: Ranking) -> str:
+    """The version of the errata, and how many tasks of the table's suites they left out or corrected."""
+    if submission is None:
+        return ""
+    abilities = {column.ability for column in table.columns}
+    found = [
+        summary.errata
+        for summary in submission.summaries
+        if summary.key.domain == table.domain and summary.key.ability in abilities and summary.errata
+    ]
+    if not found:
+        return "none"
+    left_out, corrected = (
+        sum(len(getattr(each, name)) for each in found) for name in ("left_out", "corrected")
+    )
+    return f"{escape(found[0].version)}: {left_out} left out, {corrected} corrected"
+
+
+def _logs(submission: _Submission | None) -> str:
+    if submission is None or not submission.description.logs:
+        return ""
+    return f'<a href="{escape(submission.description.logs)}" rel="nofollow noreferrer">logs</a>'
+
+
+def _of_submissions(submissions: Iterable[_Submission]) -> Iterator[str]:
+    """The submissions one by one: who sent them, their run specifications, and why some are withdrawn."""
+    for each in submissions:
+        by = f", by {escape(each.description.by)}" if each.description.by else ""
+        yield f'<section id="{escape(each.name)}"><h3>{escape(each.description.model)}</h3>'
+        yield f"<p>{escape(each.name)}, {each.description.date}{by}.</p>"
+        if each.description.withdrawn:
+            yield f"<p><b>Withdrawn:</b> {escape(each.description.withdrawn)}</p>"
+        if each.specification:
+            text = f"<pre>{escape(each.specification)}</pre>"
+            yield f"<details><summary>Run specification</summary>{text}</details>"
+        yield "</section>"
