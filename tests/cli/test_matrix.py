@@ -61,7 +61,8 @@ def test_every_command_works(eai: Command, domain: str) -> None:
     task_id, task = suite.task_ids[0], suite.tasks[suite.task_ids[0]]
     instruction = " ".join(task.instruction.split())
     told = succeeds("explain", "runs", task_id, "--model", "eai_oracle", "--json")
-    assert {record["ability"] for record in json.loads(told)} >= {"action_sequencing", "goal_interpretation"}
+    by_default = {"action_sequencing", *(() if domain.startswith("pddl:") else ("goal_interpretation",))}
+    assert {record["ability"] for record in json.loads(told)} >= by_default
     (folder,) = Path("runs").glob("*/action_sequencing/eai_oracle")
     assert instruction in " ".join(succeeds("explain", folder, task_id).split())
     succeeds("score", "runs", "--planner", "built_in", "--allow-missing", "--out", "scores")
@@ -86,3 +87,34 @@ def test_every_command_works(eai: Command, domain: str) -> None:
     if is_own:
         assert "nothing is wrong" in succeeds("check", domain)
         assert "as they say" in succeeds("check", "tasks.jsonl")
+
+
+def test_where_goals_would_be_copied_they_are_asked_for_by_name_alone(eai: Command) -> None:
+    asked = (
+        "run",
+        "--model",
+        "eai/oracle",
+        "--domain",
+        pddl("gate"),
+        "--limit",
+        "1",
+        "--planner",
+        "built_in",
+    )
+    outcome = in_own_process(*asked)
+    assert outcome.status == 0, outcome.err
+    reason = "no goal_interpretation, as its instructions are the goals in PDDL, which need only be copied"
+    assert outcome.err.count(reason) == 1
+    assert {file.parts[2] for file in Path("runs").rglob("summary.json")} == {
+        "action_sequencing",
+        "subgoal_decomposition",
+        "transition_modeling",
+    }
+    told = eai("export", "prompts", "--domain", pddl("gate"), "--out", "prompts.jsonl")
+    assert told.status == 0
+    assert reason in told.err
+    assert "goal_interpretation" not in Path("prompts.jsonl").read_text()
+    named = in_own_process(*asked, "--ability", "goal_interpretation", "--out", "named")
+    assert named.status == 0
+    assert reason not in named.err
+    assert [*Path("named").rglob("goal_interpretation/eai_oracle/summary.json")]

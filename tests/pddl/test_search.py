@@ -347,3 +347,13 @@ def test_one_state_is_enough_where_parts_of_the_goal_can_be_reached_one_after_th
     assert (result.end, result.states) == (SearchEnd.SOLVED, 1)
     assert Executor(KITCHEN, problem).flaw(result.plan) is None
     assert len(result.plan) <= length
+
+
+def test_a_derived_predicate_that_depends_on_itself_is_undecided() -> None:
+    domain = read_domain(
+        "(define (domain d) (:predicates (link ?x ?y) (joined ?x ?y))"
+        " (:derived (joined ?x ?y) (or (link ?x ?y) (exists (?z) (and (link ?x ?z) (joined ?z ?y)))))"
+        " (:action tie :parameters (?x ?y) :effect (link ?x ?y)))"
+    )
+    problem = read_problem("(define (problem p) (:domain d) (:objects a b) (:init) (:goal (joined a b)))")
+    assert search(domain, problem, EVERYTHING).end is SearchEnd.STATES

@@ -147,3 +147,9 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
                 "name of an action",
             ):
                 assert strange not in prompt.user
+
+
+def test_conventions_and_who_the_agent_is_are_both_told() -> None:
+    domain, task = world("toy")
+    wording = replace(Wording.of(domain), conventions=lambda task: "A lamp that is on is warm.")
+    assert wording.objects(task).split("\n\n")[1:] == ["A lamp that is on is warm.", "The agent is robot."]

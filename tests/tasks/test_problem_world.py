@@ -249,7 +249,6 @@ def test_an_error_names_file_line_and_what_was_expected(tmp_path: Path, text: st
     ("old", "new", "message"),
     [
         ("(clear b)", "(clear x)", "line 4, column 66: expected a declared object, not x"),
-        ("blocksworld", "chess", "line 2, column 4: expected (:domain blocksworld)"),
         ("(on b c)", "(over b c)", "line 5, column 25: expected a declared predicate, not over"),
         ("(:goal", "(:constraints", "line 5, column 3: expected classical planning, without constraints"),
     ],
@@ -261,6 +260,18 @@ def test_an_error_in_a_problem_has_its_place_too(tmp_path: Path, old: str, new: 
         open_pddl(FOLDER / "blocksworld" / "domain.pddl", path)
     assert str(error.value).startswith(f"{path}: ")
     assert message in str(error.value)
+
+
+def test_another_name_of_the_domain_is_the_reason_only_where_something_else_does_not_fit(
+    tmp_path: Path,
+) -> None:
+    path, domain = tmp_path / "other.pddl", FOLDER / "blocksworld" / "domain.pddl"
+    text = (FOLDER / "blocksworld" / "tower.pddl").read_text().replace("blocksworld", "chess")
+    path.write_text(text)
+    assert len(open_pddl(domain, path)[1]) == 1
+    path.write_text(text.replace("(on b c)", "(over b c)"))
+    with pytest.raises(InputError, match=r"line 2, column 4: expected \(:domain blocksworld\)"):
+        open_pddl(domain, path)
 
 
 REFUSED = {

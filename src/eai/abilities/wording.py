@@ -94,11 +94,11 @@ class Wording:
     def objects(self, task: Task) -> str:
         """The objects of a task with their properties, each once, and what conventions there are."""
         listed = _lines(dict.fromkeys([self.object(task, index) for index in subjects(task)]))
-        known = self.conventions(task) if self.conventions is not None else ""
+        known = [] if self.conventions is None else [self.conventions(task)]
         agent = task.scene.agent
         if self.rules is not None and agent is not None:
-            known = f"The agent is {self.object_name(task, agent)}."
-        return f"{listed}\n\n{known}" if known else listed
+            known.append(f"The agent is {self.object_name(task, agent)}.")
+        return "\n\n".join([listed, *filter(None, known)])
 
     def object(self, task: Task, index: int) -> str:
         """An object with its kind and its properties."""

@@ -105,6 +105,7 @@ class Benchmark:
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
         own_tasks: opens what an ability is asked of, for one that is not asked of the tasks.
         asks: for an ability that is not asked for in all tasks, whether it is in one.
+        only_by_name: for an ability that commands leave out where none is named, why.
         wordings: how prompts name things, by ability; by default as declared.
         also_observed: what observations of an environment tell besides that of which prompts of action
             sequencing speak: predicates by name.
@@ -138,6 +139,7 @@ class Benchmark:
     open_operators: OpenTasks[TransitionTask] | None = None
     own_tasks: Mapping[Ability, OpenTasks[Any]] = field(default_factory=dict)
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
+    only_by_name: Mapping[Ability, str] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None
     also_observed: tuple[str, ...] = ()
     formats: Mapping[Ability, str] = field(default_factory=dict)

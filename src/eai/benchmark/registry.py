@@ -33,9 +33,12 @@ GROUP = "eai.benchmarks"
 PDDL = "pddl"
 """The word before the colon in a reference to PDDL files."""
 
+ALFWORLD = "alfworld"
+"""The word before the colon in a reference to a folder with games of ALFWorld."""
+
 REFERENCES = (
-    "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:FILE,DIR, or task "
-    "files, FILE.jsonl or DIR/"
+    "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:FILE,DIR, "
+    "alfworld:DIR, or task files, FILE.jsonl or DIR/"
 )
 """How a benchmark is named, in words."""
 
@@ -79,9 +82,9 @@ def find_benchmark(reference: str) -> Benchmark:
     """The benchmark that a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or the path of task files means.
 
     A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
-    or a folder of them; a task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by
-    having a slash in its name. ``obfuscated:`` before any of them is its twin in other words, ``rules:`` the
-    same prompts in its own words.
+    or a folder of them, ``alfworld:FOLDER`` with games of ALFWorld; a task file ends in ``.jsonl`` or
+    ``.jsonl.gz``, or is in a folder, which is known by having a slash in its name. ``obfuscated:`` before any
+    of them is its twin in other words, ``rules:`` the same prompts in its own words.
 
     It is loaded once, and again after its files of PDDL or tasks have changed.
 
@@ -114,13 +117,15 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     from eai.tasks.task_files import ENDINGS
 
     module, separator, name = reference.partition(":")
-    if module not in (OBFUSCATED, RULES, PDDL) and (
+    if module not in (OBFUSCATED, RULES, PDDL, ALFWORLD) and (
         reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
     ):
         own = None if Path(reference).is_dir() else _open_own(Path(reference))
         return (own or _open_tasks(Path(reference))).referred_to_as(reference)
     if module in (OBFUSCATED, RULES):
         return _open_explained(name, module).referred_to_as(reference)
+    if module == ALFWORLD:
+        return _open_alfworld(Path(name)).referred_to_as(reference)
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
     if separator:
@@ -147,7 +152,27 @@ def _open_pddl(files: str) -> Benchmark:
     from eai.tasks.problem_world import open_pddl
 
     declared, tasks = open_pddl(Path(domain), Path(problems))
-    return Benchmark(declared.name, declared, lambda source: tasks, plans=PddlPlans())
+    copied = {
+        Ability.GOAL_INTERPRETATION: "its instructions are the goals in PDDL, which need only be copied"
+    }
+    return Benchmark(declared.name, declared, lambda source: tasks, plans=PddlPlans(), only_by_name=copied)
+
+
+def _open_alfworld(folder: Path) -> Benchmark:
+    """The benchmark of the games of ALFWorld in a folder."""
+    from eai.benchmark.benchmark import Benchmark
+    from eai.tasks.alfworld import open_games
+
+    domain, tasks, plans, written = open_games(folder)
+    return Benchmark(
+        ALFWORLD,
+        domain,
+        lambda source: tasks,
+        title="ALFWorld",
+        plans=plans,
+        formats={Ability.ACTION_SEQUENCING: written},
+        role="a household robot",
+    )
 
 
 def _open_own(path: Path) -> Benchmark | None:
@@ -203,6 +228,7 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
         reference="",
         open_tasks=open_tasks,
         asks={},
+        only_by_name={},
         open_public=base.open_tasks,
         open_operators=None,
         published_prompts=None,

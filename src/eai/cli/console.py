@@ -21,6 +21,7 @@ from eai.errors import EaiError, InputError, how_to_install
 
 if TYPE_CHECKING:
     from eai.abilities.verdict import Json
+    from eai.benchmark.benchmark import Benchmark
     from eai.benchmark.suite import Suite
     from eai.tasks.source import Finding
 
@@ -137,6 +138,15 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = Fal
             say(fine)
     if findings:
         raise typer.Exit(2)
+
+
+def asked_by_default(benchmark: Benchmark, abilities: Iterable[Ability]) -> list[Ability]:
+    """The abilities that are asked of a benchmark where none is named; says why others are left out."""
+    abilities = list(abilities)
+    for each in abilities:
+        if each in benchmark.only_by_name:
+            note(f"{benchmark.name}: no {each}, as {benchmark.only_by_name[each]}; --ability {each} asks it")
+    return [each for each in abilities if each not in benchmark.only_by_name]
 
 
 def note_planner(suites: Sequence[Suite]) -> None:

@@ -19,7 +19,7 @@ from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
-from eai.cli.console import DOMAIN_HELP, counted, say, tell, tell_findings
+from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
 from eai.cli.options import (
     ABILITIES,
     AsJson,
@@ -159,8 +159,9 @@ def prompts(
     def rows() -> Iterator[Row]:
         with opened_source(data, PlannerChoice.NONE, errata) as source:
             for split, name in [each for given in domain for each in _splits(given)]:
-                for each in ability or FOUR:
-                    asked = Library(prompt_set, None, source).open(find_benchmark(name), each)
+                benchmark = find_benchmark(name)
+                for each in ability or asked_by_default(benchmark, FOUR):
+                    asked = Library(prompt_set, None, source).open(benchmark, each)
                     for row in training_data.prompt_rows(
                         Reward(open_suite(name, each, source=source)), asked
                     ):

@@ -11,9 +11,18 @@ import typer
 
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import of_the_paper
+from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.console import counted, need_inspect, note, note_planner, output, print_markdown, say
+from eai.cli.console import (
+    asked_by_default,
+    counted,
+    need_inspect,
+    note,
+    note_planner,
+    output,
+    print_markdown,
+    say,
+)
 from eai.cli.flags import (
     HELP,
     RunCommand,
@@ -131,7 +140,7 @@ def run(
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or of_the_paper()
-            for each in wanted
+            for each in (wanted if spec.tasks.ability else asked_by_default(find_benchmark(name), wanted))
         ]
         suites = suites if target is None else adaptive_suites(suites, spec.tasks.ability)
         library = Library(spec.prompts.set, spec.prompts.folder, source)

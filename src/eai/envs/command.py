@@ -63,12 +63,12 @@ class Commands:
     def hint(self) -> str:
         """How a command is written."""
         example = self._domain.operators[0]
-        names = ", ".join([parameter.name for parameter in example.parameters])
-        return f"Write one action, such as {example.name}({names})."
+        names = [parameter.name for parameter in example.parameters]
+        return f"Write one action, such as {self._notation.command(example.name, names)}."
 
     def write(self, action: Action) -> str:
         """An action as a line, such as ``OPEN(jar_0)``."""
-        return f"{action.operator}({', '.join([self._names[i] for i in action.arguments])})"
+        return self._notation.command(action.operator, [self._names[i] for i in action.arguments])
 
     def read(self, text: str, nameable: Collection[int], *, ends: bool) -> _Command:
         """Read the meaning of a text.

@@ -73,7 +73,11 @@ def read_domain_file(path: Path) -> DomainFile:
     Raises:
         InputError: it cannot be read, or is no sound domain of a fragment that is understood.
     """
-    text = read_text(path)
+    return domain_in(read_text(path), path)
+
+
+def domain_in(text: str, path: Path) -> DomainFile:
+    """The domain in a text that was found in a file; raises likewise."""
     try:
         group = _read_group(text)
         _check(text, group, _DOMAIN, _declared(group))
@@ -87,18 +91,25 @@ def read_domain_file(path: Path) -> DomainFile:
 def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     """The problem in a file, which must be one of the domain.
 
+    The names of domains are not compared where all else fits, as planners do.
+
     Raises:
         InputError: it cannot be read, or is no sound problem of the domain.
     """
-    text = read_text(path)
+    return problem_in(read_text(path), path, domain)
+
+
+def problem_in(text: str, path: Path, domain: PddlDomain) -> ProblemFile:
+    """The problem in a text that was found in a file; raises likewise."""
     try:
         group = _read_group(text)
         _check(text, group, _PROBLEM, [each.name for each in domain.predicates])
         problem = PddlReader(text, either=True).problem(_without_costs(group))
-        if problem.domain != domain.name:
+        findings = check_problem(problem, domain)
+        if problem.domain != domain.name and any(each.offence.stops_planner for each in findings):
             place = _offset(text, ":domain", 0)
             raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
-        refuse(text, check_problem(problem, domain))
+        refuse(text, findings)
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)

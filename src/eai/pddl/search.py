@@ -81,8 +81,10 @@ def search(domain: PddlDomain, problem: PddlProblem, limits: Limits) -> SearchRe
 
     `SearchEnd.UNREACHABLE` is a proof: the goal is out of reach even if nothing is ever lost, or two of
     its literals never hold together, or the whole state space was searched. What is too large to be grounded
-    is undecided.
+    is undecided, and so is what a derived predicate that depends on itself says.
     """
+    if DerivedPredicates(domain.axioms).circles:
+        return SearchResult(SearchEnd.STATES)
     looks = Effort(_SIZE)
     grounder = Grounder(relevant(domain, problem), problem, looks)
     goal = grounder.goal()

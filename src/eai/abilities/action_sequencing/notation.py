@@ -152,6 +152,10 @@ class PlanNotation(ABC):
     def join(self, parts: Iterable[str]) -> str:
         """The parts as one answer."""
 
+    def command(self, operator: str, names: Sequence[str]) -> str:
+        """An action on objects of these names as one line of an agent, such as ``OPEN(jar_0)``."""
+        return f"{operator}({', '.join(names)})"
+
     def words(self, task: Task) -> tuple[str, ...]:
         """The words for objects in questions about a task, each once; none if they are not known."""
         return ()
@@ -206,7 +210,7 @@ class JsonPlans(PlanNotation):
         """The names of the objects."""
         return tuple([task.scene.objects[index].name for index in task.relevant])
 
-    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """An object around the list, as a list alone cannot be enforced."""
         names: dict[int, list[str]] = {}
         for operator in domain.operators:
@@ -225,7 +229,15 @@ class PddlPlans(JsonPlans):
     def read(self, text: str) -> WrittenPlan | Unreadable:
         """The plan in the last JSON value of an answer that is one, else in its last lines that are steps."""
         found = super().read(text)
-        return found if isinstance(found, WrittenPlan) or len(text) > MAX_LENGTH else _of_lines(text) or found
+        if isinstance(found, WrittenPlan) or len(text) > MAX_LENGTH:
+            return found
+        return _of_lines(text, self.step) or found
+
+    def step(self, line: str) -> WrittenStep | None:
+        """The step that a line is, without remarks and the space around it; None if it is none."""
+        step = _STEP.fullmatch(line)
+        words = [] if step is None else step[1].split()
+        return WrittenStep(words[0], tuple(words[1:])) if words else None
 
     def operator(self, word: str) -> str:
         """Names are in small letters."""
@@ -237,17 +249,16 @@ class PddlPlans(JsonPlans):
         return lambda name: index.get(str(name).lower())
 
 
-def _of_lines(text: str) -> WrittenPlan | None:
+def _of_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> WrittenPlan | None:
     """The plan in the last lines of a text that are steps; None if there are none."""
     steps: list[WrittenStep] = []
     others, is_over = dict[str, None](), False
     for line in map(str.strip, _REMARK.sub("", text).splitlines()):
-        step = _STEP.fullmatch(line)
+        step = step_of(line)
         if step is not None:
             if is_over:
                 steps, is_over = [], False
-            action, *objects = step[1].split()
-            steps.append(WrittenStep(action, tuple(objects)))
+            steps.append(step)
         elif line:
             others["code_fence" if line.startswith("```") else "prose"] = None
             is_over = True

@@ -1,0 +1,80 @@
+"""Games of ALFWorld, played at random on TextWorld's engine and on ours: commands, facts and end.
+
+``bench/alfworld_games.py --python PYTHON [--games 48] [--turns 2100] [--seed 1]``: PYTHON is that of an
+environment with the packages `alfworld` and `textworld[pddl]`. Exits with status 1 where the two differ.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
+
+from eai.benchmark.registry import find_benchmark
+from eai.envs.game import Game, Stage
+from eai.envs.rules import Feedback, Rules
+from eai.tasks.source import Source
+from eai.world.slips import Until
+
+CHILD = Path(__file__).with_name("alfworld_child.py")
+STATIC_KINDS = "cancontain"
+"""A predicate that no action changes, with hundreds of facts."""
+
+
+def facts(game: Game) -> list[str]:
+    """All that holds, in the child's words."""
+    objects = [each.name.replace("_", " ") for each in game.task.scene.objects]
+    return sorted(
+        f"{fact.predicate} {' '.join(objects[i] for i in fact.arguments)}"
+        for fact in game.state.facts()
+        if fact.predicate != STATIC_KINDS
+    )
+
+
+def differences(game: Game, played: Path) -> list[str]:
+    """What differs in one game; nothing more is compared after it does."""
+    for number, raw in enumerate(played.read_text().splitlines()):
+        line = json.loads(raw)
+        possible = sorted({game.stage.commands.write(action) for action in game.admissible()})
+        ours = (possible, facts(game), all(game.reached))
+        for what, mine, other in zip(
+            ("commands", "facts", "won"), ours, (line["commands"], line["facts"], line["won"]), strict=True
+        ):
+            if mine != other:
+                odd = set(mine) ^ set(other) if isinstance(mine, list) else (mine, other)
+                return [f"{played.parent.parent.name} turn {number}: {what} differ: {sorted(odd)[:5]}"]
+        game.act(line["taken"])
+    return []
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--python", required=True)
+    parser.add_argument("--games", type=int, default=48)
+    parser.add_argument("--turns", type=int, default=2100)
+    parser.add_argument("--seed", type=int, default=1)
+    chosen = parser.parse_args()
+    with TemporaryDirectory() as folder:
+        words = (folder, chosen.games, chosen.turns, chosen.seed)
+        subprocess.run([chosen.python, "-E", str(CHILD), *map(str, words)], check=True)
+        benchmark = find_benchmark(f"alfworld:{folder}")
+        tasks = benchmark.tasks(Source())
+        rules = Rules(until=Until.DONE, max_steps=None, feedback=Feedback.OUTCOME)
+        odd, won, before = list[str](), 0, process_time()
+        for played in sorted(Path(folder).rglob("played.jsonl")):
+            task = tasks[".".join(played.parent.relative_to(folder).parts)]
+            odd += differences(Game(Stage(task, benchmark, rules)), played)
+            won += '"won": true' in played.read_text()
+        taken = chosen.games * chosen.turns
+        print(f"{taken:,} actions in {chosen.games} games, {won} of them won: {len(odd)} games differ")
+        print(f"{process_time() - before:.0f} CPU s on our side")
+    for line in odd:
+        print(line)
+    raise SystemExit(bool(odd))
+
+
+if __name__ == "__main__":
+    main()
