@@ -13,6 +13,7 @@ import json
 import random
 import sys
 from pathlib import Path
+from typing import Any
 
 import alfworld
 from alfworld.gen import constants
@@ -161,10 +162,14 @@ def play(file: Path, turns: int, rng: random.Random) -> None:
     names = {key: info.name for key, info in inner._entity_infos.items()}
     derived: dict[tuple[str, ...], str] = {}
 
-    def command(action: object) -> str:
+    def command(action: Any) -> str:
         key = (action.name, *(argument.name for argument in action.mapping.values()))
         if key not in derived:
-            about = {"state": engine, "facts": list(engine.facts), "entity_infos": inner._entity_infos}
+            about: dict[str, Any] = {
+                "state": engine,
+                "facts": list(engine.facts),
+                "entity_infos": inner._entity_infos,
+            }
             about["variables"] = {ph.name: inner._entity_infos[v.name] for ph, v in action.mapping.items()}
             action.command_template = logic.grammar.derive(
                 action.command_template, {**about, "mapping": action.mapping}
@@ -172,7 +177,7 @@ def play(file: Path, turns: int, rng: random.Random) -> None:
             derived[key] = action.format_command(names)
         return derived[key]
 
-    def fact(proposition: object) -> str:
+    def fact(proposition: Any) -> str:
         return f"{proposition.name} {' '.join(names[each.name].strip() for each in proposition.arguments)}"
 
     def changing() -> set[str]:
