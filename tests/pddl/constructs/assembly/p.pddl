@@ -1,0 +1,1 @@
+(define (problem as) (:domain assembly) (:objects w a b - assembly r - resource) (:init (available a) (available b) (available r) (requires w r) (part-of a w) (part-of b w) (assemble-order a b w)) (:goal (complete w)))

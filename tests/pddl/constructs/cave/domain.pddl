@@ -1,0 +1,3 @@
+(define (domain cd) (:requirements :adl) (:types loc diver tank - object) (:constants t-dummy - tank) (:predicates (at ?d - diver ?l - loc) (edge ?a ?b - loc) (full ?t - tank) (holds ?d - diver ?t - tank) (done ?l - loc) (next ?a ?b - tank))
+(:action swim :parameters (?d - diver ?a ?b - loc ?t - tank) :precondition (and (at ?d ?a) (holds ?d ?t) (full ?t) (or (edge ?a ?b) (edge ?b ?a)) (not (not (full ?t)))) :effect (and (not (at ?d ?a)) (at ?d ?b) (not (full ?t)) (forall (?x - loc) (when (= ?x ?b) (and (done ?x))))))
+(:action take :parameters (?d - diver ?t ?n - tank) :precondition (and (next ?t ?n) (not (exists (?o - diver) (holds ?o ?t)))) :effect (and (holds ?d ?t))))

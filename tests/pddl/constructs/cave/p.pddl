@@ -1,0 +1,1 @@
+(define (problem cdp) (:domain cd) (:objects l0 l1 l2 - loc d - diver t1 t2 - tank) (:init (at d l0) (edge l0 l1) (edge l2 l1) (full t1) (full t2) (next t1 t2) (next t2 t-dummy)) (:goal (and (done l2))))

@@ -1,0 +1,6 @@
+(define (domain elevators) (:requirements :typing :action-costs) (:types elevator - object fast slow - elevator passenger count - object)
+(:predicates (at ?p - passenger ?c - count) (boarded ?p - passenger ?l - elevator) (lift-at ?l - elevator ?f - count) (next ?a ?b - count))
+(:functions (total-cost) - number (travel-slow ?f1 - count ?f2 - count) - number (limit))
+(:action move-up-slow :parameters (?l - slow ?f1 - count ?f2 - count) :precondition (and (lift-at ?l ?f1) (next ?f1 ?f2)) :effect (and (lift-at ?l ?f2) (not (lift-at ?l ?f1)) (increase (total-cost) (travel-slow ?f1 ?f2))))
+(:action board :parameters (?p - passenger ?l - elevator ?f - count) :precondition (and (lift-at ?l ?f) (at ?p ?f)) :effect (and (not (at ?p ?f)) (boarded ?p ?l) (increase (total-cost) 0)))
+(:action leave :parameters (?p - passenger ?l - elevator ?f - count) :precondition (and (lift-at ?l ?f) (boarded ?p ?l)) :effect (and (at ?p ?f) (not (boarded ?p ?l)))))

@@ -1,0 +1,1 @@
+(define (problem e) (:domain elevators) (:objects n0 n1 - count p0 - passenger slow0-0 - slow) (:init (next n0 n1) (lift-at slow0-0 n0) (at p0 n0) (= (travel-slow n0 n1) 6) (= (total-cost) 0) (= (limit) 2.5)) (:goal (and (at p0 n1))) (:metric minimize (total-cost)))

@@ -1,0 +1,1 @@
+(define (problem l) (:domain leer) (:init ) (:goal (and (and (p)) (q) (and))))

@@ -1,0 +1,1 @@
+(define (problem m) (:domain miconic) (:requirements :adl) (:objects p0 - conflict_A p1 - conflict_B p2 - vip f0 f1 f2 - floor) (:init (above f0 f1) (above f0 f2) (above f1 f2) (origin p0 f1) (destin p0 f0) (origin p1 f2) (destin p1 f0) (origin p2 f0) (destin p2 f2) (lift-at f0)) (:goal (forall (?p - passenger) (served ?p))))

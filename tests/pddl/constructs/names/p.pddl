@@ -1,0 +1,1 @@
+(define (problem robot) (:domain robot) (:objects robot - robot box box-1 - box) (:init) (:goal (and (robot box-1) (2nd robot) (box))))

@@ -1,0 +1,1 @@
+(define (problem d7p) (:domain d7) (:objects c - car x y - place) (:init (at c x) (linked x y)) (:goal (and (at c garage) (seen y) (exists (?z - object) (and (seen ?z) (not (= ?z c)))))))

@@ -1,0 +1,5 @@
+(define (domain psr) (:requirements :adl :derived-predicates :typing) (:types node switch) (:predicates (ext ?x - node ?y - node) (closed ?s - switch) (con ?s - switch ?x ?y - node) (fed ?x - node) (source ?x - node) (affected) (faulty ?x - node))
+(:derived (fed ?x - node) (or (source ?x) (exists (?y - node ?s - switch) (and (con ?s ?y ?x) (closed ?s) (fed ?y)))))
+(:derived (affected) (exists (?x - node) (and (faulty ?x) (fed ?x))))
+(:action open :parameters (?s - switch) :precondition (closed ?s) :effect (not (closed ?s)))
+(:action close :parameters (?s - switch) :precondition (and (not (closed ?s)) (not (affected))) :effect (closed ?s)))

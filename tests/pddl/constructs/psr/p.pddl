@@ -1,0 +1,1 @@
+(define (problem q) (:domain psr) (:objects n0 n1 n2 n3 - node s1 s2 s3 - switch) (:init (source n0) (con s1 n0 n1) (con s2 n1 n2) (con s3 n0 n3) (closed s1) (closed s2) (faulty n2)) (:goal (and (fed n1) (fed n3) (not (fed n2)) (not (affected)))))

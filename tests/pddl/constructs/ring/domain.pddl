@@ -1,0 +1,2 @@
+(define (domain chem) (:requirements :typing :equality) (:types atom) (:predicates (bond ?a ?b - atom) (ring6 ?a ?b ?c ?d ?e ?f - atom) (double ?a ?b - atom))
+(:action react-long-name_12 :parameters (?a ?b ?c ?d ?e ?f - atom) :precondition (and (bond ?a ?b) (bond ?b ?c) (bond ?c ?d) (bond ?d ?e) (bond ?e ?f) (not (= ?a ?b)) (not (= ?a ?c)) (not (= ?a ?d)) (not (= ?a ?e)) (not (= ?a ?f)) (not (= ?b ?c)) (not (= ?b ?d)) (not (= ?b ?e)) (not (= ?b ?f)) (not (= ?c ?d))) :effect (and (ring6 ?a ?b ?c ?d ?e ?f) (double ?a ?f) (double ?f ?a))))

@@ -1,0 +1,1 @@
+(define (problem ch) (:domain chem) (:objects c1 c2 c3 c4 c5 c6 - atom) (:init (bond c1 c2) (bond c2 c3) (bond c3 c4) (bond c4 c5) (bond c5 c6)) (:goal (and (double c1 c6) (ring6 c1 c2 c3 c4 c5 c6))))

@@ -1,0 +1,6 @@
+(define (domain schedule) (:requirements :adl :typing) (:types temperature colour part - object)
+(:constants COLD HOT - temperature)
+(:predicates (temp ?o - part ?t - temperature) (busy ?m) (scheduled ?o - part) (painted ?o - part ?c - colour) (has-paint ?c - colour) (lathe))
+(:action do-paint :parameters (?x - part ?newpaint - colour) :precondition (and (has-paint ?newpaint) (not (scheduled ?x)) (temp ?x COLD)) :effect (and (painted ?x ?newpaint) (scheduled ?x) (when (not (lathe)) (lathe)) (forall (?oldpaint - colour) (when (and (painted ?x ?oldpaint) (not (= ?oldpaint ?newpaint))) (not (painted ?x ?oldpaint))))))
+(:action do-time-step :parameters () :effect (and (forall (?x - part) (when (scheduled ?x) (not (scheduled ?x)))) (when (lathe) (not (lathe)))))
+)

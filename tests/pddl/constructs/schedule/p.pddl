@@ -1,0 +1,1 @@
+(define (problem s) (:domain schedule) (:objects a b - part red blue - colour) (:init (temp a cold) (temp b cold) (painted a red) (has-paint red) (has-paint blue)) (:goal (and (painted a blue) (not (scheduled a)) (not (painted a red)) (painted b red))))

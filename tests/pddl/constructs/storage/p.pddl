@@ -1,0 +1,1 @@
+(define (problem s1) (:domain Storage-P) (:objects H - hoist C - crate A1 A2 - storearea T - transitarea Dep - depot Con - container) (:init (at H T) (available H) (on C A1) (clear A2) (in A1 Con) (in C Con) (in A2 Dep) (connected A1 T) (connected A2 T)) (:goal (and (in C Dep))))
