@@ -14,6 +14,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from eai.envs.listed import spelled_out
+
 Vector: TypeAlias = "NDArray[np.float64]"
 
 _ATOM = re.compile(r"(not )?([\w-]+)\(([^()]*)\)")
@@ -47,7 +49,7 @@ class Reader:
     def __init__(self, opening: str) -> None:
         goals = opening.partition("Goals:\n")[2].partition("\n\n")[0]
         self._goals = atoms(goals)
-        self._kinds = dict(_OBJECT.findall(opening))
+        self._kinds = dict(_OBJECT.findall(spelled_out(opening)))
         self._kind_of_variable = dict(_VARIABLE.findall(goals))
         self._past: list[str] = []
         self._facts: list[Atom] = []
@@ -55,6 +57,7 @@ class Reader:
 
     def see(self, observation: str, command: str | None = None) -> None:
         """Take note of an observation, and of the command that led to it."""
+        observation = spelled_out(observation)
         self._facts = atoms(observation.partition("Now:\n")[2])
         if command is not None:
             self._past.append(command)

@@ -17,11 +17,13 @@ from eai.benchmark.benchmark import Benchmark
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Game, Stage, stage_of, staged
+from eai.envs.listed import spelled_out
 from eai.envs.rules import STANDARD, Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
 from eai.world.slips import Until
+from eai.world.state import Fact
 from envs.switches import SCENE, SWITCHES, WON, at, initial, lit, tasks
 
 
@@ -52,17 +54,13 @@ You are robot.
 
 Objects [kind]: properties
 robot [robot]: -
-hall [room]: room
-shed [room]: room
+hall, shed [room]: room
 box [box]: -
-lamp [lamp]: -
-torch [lamp]: -
+lamp, torch [lamp]: -
 
 Now:
-at(robot, hall)
-at(box, shed)
-at(lamp, hall)
-at(torch, shed)
+at(*, hall): robot, lamp
+at(*, shed): box, torch
 inside(torch, box)
 shut(box)"""
 
@@ -78,13 +76,11 @@ You are robot. You do not see everything: an action may name only what is listed
 
 Objects [kind]: properties
 robot [robot]: -
-hall [room]: room
-shed [room]: room
+hall, shed [room]: room
 lamp [lamp]: -
 
 Now:
-at(robot, hall)
-at(lamp, hall)"""
+at(*, hall): robot, lamp"""
 
 
 @pytest.mark.parametrize(("observe", "opening"), [("full", OPENING), ("partial", PARTIAL_OPENING)])
@@ -103,7 +99,7 @@ def test_the_first_observation_is_the_task_and_what_is_seen(observe: str, openin
 
 def test_an_action_tells_what_it_changed_and_what_holds_now() -> None:
     observation = play("PRESS(lamp)")[-1][0]
-    assert observation.startswith("PRESS(lamp): done.\n+ lit(lamp)\n\nNow:\nat(robot, hall)\n")
+    assert observation.startswith("PRESS(lamp): done.\n+ lit(lamp)\n\nNow:\nat(*, hall): robot, lamp\n")
     assert "\nlit(lamp)\n" in observation
 
 
@@ -360,7 +356,7 @@ def test_action_goals_are_met_in_order_and_stay_met() -> None:
 
 def test_slips_change_nothing_and_are_told() -> None:
     observation, _, _, _, info = play("PRESS(lamp)", slip=1.0)[-1]
-    assert observation.startswith("PRESS(lamp): nothing happened.\n\nNow:\nat(robot, hall)")
+    assert observation.startswith("PRESS(lamp): nothing happened.\n\nNow:\nat(*, hall): robot, lamp")
     assert info["slipped"]
     assert info["fault"] is None
 
@@ -519,7 +515,7 @@ def test_what_changed_out_of_sight_is_told_when_it_comes_back() -> None:
     view, here = game.stage.view, game.look
     game.act("PRESS(lamp)")
     index = game.task.scene.index
-    assert view.since(here, game.look, {index["lamp"]}) == ["+ lit(lamp)"]
+    assert view.since(here, game.look, {index["lamp"]}) == [("+", Fact("lit", (index["lamp"],)))]
     game.act("GO(shed)")
     assert view.since(here, game.look, {index["robot"]}) == [], "of the agent all is told at once"
 
@@ -528,7 +524,7 @@ def test_all_that_is_seen_is_told_once_between_two_actions() -> None:
     turns = standard("LOOK", "LOOK()", "WAVE()", "LOOK")
     assert turns[0][0] == (
         "Objects [kind]: properties\nrobot [robot]: -\nhall [room]: room\nlamp [lamp]: -\n\n"
-        "Now:\nat(robot, hall)\nat(lamp, hall)\n14 of 14 actions left."
+        "Now:\nat(*, hall): robot, lamp\n14 of 14 actions left."
     )
     assert turns[1][0] == "You have looked already: nothing has changed since.\n13 of 14 actions left."
     assert turns[3][0].endswith("\n12 of 14 actions left.")
@@ -573,8 +569,8 @@ def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
 def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
     shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening()[0] for view in View}
-    assert "lamp [lamp]" in shown[View.SCENE]
-    assert "lamp [lamp]" not in shown[View.TASK]
+    assert "lamp, torch [lamp]" in shown[View.SCENE]
+    assert "[lamp]" not in shown[View.TASK]
 
 
 def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
@@ -582,7 +578,7 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
     task = own.tasks(Source())["both"]
     for view, lamp in ((View.TASK, True), (View.SCENE, False)):
         stage = Stage(task, own, Rules(view=view))
-        facts = Game(stage).opening()[0].partition("Now:")[2]
+        facts = spelled_out(Game(stage).opening()[0]).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
         assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp

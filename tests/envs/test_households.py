@@ -18,6 +18,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
+from eai.envs.listed import spelled_out
 from eai.envs.rules import STANDARD
 from eai.scoring.reward import Reward, Shaping, gain
 from eai.tasks.source import Source
@@ -170,6 +171,7 @@ def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) ->
     hidden = 0
     for plan in gold_plans(name, data_store)[::7]:
         told, info = environment.reset(seed=0, options={"task_id": plan.task_id})
+        told = spelled_out(told)
         stage = environment.game.stage
         known = introduced(told, "Objects [kind]: properties\n")
         hidden += not {stage.task.scene.objects[i].name for i in stage.view.subjects} <= known
@@ -177,6 +179,7 @@ def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) ->
         for command in plan.lines:
             assert mentioned(" ".join(info["admissible_commands"]), stage) <= known
             told, _, over, _, info = environment.step(command)
+            told = spelled_out(told)
             known |= introduced(told, "You see for the first time:\n")
             assert mentioned(told, stage) <= known | mentioned(command, stage)
             if over:

@@ -102,10 +102,13 @@ class Wording:
 
     def object(self, task: Task, index: int) -> str:
         """An object with its kind and its properties."""
+        return f"{self.object_name(task, index)} {self.kind(task, index)}"
+
+    def kind(self, task: Task, index: int) -> str:
+        """The kind of an object, and its properties."""
         properties = [p for p in self.domain.vocabulary.predicates if p.visible and is_property(p)]
         having = [p.name for p in properties if task.initial.has(p.name, index)]
-        category = task.scene.objects[index].category
-        return f"{self.object_name(task, index)} [{category}]: {', '.join(having) or '-'}"
+        return f"[{task.scene.objects[index].category}]: {', '.join(having) or '-'}"
 
     def initial(self, task: Task) -> str:
         """The facts about a task's objects at the start."""
@@ -130,8 +133,11 @@ class Wording:
 
     def fact(self, task: Task, fact: Fact) -> str:
         """A fact about objects of a task."""
-        names = ", ".join([self.object_name(task, i) for i in fact.arguments])
-        return f"{self._name(fact.predicate)}({names})"
+        return self.said(fact.predicate, [self.object_name(task, i) for i in fact.arguments])
+
+    def said(self, predicate: str, names: Iterable[str]) -> str:
+        """A fact about things with these names."""
+        return f"{self._name(predicate)}({', '.join(names)})"
 
     def goals(self, task: Task) -> str:
         """The goals of a task."""

@@ -183,7 +183,7 @@ def _compare(place: str, digest: str | None, told: str) -> None:
 
 def _step(turn: Turn, told: str, game: Game) -> StepReport:
     """A turn as a step: the first paragraph of an observation says what became of the action."""
-    outcome, *changes = told.partition("\n\n")[0].splitlines()
+    outcome, fact = told.partition("\n")[0], game.stage.view.fact
     fault = SLIP if turn.slipped else EXECUTED if turn.fault is None else turn.fault.value
     if game.ended == "steps" and not turn.is_action:
         fault = _TOO_LATE
@@ -191,7 +191,7 @@ def _step(turn: Turn, told: str, game: Game) -> StepReport:
         turn.said,
         fault,
         "" if fault == EXECUTED else outcome,
-        added=tuple([line[2:] for line in changes if line.startswith("+ ")]),
-        removed=tuple([line[2:] for line in changes if line.startswith("- ")]),
+        added=tuple([fact(each) for sign, each in game.changes if sign == "+"]),
+        removed=tuple([fact(each) for sign, each in game.changes if sign == "-"]),
         call=None if game.action is None else call_of(game.action, game.task.scene),
     )

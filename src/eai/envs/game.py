@@ -8,6 +8,8 @@ from collections.abc import Set as AbstractSet
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from itertools import groupby
+from operator import itemgetter
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 from typing_extensions import TypedDict, assert_never
@@ -19,6 +21,7 @@ from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands, is_look
+from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.logic.formula import TRUE, Atom
@@ -35,7 +38,7 @@ from eai.world.fault import FaultKind
 from eai.world.listing import Listing
 from eai.world.relation import bits, mask_of
 from eai.world.slips import Slips, Until
-from eai.world.state import Fact, State
+from eai.world.state import Change, Fact, State, change
 
 if TYPE_CHECKING:
     from eai.envs.reference import Reference
@@ -49,10 +52,10 @@ Ended: TypeAlias = Literal["goal", "done", "steps"]
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """The visible facts of one predicate, listed where they are asked for, and how each is stated."""
+    """The visible facts of one predicate, listed where they are asked for, and how they are stated."""
 
     listed: Callable[[], Sequence[Fact]]
-    line: Callable[[Fact], str]
+    state: Callable[[Iterable[Fact]], Iterable[str]]
 
     @cached_property
     def facts(self) -> Sequence[Fact]:
@@ -62,7 +65,7 @@ class _Shown:
     @cached_property
     def text(self) -> str:
         """The lines that state them."""
-        return "\n".join(map(self.line, self.facts))
+        return "\n".join(self.state(self.facts))
 
 
 class _Look(NamedTuple):
@@ -74,8 +77,12 @@ class _Look(NamedTuple):
 
     @property
     def text(self) -> str:
-        """All the facts, one a line."""
+        """All the facts, in lines."""
         return "\n".join([shown.text for shown in self.shown if shown.text])
+
+
+SignedFact: TypeAlias = tuple[str, Fact]
+"""A fact that became true, with ``+``, or false, with ``-``."""
 
 
 class _View:
@@ -102,14 +109,15 @@ class _View:
         self._task = task
         self._wording = wording
         self._is_full = observe is Observe.FULL
-        self._lines: dict[Fact, str] = {}
+        self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
         about = subjects(task) if of is View.TASK else list(range(len(task.scene.objects)))
         self.agent = task.scene.agent
         self._of_agent = {each.name for each in wording.domain.egocentric if of is View.SCENE}
         self.landmarks = () if self._is_full else _landmarks(task, wording)
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
+        self._place = {index: place for place, index in enumerate(self.subjects)}
         self._mask = mask_of(self.subjects)
-        self._objects: dict[int, str] = {}
+        self._kinds: dict[int, str] = {}
         visible = wording.domain.visible or TRUE
         atoms = [part.predicate for part in walk(visible) if isinstance(part, Atom)]
         self._sight_sources = stored_sources(atoms, wording.domain.vocabulary)
@@ -118,25 +126,37 @@ class _View:
         self.first = _Look(task.initial, sight, shown)
 
     def objects(self, chosen: Collection[int]) -> str:
-        """Objects with their kinds and properties, one a line."""
-        return "\n".join([self._object(index) for index in self.subjects if index in chosen])
+        """Objects with their kinds and properties; those that have all in common in one line."""
+        of_kind: dict[str, list[int]] = {}
+        for index in self.subjects:
+            if index in chosen:
+                of_kind.setdefault(self._kind(index), []).append(index)
+        return "\n".join([f"{self.names(found)} {kind}" for kind, found in of_kind.items()])
 
-    def names(self, chosen: Sequence[int]) -> str:
+    def names(self, chosen: Iterable[int]) -> str:
         """The names of objects."""
-        return ", ".join([self._wording.object_name(self._task, index) for index in chosen])
+        return in_short([self._names[index] for index in chosen])
 
-    def about(self, look: _Look, chosen: AbstractSet[int]) -> list[str]:
-        """The lines of the facts that are seen about some objects."""
+    def lines(self, facts: Iterable[Fact]) -> Iterator[str]:
+        """The lines that state facts."""
+        return facts_in_short(facts, self._names, self._wording.said)
+
+    def fact(self, fact: Fact) -> str:
+        """A fact by itself."""
+        return self._wording.said(fact.predicate, [self._names[index] for index in fact.arguments])
+
+    def about(self, look: _Look, chosen: AbstractSet[int]) -> list[Fact]:
+        """The facts that are seen about some objects."""
         return [
-            self._line(fact)
-            for shown in look.shown
-            for fact in shown.facts
+            fact
+            for listing in self._wording.told
+            for fact in listing.facts(look.state, look.sight, self._chosen(listing, chosen))
             if not chosen.isdisjoint(fact.arguments)
         ]
 
-    def next(self, look: _Look, state: State) -> _Look:
-        """Return the view of a state of the same episode; most actions leave most of it as it was."""
-        changed = _changed(look.state, state)
+    def next(self, look: _Look, state: State, stored: Change) -> _Look:
+        """Return the view of a state of the same episode, which has changed so since the last."""
+        changed = stored.predicates
         sight = look.sight if changed.isdisjoint(self._sight_sources) else self._sight(state)
         shown = [
             before
@@ -146,24 +166,17 @@ class _View:
         ]
         return _Look(state, sight, shown)
 
-    def changes(self, before: _Look, after: _Look) -> str:
-        """Return visible facts that became true, as ``+`` lines, and those that became false, as ``-``."""
-        return "\n".join([f"{sign} {self._line(fact)}" for sign, fact in self._changes(before, after)])
-
-    def since(self, before: _Look, after: _Look, chosen: AbstractSet[int]) -> list[str]:
-        """Return those lines of the changes that are about some objects and not about the agent."""
-        return [
-            f"{sign} {self._line(fact)}"
-            for sign, fact in self._changes(before, after)
-            if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
-        ]
-
-    def _changes(self, before: _Look, after: _Look) -> list[tuple[str, Fact]]:
+    def changes(self, before: _Look, after: _Look, stored: Change) -> list[SignedFact]:
+        """Return the visible facts that became true, and those that became false, by what has changed."""
+        changed = stored.predicates
         added: list[Fact] = []
         removed: list[Fact] = []
-        changed = _changed(before.state, after.state)
         for listing, old, new in zip(self._wording.told, before.shown, after.shown, strict=True):
             if changed.isdisjoint(listing.sources):
+                continue
+            if listing.is_stored:
+                added += self._seen(listing, stored.added, after.sight)
+                removed += self._seen(listing, stored.removed, before.sight)
                 continue
             if before.sight == after.sight:
                 was, remains = old.facts, new.facts
@@ -174,6 +187,27 @@ class _View:
             removed += _without(old.facts, remains)
         return [*[("+", fact) for fact in added], *[("-", fact) for fact in removed]]
 
+    def since(self, before: _Look, after: _Look, chosen: AbstractSet[int]) -> list[SignedFact]:
+        """Return those of the changes that are about some objects and not about the agent."""
+        return [
+            (sign, fact)
+            for sign, fact in self.changes(before, after, change(before.state, after.state))
+            if not chosen.isdisjoint(fact.arguments) and self.agent not in fact.arguments
+        ]
+
+    def _seen(self, listing: Listing, facts: Iterable[Fact], sight: Sight) -> list[Fact]:
+        """Those of some facts that are of a listing, about what is seen."""
+        found = [fact for fact in facts if fact.predicate == listing.predicate and listing.lists(fact)]
+        if not found:
+            return found
+        seen, about = {*sight}, self._chosen(listing)
+        found = [
+            fact
+            for fact in found
+            if seen.issuperset(fact.arguments) and (about is None or not about.isdisjoint(fact.arguments))
+        ]
+        return sorted(found, key=lambda fact: [self._place[index] for index in fact.arguments])
+
     def _sight(self, state: State) -> Sight:
         """The objects that are seen in a state."""
         if self._is_full:
@@ -182,24 +216,22 @@ class _View:
 
     def _facts(self, listing: Listing, state: State, sight: Sight) -> Sequence[Fact]:
         """The facts of one predicate about what is seen."""
-        is_of_agent = listing.predicate in self._of_agent
-        agent = () if self.agent is None else (self.agent,)
-        return listing.facts(state, sight, agent if is_of_agent else None)
+        return listing.facts(state, sight, self._chosen(listing))
+
+    def _chosen(self, listing: Listing, chosen: AbstractSet[int] | None = None) -> AbstractSet[int] | None:
+        """Of which objects one must be in a fact of a predicate for it to be told; None for any."""
+        if listing.predicate not in self._of_agent:
+            return chosen
+        return frozenset() if self.agent is None else frozenset((self.agent,))
 
     def _shown(self, listing: Listing, state: State, sight: Sight) -> _Shown:
-        return _Shown(partial(self._facts, listing, state, sight), self._line)
+        return _Shown(partial(self._facts, listing, state, sight), self.lines)
 
-    def _object(self, index: int) -> str:
-        text = self._objects.get(index)
-        if text is None:
-            text = self._objects[index] = self._wording.object(self._task, index)
-        return text
-
-    def _line(self, fact: Fact) -> str:
-        line = self._lines.get(fact)
-        if line is None:
-            line = self._lines[fact] = self._wording.fact(self._task, fact)
-        return line
+    def _kind(self, index: int) -> str:
+        kind = self._kinds.get(index)
+        if kind is None:
+            kind = self._kinds[index] = self._wording.kind(self._task, index)
+        return kind
 
 
 def _landmarks(task: Task, wording: Wording) -> tuple[int, ...]:
@@ -211,19 +243,6 @@ def _without(facts: Iterable[Fact], others: Sequence[Fact]) -> list[Fact]:
     """The facts that are not among others."""
     known = frozenset(others)
     return [fact for fact in facts if fact not in known]
-
-
-def _changed(before: State, after: State) -> set[str]:
-    """The stored predicates in which two states of an episode differ; an untouched relation is one object."""
-    vocabulary = before.scene.vocabulary
-    changed = {name for name, i in vocabulary.unary_slots.items() if before.unary[i] != after.unary[i]}
-    for name, i in vocabulary.binary_slots.items():
-        if before.binary[i] is not after.binary[i]:
-            changed.add(name)
-    for name, i in vocabulary.tuple_slots.items():
-        if before.tuples[i] is not after.tuples[i]:
-            changed.add(name)
-    return changed
 
 
 class _Info(TypedDict, total=False):
@@ -338,6 +357,7 @@ class Game:
         worth: what it is worth by its state now; 0 where nothing can be earned.
         tried: how many actions have been tried, impossible ones too.
         action: the action that the last command meant; None where it meant none.
+        changes: what it changed of what is seen, and what was seen to have changed before.
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
@@ -360,6 +380,7 @@ class Game:
         self.worth = 0.0
         self.tried = 0
         self.action: Action | None = None
+        self.changes: list[SignedFact] = []
 
     @property
     def task(self) -> Task:
@@ -442,7 +463,7 @@ class Game:
         """
         if self.over:
             raise InputError("the episode is over")
-        self.action = None
+        self.action, self.changes = None, []
         if self._rules.feedback is Feedback.CHANGES and is_look(text, self._stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
@@ -523,21 +544,29 @@ class Game:
     def _news(self, state: State) -> str:
         """Return the visible changes of an action, and things that are seen for the first time."""
         view, before = self._stage.view, self._look
-        self._look = view.next(before, state)
-        news = view.changes(before, self._look) or "No fact that you see has changed."
-        new = [index for index in self._look.sight if index not in self.known]
+        stored = change(before.state, state)
+        self._look = after = view.next(before, state, stored)
+        self.changes = view.changes(before, after, stored)
+        news = [*self._signed(self.changes)] or ["No fact that you see has changed."]
+        new = [index for index in after.sight if index not in self.known]
         self.known.update(new)
-        is_brief = self._rules.feedback is Feedback.CHANGES and before.sight != self._look.sight
+        is_brief = self._rules.feedback is Feedback.CHANGES and before.sight != after.sight
         if is_brief:
-            new = [index for index in self._look.sight if index not in self._seen]
+            new = [index for index in after.sight if index not in self._seen]
             self._seen.update(new)
-            news += "".join([f"\n{line}" for line in self._moved(before, new)])
+            news += self._moved(before, new)
         if new:
-            news += f"\n\nYou see for the first time:\n{view.objects(new)}"
+            news += ["", "You see for the first time:", view.objects(new)]
         if new and is_brief:
-            facts = [line for line in view.about(self._look, {*new}) if f"+ {line}\n" not in f"{news}\n"]
-            news += f"\n\nOf these:\n{_lines(facts)}"
-        return news
+            told = {fact for sign, fact in self.changes if sign == "+"}
+            facts = [fact for fact in view.about(after, {*new}) if fact not in told]
+            news += ["", "Of these:", *(view.lines(facts) if facts else "-")]
+        return "\n".join(news)
+
+    def _signed(self, changes: Sequence[SignedFact]) -> Iterator[str]:
+        """The lines of changes."""
+        for sign, facts in groupby(changes, itemgetter(0)):
+            yield from (f"{sign} {line}" for line in self._stage.view.lines(fact for _, fact in facts))
 
     def _moved(self, before: _Look, new: Sequence[int]) -> Iterator[str]:
         """Return what went out of sight and what came back, with what has changed of that since."""
@@ -554,7 +583,9 @@ class Game:
         looks = {id(look): look for index in back if (look := self._left.get(index)) is not None}
         for look in looks.values():
             chosen = {index for index in back if self._left.get(index) is look}
-            yield from view.since(look, after, chosen)
+            since = view.since(look, after, chosen)
+            self.changes += since
+            yield from self._signed(since)
 
     def _goals_reached(self) -> tuple[bool, ...]:
         return self._stage.goals.reached(self._episode.state, self.taken, self._episode.trajectory)
@@ -604,15 +635,12 @@ def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS, view: View
     wording = benchmark.observed_wording()
     values = {
         "told": told,
+        "how_to_read": HOW_TO_READ,
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
         "of_each": wording.contents_of("each"),
     }
     return Templates().fill("environment.txt", values)
-
-
-def _lines(texts: Sequence[str]) -> str:
-    return "\n".join(texts) or "-"
 
 
 def _words(kind: FaultKind) -> str:

@@ -250,6 +250,9 @@ class Conditions:
         if isinstance(derived, Lookup) and slots.index(slot) == len(slots) - 1:
             found = _looked_up(derived, slots[:-1])
             return lambda state, binding, among: found(state, binding) & among
+        if isinstance(derived, Lookup) and derived.inverse is not None and slots.count(slot) == 1:
+            of, other = derived.inverse, slots[1]
+            return lambda state, binding, among: of(state, (binding[other],)) & among
         if derived is not None or slots.count(slot) > 1:
             return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)

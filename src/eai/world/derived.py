@@ -75,7 +75,8 @@ class Lookup:
     ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.
     ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions;
     ``single`` says that the mask never has more than one object; ``open_in_meaning``, what the formula leaves
-    open, in words.
+    open, in words. ``inverse``, where there is one, of two arguments, is the mask of all objects that make
+    the predicate true as first argument, from the last.
     """
 
     name: str
@@ -85,6 +86,7 @@ class Lookup:
     meaning: Defined | None = None
     single: bool = False
     open_in_meaning: str = ""
+    inverse: Values | None = None
 
     def __call__(self, *terms: f.Term | str) -> f.Atom:
         """The atom of this predicate with these terms."""

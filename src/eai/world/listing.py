@@ -35,11 +35,22 @@ class Listing:
     Attributes:
         predicate: its name.
         sources: the stored predicates that decide it: where these are as they were, so is the listing.
+        repeated: whether facts in which an object stands twice are listed, too.
     """
 
     predicate: str
     sources: tuple[str, ...]
+    repeated: bool
     _holding: _Holding
+
+    @property
+    def is_stored(self) -> bool:
+        """Whether the predicate is stored and not derived."""
+        return self.sources == (self.predicate,)
+
+    def lists(self, fact: Fact) -> bool:
+        """Whether a fact of this predicate is listed where it holds."""
+        return self.repeated or len({*fact.arguments}) == len(fact.arguments)
 
     def facts(self, state: State, objects: Sequence[int], about: Iterable[int] | None = None) -> list[Fact]:
         """The facts about these objects, by their order: first arguments first.
@@ -65,7 +76,7 @@ def listing(vocabulary: Vocabulary, predicate: str, *, repeated: bool = False) -
         DomainError: it is not declared.
     """
     sources = tuple(stored_sources((predicate,), vocabulary))
-    return Listing(predicate, sources, _holding(vocabulary, predicate, repeated))
+    return Listing(predicate, sources, repeated, _holding(vocabulary, predicate, repeated))
 
 
 def _holding(vocabulary: Vocabulary, predicate: str, repeated: bool) -> _Holding:

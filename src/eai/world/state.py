@@ -241,6 +241,11 @@ class Change(NamedTuple):
     added: tuple[Fact, ...]
     removed: tuple[Fact, ...]
 
+    @property
+    def predicates(self) -> set[str]:
+        """The predicates of these facts."""
+        return {fact.predicate for fact in self.added} | {fact.predicate for fact in self.removed}
+
 
 def change(before: State, after: State) -> Change:
     """The facts that became true and those that became false, in the order of `State.facts`.

@@ -15,6 +15,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.frame import AGENT
+from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -51,6 +52,24 @@ def rooms(state: State, arguments: tuple[int, ...]) -> int:
             return containers & is_room
         x = containers.bit_length() - 1
     return 1 << x & is_room
+
+
+def in_room(state: State, arguments: tuple[int, ...]) -> int:
+    """All objects that have a room among their `rooms`."""
+    (room,) = arguments
+    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    if not is_room >> room & 1:
+        return 0
+    found = inside.column(room) & ~is_room
+    pending = found & inside.targets
+    while pending:
+        container = pending & -pending
+        pending ^= container
+        for y in bits(inside.column(container.bit_length() - 1) & ~is_room & ~found):
+            if inside.row(y) == container:
+                found |= 1 << y
+                pending |= 1 << y & inside.targets
+    return found | 1 << room
 
 
 def targets(state: State, predicate: str, source: int, wanted: int) -> int:
@@ -194,6 +213,7 @@ room_of = Lookup(
     2,
     rooms,
     reads=("ROOM", "INSIDE"),
+    inverse=in_room,
     meaning=Defined(
         "room_of",
         (X, R),

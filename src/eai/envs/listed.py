@@ -1,0 +1,104 @@
+"""Lists in few words: lines that differ in one name are one line, and names numbered in a row are a range.
+
+``CLEAN(*): floor.2..5, mat.9`` says of each of five things that it is clean.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import lru_cache
+from itertools import groupby
+from operator import attrgetter
+from typing import TypeAlias
+
+from eai.world.state import Fact
+
+HOW_TO_READ = (
+    "A line p(*, c): a, b says p(a, c) and p(b, c); a_2..4 stands for a_2, a_3 and a_4. Actions name single"
+    " objects."
+)
+"""How such lists are read, for who reads them."""
+
+_LEAST = 3
+"""How many names make a range."""
+
+_NUMBERED = re.compile(r"(.*?)(0|[1-9]\d*)", re.DOTALL)
+_RANGE = re.compile(r"([^\s,()]+)\.\.(\d+)")
+_FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
+_THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
+
+Write: TypeAlias = Callable[[str, Sequence[str]], str]
+"""Writes what a predicate says of things with these names."""
+
+
+@lru_cache(1 << 16)
+def _split(name: str) -> tuple[str, int]:
+    """A name without its number, and the number; -2 where it has none."""
+    found = _NUMBERED.fullmatch(name)
+    return (name, -2) if found is None else (found[1], int(found[2]))
+
+
+def in_short(names: Iterable[str]) -> str:
+    """Names, with ranges for those that differ in a number alone, which goes up by one."""
+    runs: list[list[str]] = []
+    for name in names:
+        stem, number = _split(name)
+        if runs and _split(runs[-1][-1]) == (stem, number - 1):
+            runs[-1].append(name)
+        else:
+            runs.append([name])
+    return ", ".join([_run(run) for run in runs])
+
+
+def _run(names: Sequence[str]) -> str:
+    return f"{names[0]}..{_split(names[-1])[1]}" if len(names) >= _LEAST else ", ".join(names)
+
+
+def facts_in_short(facts: Iterable[Fact], names: Sequence[str], write: Write) -> Iterator[str]:
+    """Facts as lines: those that differ in their first object alone are one, else those that do in the last.
+
+    Args:
+        facts: the facts, those of a predicate one after the other.
+        names: the names of all objects, by index.
+        write: writes a fact.
+    """
+    for predicate, of_predicate in groupby(facts, attrgetter("predicate")):
+        by_rest: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
+        for fact in of_predicate:
+            by_rest.setdefault(fact.arguments[1:], []).append(fact.arguments)
+        by_start: dict[tuple[int, ...], list[tuple[int, ...]]] = {}
+        for found in by_rest.values():
+            if len(found) == 1:
+                by_start.setdefault(found[0][:-1], []).append(found[0])
+            else:
+                yield _line(predicate, found, 0, names, write)
+        for found in by_start.values():
+            yield _line(predicate, found, -1, names, write)
+
+
+def _line(
+    predicate: str, found: Sequence[tuple[int, ...]], place: int, names: Sequence[str], write: Write
+) -> str:
+    """Facts that differ in one place, as a line."""
+    words = [names[index] for index in found[0]]
+    if len(found) == 1:
+        return write(predicate, words)
+    words[place] = "*"
+    return f"{write(predicate, words)}: {in_short([names[each[place]] for each in found])}"
+
+
+def spelled_out(text: str) -> str:
+    """An observation with a line for each fact and each object, and without ranges."""
+    text = _RANGE.sub(_each_of_range, text)
+    text = _FACTS.sub(lambda line: _each(line[3], line[1], line[2]), text)
+    return _THINGS.sub(lambda line: _each(line[1], "", line[2]), text)
+
+
+def _each_of_range(found: re.Match[str]) -> str:
+    stem, first = _split(found[1])
+    return ", ".join([f"{stem}{number}" for number in range(first, int(found[2]) + 1)])
+
+
+def _each(names: str, before: str, after: str) -> str:
+    return "\n".join([f"{before}{name}{after}" for name in names.split(", ")])
