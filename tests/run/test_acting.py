@@ -12,7 +12,7 @@ from pathlib import Path
 
 import inspect_ai
 import pytest
-from inspect_ai.log import EvalLog
+from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
 from eai.acting.play import Arena
@@ -20,6 +20,7 @@ from eai.acting.setting import ACTING
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.run.acting import command_in
+from eai.run.evaluation import read_answers
 from eai.run.registry import TASKS
 from eai.scoring.records import read_records
 from eai.scoring.runs import read_runs
@@ -109,6 +110,28 @@ def slowly(outputs: Sequence[ModelOutput]) -> Iterator[ModelOutput]:
         time.sleep(0.4)
         output.usage = ModelUsage(input_tokens=1, output_tokens=1, total_tokens=2)
         yield output
+
+
+def test_of_a_log_all_episodes_are_scored_by_their_mean(data_store: Store, tmp_path: Path) -> None:
+    outputs = [*map(call, gold()), tool("done"), tool("done")]
+    task = TASKS["virtualhome_acting"](tasks=[TASK])
+    quietly = {"log_dir": str(tmp_path / "logs"), "display": "none", "max_samples": 1}
+    (log,) = inspect_ai.eval(task, model=scripted(outputs), epochs=2, **quietly)  # type: ignore[arg-type]
+    for sample in log.samples or ():
+        sample.output.completion = "what another solver says at the end"
+    file = tmp_path / "log.eval"
+    write_eval_log(log, str(file))
+    suite = open_suite("virtualhome", ACTING)
+    found = read_answers(file, suite)
+    assert [answers.model for answers in (found, *found.further)] == ["mockllm_model"] * 2
+    chosen = ("--domain", "virtualhome", "--ability", "acting", "--allow-missing", "--json")
+    ran = eai("score", str(file), *chosen, "--out", str(tmp_path / "scores"))
+    assert ran.status == 0, ran.err
+    printed = json.loads(ran.out)[0]
+    success = printed["metrics"]["success"]
+    assert (success["numerator"], success["denominator"]) == (0.5, 1)
+    records = {record.task_id: record for record in read_records(tmp_path / "scores" / "records.jsonl")}
+    assert records[TASK].verdict.success, "the first episode is shown"  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(

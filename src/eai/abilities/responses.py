@@ -47,11 +47,13 @@ class ResponseFile:
         model: the model.
         responses: the answers.
         elsewhere: how many rows are left out because the data set does not have their tasks.
+        further: the answers of further epochs, where tasks count by the mean over all.
     """
 
     model: str
     responses: tuple[Response, ...]
     elsewhere: int = 0
+    further: tuple[ResponseFile, ...] = ()
 
 
 def find_response_files(path: Path) -> list[Path]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, ability_of, protocol_of
 from eai.abilities.record import Record
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
@@ -28,6 +29,7 @@ from eai.errors import InputError, InterruptError, how_to_install
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
+from eai.scoring.epochs import averaged_records
 from eai.scoring.records import (
     RECORDS,
     Shard,
@@ -229,6 +231,19 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
 
 
 def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> list[Record]:
+    """The records of all answers; where there are several epochs, with their means."""
+    files = (share.answers, *share.answers.further)
+    of_epochs = [
+        _records_of(replace(share, answers=each), settings, workplace, quiet=quiet) for each in files
+    ]
+    averaged = declaration_of(share.suite.ability).of_epochs
+    if averaged is None or len(files) == 1:
+        return of_epochs[0]
+    by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
+    return [by_task[task_id] for task_id in share.suite.task_ids if task_id in by_task]
+
+
+def _records_of(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> list[Record]:
     suite, answers = share.suite, share.answers
     answered = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
@@ -330,8 +345,14 @@ def _read(file: Path, suite: Suite) -> ResponseFile:
         except ImportError as error:
             raise without_inspect(error) from error
         answers = read_answers(file, suite)
+    return _in_order(answers, suite)
+
+
+def _in_order(answers: ResponseFile, suite: Suite) -> ResponseFile:
+    """Answers in the order of the data set."""
     by_id = {response.task_id: response for response in answers.responses}
-    return replace(answers, responses=tuple(by_id[i] for i in suite.task_ids if i in by_id))
+    responses = tuple(by_id[i] for i in suite.task_ids if i in by_id)
+    return replace(answers, responses=responses, further=tuple(_in_order(f, suite) for f in answers.further))
 
 
 def _refuse_twins(names: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 from inspect_ai.agent import AgentState, react
 from inspect_ai.event import ModelEvent
-from inspect_ai.log import transcript
+from inspect_ai.log import EvalSample, transcript
 from inspect_ai.model import ChatMessageUser, ContentReasoning, ModelOutput, StopReason, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.tool import ToolDef, ToolParams
@@ -51,7 +51,7 @@ class _Acted(StoreModel):
     episode: dict[str, Any] = Field(default_factory=dict)
 
 
-def episode_text(state: TaskState) -> str:
+def episode_text(state: TaskState | EvalSample) -> str:
     """The episode in the store of a sample as an answer; the sample's output where none is stored."""
     episode = state.store_as(_Acted).episode
     return json.dumps(episode, ensure_ascii=False) if episode else state.output.completion

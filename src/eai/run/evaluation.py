@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from inspect_ai.model import Model, ModelCost, ModelInfo, get_model, get_model_i
 from pydantic import TypeAdapter, ValidationError
 from rich.text import Text
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.options import misfit
 from eai.abilities.protocol import DEFAULT_PROTOCOL
 from eai.abilities.record import Record
@@ -20,7 +22,7 @@ from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
 from eai.errors import EaiError, InputError, InterruptError
-from eai.run.acting import act
+from eai.run.acting import act, episode_text
 from eai.run.job import PROVIDER, Job
 from eai.run.journal import Desk, Journal, Watch
 from eai.run.scorer import score_of
@@ -85,7 +87,8 @@ def write_scores(path: Path, records: Mapping[Place, Record], source: Source) ->
 def read_answers(path: Path, suite: Suite) -> ResponseFile:
     """The answers in a log; of several to a task the one that says what most of them say.
 
-    A sample whose request failed is no answer.
+    Where tasks count by the mean over epochs, each epoch is a file of its own. A sample whose request failed
+    is no answer.
 
     Raises:
         InputError: the log cannot be read, or is not of the suite.
@@ -95,14 +98,21 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     of = f"{about.get('domain')} {about.get('ability')}"
     if of != f"{suite.domain} {suite.ability.value}":
         raise InputError(f"{path}: expected a log of {suite.domain} {suite.ability.value}, found {of}")
-    answers: dict[str, list[str]] = {}
-    for sample in sorted(log.samples or (), key=lambda sample: sample.epoch):
-        if sample.output.choices:
-            answers.setdefault(str(sample.id), []).append(sample.output.completion)
-    if not answers:
+    answered = [sample for sample in log.samples or () if sample.output.choices]
+    if not answered:
         raise InputError(f"{path}: expected at least one answer, found none")
+    answers: dict[str, list[str]] = {}
+    epochs: dict[int, list[Response]] = {}
+    for sample in sorted(answered, key=lambda sample: sample.epoch):
+        text = episode_text(sample)
+        answers.setdefault(str(sample.id), []).append(text)
+        epochs.setdefault(sample.epoch, []).append(Response(str(sample.id), text))
+    model = file_name(log.eval.model)
+    if declaration_of(suite.ability).of_epochs is not None:
+        first, *further = [ResponseFile(model, tuple(responses)) for responses in epochs.values()]
+        return replace(first, further=tuple(further))
     chosen = [Response(i, texts[majority(texts, suite.ability)]) for i, texts in answers.items()]
-    return ResponseFile(file_name(log.eval.model), tuple(chosen))
+    return ResponseFile(model, tuple(chosen))
 
 
 def _read(path: Path, *, header_only: bool = False) -> EvalLog:

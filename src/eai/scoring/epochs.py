@@ -11,6 +11,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 
 from eai.abilities.declaration import Sameness, declaration_of
@@ -268,10 +269,8 @@ def _write_averaged(
     averaged: Callable[[Sequence[Verdict]], Verdict],
 ) -> SuiteResult:
     """Write a record of each task that has the means over its epochs."""
-    by_task: dict[str, list[Record]] = {}
-    for record in (record for one in of_epochs for record in one.records):
-        by_task.setdefault(record.task_id, []).append(record)
-    records = [replace(_mean(of_task, averaged), model=obtained.name) for of_task in by_task.values()]
+    records = averaged_records([one.records for one in of_epochs], averaged)
+    records = [replace(record, model=obtained.name) for record in records]
     reasons = dict.fromkeys(reason for one in of_epochs for reason in one.failures)
     failures = {
         reason: list(dict.fromkeys(task for one in of_epochs for task in one.failures.get(reason, ())))
@@ -279,6 +278,16 @@ def _write_averaged(
     }
     truncated = sum(one.truncated for one in of_epochs)
     return _write_records(obtained, records, folder, suite, failures, truncated, of_epochs)
+
+
+def averaged_records(
+    of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
+) -> list[Record]:
+    """A record of each task that has the means over its epochs."""
+    by_task: dict[str, list[Record]] = {}
+    for record in chain.from_iterable(of_epochs):
+        by_task.setdefault(record.task_id, []).append(record)
+    return [_mean(of_task, averaged) for of_task in by_task.values()]
 
 
 def _mean(records: Sequence[Record], averaged: Callable[[Sequence[Verdict]], Verdict]) -> Record:
