@@ -12,6 +12,7 @@ from eai.abilities.explanation import (
     GoalReport,
     Statement,
     StepReport,
+    names_in,
     near_misses,
     read_statement,
 )
@@ -38,7 +39,9 @@ def test_a_step_tells_what_it_changed_about_the_objects_of_the_task(protocol: Pr
     task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
     (step,) = explain('{"OPEN": ["fridge"]}', task, protocol).steps
     added, removed = ("OPEN(fridge.10)",), ("CLOSED(fridge.10)",)
-    assert step == StepReport("OPEN(fridge.10)", "executed", added=added, removed=removed)
+    assert step == StepReport(
+        "OPEN(fridge.10)", "executed", added=added, removed=removed, call=read_statement("OPEN(fridge.10)")
+    )
 
 
 def test_changes_to_other_objects_are_only_counted() -> None:
@@ -81,7 +84,10 @@ def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None
     steps = explain('{"WALK": ["table"], "PUTIN": ["cup", "fridge"], "OPEN": ["fridge"]}').steps
     assert [step.outcome for step in steps] == ["executed", "missing_step"]
     assert steps[-1] == StepReport(
-        "PUTIN(cup.13, fridge.10)", "missing_step", "the character does not hold cup.13"
+        "PUTIN(cup.13, fridge.10)",
+        "missing_step",
+        "the character does not hold cup.13",
+        call=read_statement("PUTIN(cup.13, fridge.10)"),
     )
 
 
@@ -285,7 +291,10 @@ def test_a_quantified_goal_is_a_text_that_can_be_read(condition: str, text: str)
 def test_a_near_miss_is_what_became_of_the_goals_objects(
     added: tuple[str, ...], removed: tuple[str, ...], goal: str, near: tuple[str, ...]
 ) -> None:
-    steps = (StepReport("A()", "executed", added=added), StepReport("B()", "executed", removed=removed))
+    steps = (
+        StepReport("A()", "executed", added=added, call=read_statement("A()")),
+        StepReport("B()", "executed", removed=removed, call=read_statement("B()")),
+    )
     missed = Explanation(steps=steps, goals=(GoalReport("relation", goal, False),))
     assert near_misses(missed) == ({goal: near} if near else {})
 
@@ -293,20 +302,30 @@ def test_a_near_miss_is_what_became_of_the_goals_objects(
 def test_a_state_is_a_near_miss_where_its_coming_ended_the_one_that_is_wanted() -> None:
     """What is opened is not what came of a thing that should be on, and neither is what is held."""
     steps = (
-        StepReport("SWITCHOFF(a)", "executed", added=("OFF(a)",), removed=("ON(a)",)),
-        StepReport("OPEN(a)", "executed", added=("OPEN(a)",), removed=("CLOSED(a)",)),
-        StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",)),
+        StepReport(
+            "SWITCHOFF(a)",
+            "executed",
+            added=("OFF(a)",),
+            removed=("ON(a)",),
+            call=read_statement("SWITCHOFF(a)"),
+        ),
+        StepReport(
+            "OPEN(a)", "executed", added=("OPEN(a)",), removed=("CLOSED(a)",), call=read_statement("OPEN(a)")
+        ),
+        StepReport("GRASP(a)", "executed", added=("in_right_hand(a)",), call=read_statement("GRASP(a)")),
     )
     missed = Explanation(steps=steps, goals=(GoalReport("state", "ON(a)", False),))
     assert near_misses(missed) == {"ON(a)": ("OFF(a)",)}
 
 
 def test_a_goal_that_is_reached_has_no_near_miss() -> None:
-    steps = (StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)")),)
+    steps = (
+        StepReport("A()", "executed", added=("INSIDE(a, b)", "ONTOP(a, b)"), call=read_statement("A()")),
+    )
     assert near_misses(Explanation(steps=steps, goals=(GoalReport("relation", "ONTOP(a, b)", True),))) == {}
 
 
-def test_steps_and_goals_are_values_beside_their_texts_and_are_read_from_them_in_older_records() -> None:
+def test_steps_and_goals_are_values_beside_their_texts() -> None:
     goals = ("state CLOSED fridge.10", "relation ONTOP cup.13 bed.20", "action LOOKAT|WALK")
     found = explain('{"WALK": ["table"], "PUTIN": ["cup", "fridge"]}', make_task(goals=goals))
     calls = [Statement("WALK", ("table.12",)), Statement("PUTIN", ("cup.13", "fridge.10"))]
@@ -314,10 +333,8 @@ def test_steps_and_goals_are_values_beside_their_texts_and_are_read_from_them_in
         (call.name, call.arguments) for call in calls
     ]
     assert [goal.predicates for goal in found.goals] == [("CLOSED",), ("ONTOP",), ("LOOKAT", "WALK")]
-    for step in found.steps:
-        assert StepReport(step.action, step.outcome).statement == step.statement
-    for goal in found.goals:
-        assert GoalReport(goal.kind, goal.goal, goal.satisfied).mentions == goal.mentions
+    assert all(read_statement(step.action) == step.call for step in found.steps)
+    assert all(names_in(goal.goal) == goal.predicates for goal in found.goals)
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment, World
-from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.explanation import Explanation, StepReport, read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
 from eai.abilities.responses import Response
@@ -38,12 +38,15 @@ def told(course: Course, agent: str) -> list[set[str]]:
 
 
 def reports(*actions: str) -> tuple[StepReport, ...]:
-    return tuple(StepReport(action, "executed") for action in actions)
+    return tuple(StepReport(action, "executed", call=read_statement(action)) for action in actions)
 
 
 def test_each_step_is_carried_out_again_and_no_other() -> None:
     took, put, _ = reports(*DONE)
-    vain = StepReport("LIGHT(cup_1)", "affordance"), StepReport("LIGHT(lamp_2)", "slip")
+    vain = (
+        StepReport("LIGHT(cup_1)", "affordance", call=read_statement("LIGHT(cup_1)")),
+        StepReport("LIGHT(lamp_2)", "slip", call=read_statement("LIGHT(lamp_2)")),
+    )
     states = states_along(DOMAIN, kitchen_task().initial, [took, *vain, put])
     assert states is not None
     seen = [{str(each) for each in WORDS.describe(replace(kitchen_task(), initial=s)).facts} for s in states]

@@ -7,12 +7,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Origin, Record, TaskFeatures
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.declaration import (
+    OperatorReport,
+    OperatorStatus,
+    OperatorVerdict,
+    clause_content,
+)
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
@@ -29,10 +34,30 @@ HOSTILE = (
 """An answer, and a name, that would do harm where text is not kept text."""
 
 STEPS = (
-    StepReport("WALK(bed.1)", "executed", added=("NEXT_TO(me.65, bed.1)",), hidden_changes=2),
-    StepReport("SWITCHON(light.2)", "additional_step", "light.2 is not off"),
-    StepReport("GRAB(cup.3)", "executed", added=("HOLDS(me.65, cup.3)",), removed=("ONTOP(cup.3, bed.1)",)),
-    StepReport("OPEN(box.4)", "wrong_order", "box.4 is open", "it would have been possible after step 1"),
+    StepReport(
+        "WALK(bed.1)",
+        "executed",
+        added=("NEXT_TO(me.65, bed.1)",),
+        hidden_changes=2,
+        call=read_statement("WALK(bed.1)"),
+    ),
+    StepReport(
+        "SWITCHON(light.2)", "additional_step", "light.2 is not off", call=read_statement("SWITCHON(light.2)")
+    ),
+    StepReport(
+        "GRAB(cup.3)",
+        "executed",
+        added=("HOLDS(me.65, cup.3)",),
+        removed=("ONTOP(cup.3, bed.1)",),
+        call=read_statement("GRAB(cup.3)"),
+    ),
+    StepReport(
+        "OPEN(box.4)",
+        "wrong_order",
+        "box.4 is open",
+        "it would have been possible after step 1",
+        call=read_statement("OPEN(box.4)"),
+    ),
 )
 
 
@@ -42,8 +67,8 @@ def actions(task: str, verdict: Verdict, response: str = '{"WALK": ["bed"]}', **
         notes=("read with repair: prose",),
         steps=STEPS,
         goals=(
-            GoalReport("state", "ON(light.2)", True),
-            GoalReport("relation", "INSIDE(cup.3, box.4)", False),
+            GoalReport("state", "ON(light.2)", True, predicates=("ON",)),
+            GoalReport("relation", "INSIDE(cup.3, box.4)", False, predicates=("INSIDE",)),
         ),
     )
     return _record(task, verdict, explanation, Ability.ACTION_SEQUENCING, response, **names)
@@ -109,7 +134,10 @@ def goal_run() -> list[Record]:
     )
     explanation = Explanation(
         notes=("wrong: OFF(bed)",),
-        goals=(GoalReport("state", "ON(light.2)", True), GoalReport("state", "CLEAN(bed.1)", False)),
+        goals=(
+            GoalReport("state", "ON(light.2)", True, predicates=("ON",)),
+            GoalReport("state", "CLEAN(bed.1)", False, predicates=("CLEAN",)),
+        ),
     )
     return [_record(f"{i}_1", verdict, explanation, Ability.GOAL_INTERPRETATION, "{}") for i in range(4)]
 
@@ -141,6 +169,7 @@ def operator_run() -> list[Record]:
         planner=PlannerOutcome.SOLVED,
         task_categories=("object_states", "spatial_relations"),
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side, offences=(offence,)),),
+        clauses={part: clause_content(part, {}) for part in (*side.matched, *side.additional, *side.missing)},
     )
     operator = "(:action open :parameters (?o) :precondition (and (closed ?o) (near ?o)) :effect (and))"
     answer = json.dumps({"output": operator})

@@ -5,11 +5,16 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, names_in, read_statement
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.declaration import (
+    OperatorReport,
+    OperatorStatus,
+    OperatorVerdict,
+    clause_content,
+)
 from eai.abilities.verdict import Confusion, PlanVerdict, Share
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import SideMatch
@@ -22,11 +27,14 @@ from oracle import read_oracle
 from results.verdicts import SUCCEEDED, failed, record
 
 PLAN = Explanation(
-    steps=(StepReport("WALK(bed.1)", "executed"), StepReport("GRAB(cup.2)", "missing_step", "why")),
+    steps=(
+        StepReport("WALK(bed.1)", "executed", call=read_statement("WALK(bed.1)")),
+        StepReport("GRAB(cup.2)", "missing_step", "why", call=read_statement("GRAB(cup.2)")),
+    ),
     goals=(
-        GoalReport("state", "not ON(light.1)", True),
-        GoalReport("state", "forall x: lamp. (ON(x))", False),
-        GoalReport("action", "READ or WATCH", False),
+        GoalReport("state", "not ON(light.1)", True, predicates=("ON",)),
+        GoalReport("state", "forall x: lamp. (ON(x))", False, predicates=("ON",)),
+        GoalReport("action", "READ or WATCH", False, predicates=("READ", "WATCH")),
     ),
 )
 
@@ -112,7 +120,10 @@ def test_difficulty_is_the_task_s_and_no_outcome() -> None:
 
 def test_operators_by_f1() -> None:
     side = SideMatch(("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",))
-    verdict = OperatorVerdict(operators=(OperatorReport("open", OperatorStatus.COMPARED, side),))
+    verdict = OperatorVerdict(
+        operators=(OperatorReport("open", OperatorStatus.COMPARED, side),),
+        clauses={part: clause_content(part, {}) for part in (*side.matched, *side.additional, *side.missing)},
+    )
     written = record("1", verdict, ability=Ability.TRANSITION_MODELING)
     found = break_down([written], Ability.TRANSITION_MODELING)
     assert found.by_action == {"open": Rate(4, 6)}
@@ -160,6 +171,9 @@ def test_a_goal_mentions_each_predicate_once(goal: str, names: tuple[str, ...]) 
 
 def test_an_additional_step_is_tried_and_not_executed() -> None:
     """So the authors' evaluator counts it."""
-    steps = (StepReport("OPEN(box.1)", "executed"), StepReport("OPEN(box.1)", "additional_step", "is open"))
+    steps = (
+        StepReport("OPEN(box.1)", "executed", call=read_statement("OPEN(box.1)")),
+        StepReport("OPEN(box.1)", "additional_step", "is open", call=read_statement("OPEN(box.1)")),
+    )
     plan = replace(record("1", SUCCEEDED), explanation=Explanation(steps=steps))
     assert break_down([plan], Ability.ACTION_SEQUENCING).by_action == {"OPEN": Rate(1, 2)}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.explanation import names_in, read_statement
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
@@ -12,6 +13,7 @@ from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
+from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine
 from eai.results.tidy import TableMaker, Tables
@@ -60,19 +62,6 @@ def test_what_is_not_known_is_none() -> None:
     assert {clause.verdict for clause in maker.tables.clauses} == {"matched", "additional", "missing"}
 
 
-def _older(record: Record) -> Record:
-    """A record as it was before it had values beside its texts."""
-    verdict, explanation = record.verdict, record.explanation
-    if isinstance(verdict, OperatorVerdict):
-        verdict = replace(verdict, clauses=None)
-    assert explanation is not None
-    steps = tuple(replace(step, call=None) for step in explanation.steps)
-    goals = tuple(replace(goal, predicates=None) for goal in explanation.goals)
-    return replace(
-        record, verdict=verdict, explanation=replace(explanation, steps=steps, goals=goals, atoms=None)
-    )
-
-
 def _tables(records: list[Record], *, features: bool) -> Tables:
     maker = TableMaker(Source(Store()), features=features)
     maker.add(records)
@@ -82,9 +71,7 @@ def _tables(records: list[Record], *, features: bool) -> Tables:
 @pytest.mark.parametrize("protocol", list(Protocol.known()))
 @pytest.mark.parametrize("ability", FOUR)
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-def test_values_say_what_the_texts_of_older_records_do(
-    domain: str, ability: Ability, protocol: Protocol
-) -> None:
+def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability, protocol: Protocol) -> None:
     source = Source(Store(), planner=PlannerChoice.NONE)
     suite = open_suite(domain, ability, protocol, source=source)
     book = open_answer_book(suite.benchmark, ability, source)
@@ -93,13 +80,20 @@ def test_values_say_what_the_texts_of_older_records_do(
     scored = score_run(suite, ResponseFile("m", tuple(written)), {}, Settings(explanations=True))
     records = [record for record in scored if record.unanswered is None]
     assert len(records) == len(asked)
-    found = _tables(records, features=False)
-    older = _tables([_older(record) for record in records], features=False)
-    assert found.steps == older.steps
-    assert found.goals == older.goals
-    assert found.atoms == older.atoms
-    assert found.clauses == older.clauses
-    assert any((found.steps, found.goals, found.atoms, found.clauses))
+    told = [record.explanation for record in records if record.explanation is not None]
+    steps = [(step.call, step.action) for each in told for step in each.steps]
+    goals = [(goal.predicates, goal.goal) for each in told for goal in each.goals]
+    atoms = [(atom, text) for each in told for text, atom in each.atoms.items()]
+    clauses = [
+        (content.predicates, clause)
+        for record in records
+        if isinstance(record.verdict, OperatorVerdict)
+        for clause, content in record.verdict.clauses.items()
+    ]
+    assert all(read_statement(text) == value for value, text in (*steps, *atoms))
+    assert all(names_in(text) == value for value, text in goals)
+    assert all(tuple(sorted(predicates_in(text))) == value for value, text in clauses)
+    assert any((steps, goals, atoms, clauses))
 
 
 def test_the_data_set_is_not_looked_up_where_features_are_not_asked_for() -> None:

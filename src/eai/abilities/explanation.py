@@ -36,7 +36,7 @@ class Statement(NamedTuple):
 
 
 def read_statement(text: str) -> Statement:
-    """The atom or step in a text that has no value beside it, as in older records; else it is a name."""
+    """The atom in a text that has no value beside it, as where nothing is explained; else it is a name."""
     positive = not text.startswith(_NOT)
     name, opened, rest = (text if positive else text[len(_NOT) :]).partition("(")
     if not opened or not rest.endswith(")"):
@@ -68,7 +68,7 @@ class StepReport:
         added: facts that became true.
         removed: facts that became false.
         hidden_changes: how many more facts changed that can be seen, about what the task is not about.
-        call: the action as a value; None in older records.
+        call: the action as a value.
     """
 
     action: str
@@ -78,12 +78,7 @@ class StepReport:
     added: tuple[str, ...] = ()
     removed: tuple[str, ...] = ()
     hidden_changes: int = 0
-    call: Statement | None = field(default=None, compare=False)
-
-    @property
-    def statement(self) -> Statement:
-        """The action as a value, also in older records."""
-        return read_statement(self.action) if self.call is None else self.call
+    call: Statement = field(compare=False, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,19 +87,14 @@ class GoalReport:
 
     Attributes:
         why: of a goal over time that was not, which part of it was violated, and when.
-        predicates: what it mentions, each once; of a goal of actions, these. None in older records.
+        predicates: what it mentions, each once; of a goal of actions, these.
     """
 
     kind: str
     goal: str
     satisfied: bool
     why: str = ""
-    predicates: tuple[str, ...] | None = field(default=None, compare=False)
-
-    @property
-    def mentions(self) -> tuple[str, ...]:
-        """The predicates that the goal mentions, also in older records; of a goal of actions, these."""
-        return names_in(self.goal) if self.predicates is None else self.predicates
+    predicates: tuple[str, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,18 +131,18 @@ class Explanation:
 
     ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read. ``parts``
     are those of the task's temporal goal, if it has one. ``atoms`` are the stated and the wanted goals of an
-    interpretation as values, by their texts; None of other answers, and in older records.
+    interpretation as values, by their texts; other answers have none.
     """
 
     notes: tuple[str, ...] = ()
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
     parts: tuple[PartReport, ...] = ()
-    atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
+    atoms: Mapping[str, Statement] = field(default_factory=dict, compare=False)
 
     def statement(self, text: str) -> Statement:
-        """A stated or wanted goal as a value, also in older records; an entry that says nothing is a name."""
-        return read_statement(text) if self.atoms is None else self.atoms.get(text, Statement(text, None))
+        """A stated or wanted goal as a value; an entry that says nothing is a name."""
+        return self.atoms.get(text, Statement(text, None))
 
 
 def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:

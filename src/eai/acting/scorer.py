@@ -9,7 +9,7 @@ from typing import Any
 
 from eai.abilities.codec import sha256_of
 from eai.abilities.declaration import AskedWorld, Posed
-from eai.abilities.explanation import EXECUTED, SLIP, Explanation, StepReport
+from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
@@ -193,5 +193,5 @@ def _step(turn: Turn, told: str, game: Game) -> StepReport:
         "" if fault == EXECUTED else outcome,
         added=tuple([fact(each) for sign, each in game.changes if sign == "+"]),
         removed=tuple([fact(each) for sign, each in game.changes if sign == "-"]),
-        call=None if game.action is None else call_of(game.action, game.task.scene),
+        call=Statement(turn.said, None) if game.action is None else call_of(game.action, game.task.scene),
     )

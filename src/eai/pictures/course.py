@@ -78,7 +78,7 @@ def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     states = [initial]
     for step in steps:
         now = states[-1]
-        if step.outcome == EXECUTED and step.statement.name in domain.arities:
+        if step.outcome == EXECUTED and step.call.name in domain.arities:
             after = execute(domain, now, [_action(step, now.scene)])
             if not after.executed:
                 return None
@@ -95,8 +95,8 @@ def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) ->
 
 def _action(step: StepReport, scene: Scene) -> Action:
     """The action that a report tells of."""
-    named = step.statement.arguments or ()
-    return Action(step.statement.name, tuple([scene.index[name] for name in named if name in scene.index]))
+    named = step.call.arguments or ()
+    return Action(step.call.name, tuple([scene.index[name] for name in named if name in scene.index]))
 
 
 def _before(record: Record) -> list[StepReport]:

@@ -85,7 +85,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         if declared.asked.of_operators:
             _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
         for report, reached in goals_of(record):
-            for name in report.mentions:
+            for name in report.predicates:
                 _put(by_predicate, name, Rate(reached, 1))
         if declared.has_plans:
             _break_down_steps(record, by_action)
@@ -132,7 +132,7 @@ def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
 
 def _break_down_steps(record: Record, by_action: dict[str, Rate]) -> None:
     for _, step in steps_of(record):
-        _put(by_action, step.statement.name, Rate(step.outcome == EXECUTED, 1))
+        _put(by_action, step.call.name, Rate(step.outcome == EXECUTED, 1))
 
 
 def _break_down_operators(
@@ -145,7 +145,7 @@ def _break_down_operators(
             found = [*((part, Rate(2, 2)) for part in side.matched), *((part, Rate(0, 1)) for part in wrong)]
             for part, rate in found:  # F1 is 2 TP / (2 TP + FP + FN)
                 _put(by_action, operator.name, rate)
-                for predicate in verdict.predicates_of(part):
+                for predicate in verdict.clauses[part].predicates:
                     _put(by_predicate, predicate, rate)
 
 

@@ -18,7 +18,6 @@ from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import Word
 from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.transition_modeling.declaration import Category
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import features_of
 from eai.logic.formula import Atom, Constant
@@ -144,7 +143,6 @@ class TaskBook:
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self._benchmark = benchmark
-        self._source = source
         self.tasks = benchmark.tasks(source)
         self._columns: dict[str, Mapping[str, int | None]] = {}
 
@@ -158,9 +156,3 @@ class TaskBook:
     def wrong_goals(self) -> _WrongGoals:
         """Where wrong goals come from."""
         return _WrongGoals(self._benchmark, self.tasks)
-
-    @cached_property
-    def categories(self) -> Mapping[str, Category]:
-        """The categories of the predicates of operators."""
-        tasks = self._benchmark.operators(self._source).values()
-        return next((task.domain.categories for task in tasks), {})

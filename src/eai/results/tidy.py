@@ -44,8 +44,8 @@ class TableMaker:
 
     Args:
         source: where the data set is.
-        features: whether lines say what tasks are like and where wrong goals come from. Without, the data set
-            is looked up for records alone that are too old to say of what categories clauses are.
+        features: whether lines say what tasks are like and where wrong goals come from, for which the data
+            set is looked up.
     """
 
     def __init__(self, source: Source, *, features: bool = True) -> None:
@@ -56,7 +56,7 @@ class TableMaker:
 
     def add(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
-        book = self._book(records[0].domain) if self._features or any(map(_is_older, records)) else None
+        book = self._book(records[0].domain) if self._features else None
         scored = [record for record in records if record.verdict.excluded is None]
         shares = contributions([record.verdict for record in scored], records[0].ability)
         adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
@@ -69,7 +69,7 @@ class TableMaker:
             self.tables.steps.extend(_steps(record, key))
             self.tables.goals.extend(_goals(record, key))
             self.tables.atoms.extend(_atoms(record, key, book, task))
-            self.tables.clauses.extend(_clauses(record, key, book))
+            self.tables.clauses.extend(_clauses(record, key))
 
     def _book(self, domain: str) -> TaskBook | None:
         if domain not in self._books:
@@ -78,15 +78,6 @@ class TableMaker:
             known = domain in registered()
             self._books[domain] = TaskBook(find_benchmark(domain), self._source) if known else None
         return self._books[domain]
-
-
-def _is_older(record: Record) -> bool:
-    """Whether a record has clauses without what they speak of."""
-    return declaration_of(record.ability).asked.of_operators and _operators(record).clauses is None
-
-
-def _operators(record: Record) -> OperatorVerdict:
-    return cast("OperatorVerdict", record.verdict)
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
@@ -173,7 +164,7 @@ def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
     if not _has_plans(record):
         return
     for number, step in steps_of(record):
-        call = step.statement
+        call = step.call
         yield StepLine(
             **key,
             step=number,
@@ -188,7 +179,7 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
     if not isinstance(record.verdict, PlanVerdict):
         return
     for number, (report, satisfied) in enumerate(goals_of(record)):
-        names = " ".join(report.mentions)
+        names = " ".join(report.predicates)
         yield GoalLine(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
         )
@@ -200,10 +191,8 @@ def _atoms(record: Record, key: Beginning, book: TaskBook | None, task: Task | N
         return
     for found in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, found):
-            call, reason = (
-                (read_statement(atom) if record.explanation is None else record.explanation.statement(atom)),
-                None,
-            )
+            call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)
+            reason = None
             if found == "wrong" and book is not None and task is not None:
                 reason = book.wrong_goals.reason(task, call).value
             yield AtomLine(
@@ -211,22 +200,18 @@ def _atoms(record: Record, key: Beginning, book: TaskBook | None, task: Task | N
             )
 
 
-def _clauses(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[ClauseLine]:
+def _clauses(record: Record, key: Beginning) -> Iterator[ClauseLine]:
     if not declaration_of(record.ability).asked.of_operators:
         return
-    from eai.abilities.transition_modeling.declaration import OTHER, clause_content
+    from eai.abilities.transition_modeling.declaration import OTHER
 
-    verdict, categories = _operators(record), {} if book is None else book.categories
+    verdict = cast("OperatorVerdict", record.verdict)
     for report in verdict.operators:
         line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
         for side in ("precondition", "effect"):
             for found in ("matched", "additional", "missing"):
                 for clause in getattr(getattr(report, side), found):
-                    names, kinds = (
-                        clause_content(clause, categories)
-                        if verdict.clauses is None
-                        else verdict.clauses[clause]
-                    )
+                    names, kinds = verdict.clauses[clause]
                     yield line(
                         side=side,
                         verdict=found,

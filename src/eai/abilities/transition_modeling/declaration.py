@@ -114,13 +114,13 @@ class OperatorVerdict(Verdict):
             the rules do not give it.
         planner: what the planner made of them.
         plan_works: whether the planner found a plan that works with the gold operators; None if none was
-            asked, under rules that do not ask for that, or in older records.
+            asked, or under rules that do not ask for that.
         task_categories: the task's own categories, the first the more telling one.
         operators: what comparing each operator with the gold one found out.
         plan: the steps of the plan that was found.
         planner_detail: what else the planner says.
-        planner_name: which planner was asked, with its version; None if none was, or in older records.
-        clauses: what each clause of the operators' sides speaks of, by its text; None in older records.
+        planner_name: which planner was asked, with its version; None if none was.
+        clauses: what each clause of the operators' sides speaks of, by its text.
     """
 
     success: bool | None = None
@@ -133,7 +133,7 @@ class OperatorVerdict(Verdict):
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
     planner_name: str | None = None
-    clauses: Mapping[str, ClauseContent] | None = field(default=None, compare=False)
+    clauses: Mapping[str, ClauseContent] = field(default_factory=dict, compare=False)
 
     @property
     def columns(self) -> Mapping[str, Json]:
@@ -145,12 +145,6 @@ class OperatorVerdict(Verdict):
     def judge(self) -> str | None:
         """The planner."""
         return self.planner_name
-
-    def predicates_of(self, clause: str) -> tuple[str, ...]:
-        """The predicates of a clause by name, also in older records."""
-        if self.clauses is None:
-            return tuple(sorted(predicates_in(clause)))
-        return self.clauses[clause].predicates
 
 
 OVERALL = "overall"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 
-from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.explanation import Explanation, Statement, StepReport
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.declaration import (
     OTHER,
@@ -130,7 +130,10 @@ class TransitionModeling(Scorer):
 def _explained(judgement: Judgement) -> Explanation:
     if judgement.error is not None:
         return Explanation((judgement.error.detail,))
-    steps = tuple(StepReport(str(step), "planned") for step in judgement.planning.plan)
+    steps = tuple(
+        StepReport(str(step), "planned", call=Statement(step.action, step.arguments))
+        for step in judgement.planning.plan
+    )
     return Explanation(notes=tuple(_notes(judgement)), steps=steps)
 
 

@@ -105,7 +105,7 @@ def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
                 for side in sides
                 for found in ("missing", "additional")
                 for clause in getattr(getattr(report, side), found)
-                for predicate in record.verdict.predicates_of(clause)
+                for predicate in record.verdict.clauses[clause].predicates
             )
         )
         for report in record.verdict.operators
