@@ -29,7 +29,7 @@ from eai.errors import DataError
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior, kinds_of
-from eai.generator.sets import Seeds, fingerprint_of
+from eai.generator.sets import fingerprint_of, seeds_of
 from eai.generator.spec import Generated, Spec, Tier
 from eai.pddl.val import installed_val
 from eai.tasks.source import Source
@@ -78,11 +78,11 @@ def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, 
     """Make a set."""
     start, reasons, lines = time.process_time(), Counter[str](), list[str]()
     like, domain = generator.spec.like, generator.benchmark.domain
-    for outcome in generate(generator, iter(Seeds("tasks", seed)), number, set()):
+    for outcome in generate(generator, seeds_of("tasks", seed), number, set()):
         if isinstance(outcome, Generated):
             lines.append(written(outcome.task, like, domain, outcome.about))
         else:
-            reasons[outcome.reason.value] += 1
+            reasons[outcome.value] += 1
     seconds = time.process_time() - start
     file.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
     return {"tasks_a_cpu_second": round(number / seconds, 1), "seconds": round(seconds), "rejected": reasons}

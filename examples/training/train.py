@@ -24,7 +24,7 @@ from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.envs import TextEnvironment, make
 from eai.generator.generator import Generator, generate
-from eai.generator.sets import Rivals, Seeds
+from eai.generator.sets import giving_away, seeds_of
 from eai.generator.spec import Generated, Spec, Split, Tier
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file
@@ -64,8 +64,8 @@ def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
     digest, earlier = base.tasks(source).sha256, list[Task]()
     for split, size in sizes.items():
         spec = Spec(like, digest, Tier.S, most_objects=OBJECTS, split=split)
-        generator = Generator(base, spec, source, Rivals(base.domain, earlier))
-        made = generate(generator, iter(Seeds(split.value, 0)), size, set())
+        generator = Generator(base, spec, source, giving_away(base.domain, earlier))
+        made = generate(generator, seeds_of(split.value, 0), size, set())
         tasks = [each for each in made if isinstance(each, Generated)]
         earlier += [each.task for each in tasks]
         lines = [written(each.task, like, base.domain, each.about) for each in tasks]

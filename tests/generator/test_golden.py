@@ -22,8 +22,8 @@ from eai.generator.goals import Proposals
 from eai.generator.measures import Measure
 from eai.generator.prior import clash, is_idle
 from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
-from eai.generator.sets import Seeds
-from eai.generator.spec import Forms, Generated, Rejected, Spec, Tier
+from eai.generator.sets import seeds_of
+from eai.generator.spec import Forms, Generated, Spec, Tier
 from eai.tasks.source import Source
 from eai.tasks.task_lines import written
 from generator.worlds import HOUSEHOLDS
@@ -48,13 +48,13 @@ def test_equal_seeds_give_what_they_have_given(like: str, data_store: Store) -> 
     for name, options in SPECS.items():
         made = Generator(benchmark, Spec(like, benchmark.tasks(source).sha256, **options), source)  # type: ignore[arg-type]
         tasks = 0
-        for seed in islice(Seeds("golden", 0), SEEDS):
+        for seed in islice(seeds_of("golden", 0), SEEDS):
             if tasks == TASKS:
                 break
             outcome = made.task(seed)
             tasks += isinstance(outcome, Generated)
-            if isinstance(outcome, Rejected):
-                lines.append(f"{name} {seed}: {outcome.reason.value}")
+            if isinstance(outcome):
+                lines.append(f"{name} {seed}: {outcome.value}")
                 continue
             line = written(outcome.task, like, benchmark.domain, outcome.about)
             digest = hashlib.sha256(line.encode()).hexdigest()[:12]

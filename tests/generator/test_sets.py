@@ -16,14 +16,14 @@ from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
 from eai.generator.sets import (
     MANIFEST,
-    Seeds,
     manifest_entry,
+    seeds_of,
     sets_in,
     shape_of,
     unproven,
     write_manifest,
 )
-from eai.generator.spec import CANARY, Generated, Reason, Rejected, Spec, Tier
+from eai.generator.spec import CANARY, Generated, Reason, Spec, Tier
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
@@ -70,9 +70,9 @@ def test_the_most_frequent_form_is_first(lamps: Benchmark) -> None:
 
 
 def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(light: Task) -> None:
-    rejected = [Rejected("a", Reason.COPY), Rejected("b", Reason.TOO_LONG), Rejected("c", Reason.COPY)]
+    rejected = [Reason.COPY, Reason.TOO_LONG, Reason.COPY]
     made = [Generated(task, {}) for task in of_steps(light, 3, 4)]
-    entry = manifest_entry(SPEC, Seeds("train", 7, SECRET), b"content", made, rejected)
+    entry = manifest_entry(SPEC, 7, SECRET, b"content", made, rejected)
     spec = entry.pop("spec")
     assert json.loads(json.dumps(spec)) == json.loads(json.dumps(asdict(SPEC)))
     assert entry == {
@@ -89,7 +89,7 @@ def test_an_entry_says_how_to_make_a_set_again_and_how_often_there_was_none(ligh
             "forms": {"ForAll": 2},
         },
     }
-    assert manifest_entry(SPEC, Seeds("train", 7), b"", [], [])["secret_sha256"] is None
+    assert manifest_entry(SPEC, 7, None, b"", [], [])["secret_sha256"] is None
 
 
 def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
@@ -101,13 +101,13 @@ def write_set(folder: Path, lamps: Benchmark, seeds: list[str]) -> None:
     ]
     file = folder / "test.jsonl"
     write_task_file(file, lines)
-    made, rejected = [Generated(light, {})] * len(seeds), [Rejected("x", Reason.COPY)] * 2
-    entry = manifest_entry(SPEC, Seeds("test", 3, SECRET), file.read_bytes(), made, rejected)
+    made, rejected = [Generated(light, {})] * len(seeds), [Reason.COPY] * 2
+    entry = manifest_entry(SPEC, 3, SECRET, file.read_bytes(), made, rejected)
     write_manifest(folder, "test", entry, {})
 
 
 def first_seeds(number: int) -> list[str]:
-    return list(islice(Seeds("test", 3, SECRET), number))
+    return list(islice(seeds_of("test", 3, SECRET), number))
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def test_what_does_not_prove_a_secret(
 
 def test_without_a_secret_or_a_file_nothing_can_be_proved(lamps: Benchmark, tmp_path: Path) -> None:
     write_set(tmp_path, lamps, first_seeds(1))
-    write_manifest(tmp_path, "open", manifest_entry(SPEC, Seeds("open", 3), b"", [], []), {})
+    write_manifest(tmp_path, "open", manifest_entry(SPEC, 3, None, b"", [], []), {})
     for split in ("open", "train"):
         with pytest.raises(InputError, match="that was made with a secret"):
             list(unproven(tmp_path, split, SECRET))

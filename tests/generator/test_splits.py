@@ -15,18 +15,18 @@ from eai.generator.generator import Generator
 from eai.generator.prior import Pattern, patterns_of
 from eai.generator.sets import (
     SHARES,
-    Rivals,
-    Seeds,
     _pair,
     _split_at,
     bases_of,
     fingerprint_of,
+    giving_away,
     is_before,
     overlap_of,
+    seeds_of,
     split_of,
     split_of_goals,
 )
-from eai.generator.spec import Generated, HeldOut, Reason, Rejected, Spec, Split
+from eai.generator.spec import Generated, HeldOut, Reason, Spec, Split
 from eai.tasks.source import Source
 from generator.worlds import HOUSEHOLDS, generate, generator, tasks
 from sweeps import swept
@@ -43,7 +43,7 @@ def goals_of(made: Generated) -> list[f.Formula]:
 def made_in(like: str, split: Split, number: int, held_out: HeldOut = HeldOut.GOALS) -> list[Generated]:
     benchmark, source = find_benchmark(like), Source()
     spec = Spec(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
-    found = generate(Generator(benchmark, spec, source), iter(Seeds(split.value, 5)), number, set())
+    found = generate(Generator(benchmark, spec, source), seeds_of(split.value, 5), number, set())
     return [each for each in found if isinstance(each, Generated)]
 
 
@@ -115,14 +115,14 @@ def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first()
     made = tasks("behavior")[0]
     domain = find_benchmark("behavior").domain
     copy = replace(made.task, id="copy")
-    assert Rivals(domain, known=[copy]).give_away(made.task)
-    assert Rivals(domain, held_out=[copy]).give_away(made.task)
-    assert not Rivals(domain).give_away(made.task)
+    assert giving_away(domain, known=[copy])(made.task)
+    assert giving_away(domain, held_out=[copy])(made.task)
+    assert not giving_away(domain)(made.task)
     benchmark, source = find_benchmark("behavior"), Source()
     spec = Spec("behavior", benchmark.tasks(source).sha256)
     seed = str(made.about["seed"])
-    again = Generator(benchmark, spec, source, Rivals(domain, known=[copy])).task(seed)
-    assert again == Rejected(seed, Reason.KNOWN_PLAN)
+    again = Generator(benchmark, spec, source, giving_away(domain, known=[copy])).task(seed)
+    assert again == Reason.KNOWN_PLAN
 
 
 def test_overlap_counts_the_same_those_of_the_same_goals_and_those_solved_by_lookup() -> None:

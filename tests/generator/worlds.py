@@ -8,7 +8,7 @@ from itertools import islice
 from eai.benchmark.registry import find_benchmark
 from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior
-from eai.generator.sets import Seeds
+from eai.generator.sets import seeds_of
 from eai.generator.spec import Forms, Generated, Outcome, Spec, Tier
 from eai.tasks.source import Source
 
@@ -55,7 +55,7 @@ def generator(
 def outcomes(like: str, number: int = 40, forms: Forms = Forms.DATA) -> tuple[Outcome, ...]:
     """The outcomes of so many seeds."""
     made = generator(like, forms=forms)
-    return tuple([made.task(seed) for seed in islice(iter(Seeds("test", 1)), number)])
+    return tuple([made.task(seed) for seed in islice(seeds_of("test", 1), number)])
 
 
 def tasks(like: str, number: int = 40, forms: Forms = Forms.DATA) -> list[Generated]:

@@ -59,19 +59,21 @@ class AnswerOutcome(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class MetricColumn:
-    """A column of the ability's tables.
+    """A column of an ability's tables, or of a report's.
 
     Attributes:
         metric: the name of the metric.
         group: the heading above it and its neighbours.
         label: its own heading.
         more_is_better: whether the largest number is the best, which then is printed in bold.
+        ability: whose metric it shows, in tables of several; None for the average over all abilities.
     """
 
     metric: str
     group: str
     label: str
     more_is_better: bool = True
+    ability: Ability | None = None
 
 
 def one_by_one(verdicts: Sequence[V]) -> Sequence[V]:

@@ -19,17 +19,17 @@ from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import Measure
 from eai.generator.sets import (
-    Rivals,
-    Seeds,
     fingerprint_of,
+    giving_away,
     is_before,
     manifest_entry,
     overlap_of,
+    seeds_of,
     sets_in,
     shape_of,
     write_manifest,
 )
-from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Rejected, Spec, Split, Tier
+from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, Tier
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
@@ -157,32 +157,31 @@ def generate_tasks(
         split=split,
         held_out=held_out,
     )
-    seeds = Seeds(split.value, seed, secret)
-    file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
+    file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
     others = sets_in(out, like, benchmark.domain, without=file)
     earlier = {name: made for name, made in others.items() if is_before(name, split.value)}
     later = {name: made for name, made in others.items() if is_before(split.value, name)}
     for path in against or ():
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
     known = {fingerprint_of(task) for tasks in others.values() for task in tasks}
-    rivals = Rivals(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
+    rivals = giving_away(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     with writing_to(out):  # generating takes long enough to know first that tasks can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = Generator(benchmark, spec, source, rivals, plans_again=planner_steps)
-    outcomes, stopped = _collect(generate(generator, iter(seeds), n, known), n)
+    outcomes, stopped = _collect(generate(generator, seeds_of(split.value, seed, secret), n, known), n)
     made = [each for each in outcomes if isinstance(each, Generated)]
-    rejected = [each for each in outcomes if isinstance(each, Rejected)]
+    rejected = [each for each in outcomes if isinstance(each, Reason)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
     if validator is not None:
         _validate(validator, benchmark.domain, [each.task for each in made])
     lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
     write_task_file(file, lines)
-    entry = manifest_entry(spec, seeds, task_file_content(lines), made, rejected)
+    entry = manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
     overlap = {(split.value, name): overlap_of(new, known, domain) for name, known in earlier.items()}
     overlap |= {(name, split.value): overlap_of(known, new, domain) for name, known in later.items()}
-    write_manifest(out, seeds.split, entry, overlap)
+    write_manifest(out, split.value, entry, overlap)
     if stopped is not None:
         kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")
@@ -205,7 +204,7 @@ def _collect(
                 outcomes.append(outcome)
                 bar.update(shown, advance=isinstance(outcome, Generated))
     except (InputError, KeyboardInterrupt) as error:
-        while outcomes and isinstance(outcomes[-1], Rejected):
+        while outcomes and isinstance(outcomes[-1], Reason):
             outcomes.pop()
         return outcomes, error if isinstance(error, InputError) else InterruptError("interrupted")
     return outcomes, None

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import benchmarks_of_runs
@@ -32,7 +32,7 @@ from eai.report.plots import draw_plots
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.table_specs import ColumnSpec, domain_title
+from eai.report.table_specs import domain_title
 from eai.report.writer import rankings_json, write_tables
 from eai.results.cost import read_price_list
 from eai.results.markdown import superscript
@@ -249,6 +249,6 @@ def _shown(ranking: Ranking) -> Table:
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 
-def _heading(column: ColumnSpec) -> str:
+def _heading(column: MetricColumn) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
     return label if column.ability is None else f"{declaration_of(column.ability).short}\n{label}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
@@ -24,7 +24,6 @@ from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_m
 from eai.generator.sets import (
     SHARES,
     Prints,
-    Rivals,
     bases_of,
     fingerprint,
     fingerprint_of,
@@ -37,7 +36,6 @@ from eai.generator.spec import (
     Generated,
     Outcome,
     Reason,
-    Rejected,
     Spec,
     Split,
     Tier,
@@ -149,7 +147,7 @@ class Generator:
         benchmark: whose world they are in.
         spec: what is wanted.
         source: where the data set comes from.
-        rivals: the tasks of other splits, none of which is to give a task away.
+        is_given_away: whether a task of another split gives one away (`eai.generator.sets.giving_away`).
         plans_again: whether it is also recorded how many steps the planner's own plan for all goals has; the
             tasks are the same.
 
@@ -160,7 +158,7 @@ class Generator:
     benchmark: Benchmark
     spec: Spec
     source: Source
-    rivals: Rivals | None = None
+    is_given_away: Callable[[Task], bool] | None = None
     plans_again: bool = False
 
     def __post_init__(self) -> None:
@@ -214,13 +212,13 @@ class Generator:
         least, most = self._window(base)
         walk = self._walk(base, initial, hidden, rng, least, most)
         if not walk.goals:
-            return Rejected(seed, Reason.NO_GOALS)
+            return Reason.NO_GOALS
         goals, start = list(walk.goals), self._usage.original(initial)
         split = split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
-            return Rejected(seed, Reason.OTHER_SPLIT)
+            return Reason.OTHER_SPLIT
         if not self.spec.over_time and fingerprint(goals, start) in known:
-            return Rejected(seed, Reason.COPY)
+            return Reason.COPY
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
         task = posed(
             f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}",
@@ -235,7 +233,7 @@ class Generator:
             proposals = self._proposals(initial, self.prior.themes[base.title])
             found = self._seeker.find(task, initial, self._planner, proposals, rng)
             if found is None:
-                return Rejected(seed, Reason.NO_ORDER)
+                return Reason.NO_ORDER
             instruction = words.instruction([*goals, found.goal], rng)
             asked = (*task.goals, goal(found.goal))
             task = replace(task, goals=asked, script=tuple(found.plan), instruction=instruction)
@@ -243,23 +241,23 @@ class Generator:
             reason = self._objections.to(task, words, least, most + _LONGER)
             if reason is None and fingerprint_of(task) in known:
                 reason = Reason.COPY
-        if reason is None and self.rivals is not None and self.rivals.give_away(task):
+        if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = Reason.KNOWN_PLAN
-        return self._judged(task, seed, walk, about) if reason is None else Rejected(seed, reason)
+        return self._judged(task, seed, walk, about) if reason is None else reason
 
     def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
         """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
         found = measured(task, self.benchmark.domain)
         if any(found[measure] < number for measure, number in self.spec.at_least):
-            return Rejected(seed, Reason.TOO_LITTLE)
+            return Reason.TOO_LITTLE
         if self._difficulty is not None and (expected := self._difficulty.expected(task)) is not None:
             about["difficulty"] = {"expected": expected, "error": self._difficulty.error}
             low, high = self.spec.difficulty or (-math.inf, math.inf)
             if not low <= expected <= high:
-                return Rejected(seed, Reason.DIFFICULTY)
+                return Reason.DIFFICULTY
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
-            return Rejected(seed, Reason.ONE_ACTION)
+            return Reason.ONE_ACTION
         if self.plans_again and not self.spec.over_time:
             about["planner_steps"] = steps_of_planner(walk)
         return Generated(task, {**self._about(task, seed, found), **about})
@@ -447,5 +445,5 @@ def generate(
             reasons.clear()
         else:
             failures += 1
-            reasons[outcome.reason.value] += 1
+            reasons[outcome.value] += 1
         yield outcome

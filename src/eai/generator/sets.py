@@ -6,8 +6,8 @@ import hashlib
 import json
 import statistics
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from itertools import count, islice
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -20,7 +20,7 @@ from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.generator.measures import spoken_of
 from eai.generator.prior import Pattern, patterns_of
-from eai.generator.spec import CANARY, Generated, HeldOut, Reason, Rejected, Spec, Split
+from eai.generator.spec import CANARY, Generated, HeldOut, Reason, Spec, Split
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
@@ -37,28 +37,21 @@ SHARES = {Split.TRAIN: 0.6, Split.VALIDATION: 0.2, Split.TEST: 0.2}
 _ORDER = tuple(SHARES)
 
 
-@dataclass(frozen=True, slots=True)
-class Seeds:
-    """From what the tasks of a set are made, one by one.
+def seeds_of(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
+    """The seeds from which the tasks of a set are made, one by one and without end.
 
-    Attributes:
+    Args:
         split: the name of the set.
         seed: the user's number.
-        secret: what nobody else knows, so that nobody else can make the set; None if anybody may.
+        secret: what nobody else knows, so that nobody else can make the set; it cannot be read from the
+            seeds. None if anybody may.
     """
-
-    split: str
-    seed: int
-    secret: str | None = None
-
-    def __iter__(self) -> Iterator[str]:
-        """The seeds, without end; a secret cannot be read from them."""
-        for number in count():
-            if self.secret is None:
-                yield f"{self.split}-{self.seed}-{number}"
-            else:
-                hidden = f"{self.secret} {self.split} {self.seed} {number}"
-                yield f"{self.split}-{hashlib.sha256(hidden.encode()).hexdigest()[:16]}"
+    for number in count():
+        if secret is None:
+            yield f"{split}-{seed}-{number}"
+        else:
+            hidden = f"{secret} {split} {seed} {number}"
+            yield f"{split}-{hashlib.sha256(hidden.encode()).hexdigest()[:16]}"
 
 
 class Prints(NamedTuple):
@@ -149,24 +142,18 @@ def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
 
-class Rivals:
-    """The tasks of other splits, whose plans are not to solve the tasks of this one, nor the other way round.
+def giving_away(
+    domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()
+) -> Callable[[Task], bool]:
+    """Whether a task is solved by looking up one of another split, or would be what one is solved by.
 
     Args:
         domain: whose world they are in.
-        known: the tasks of earlier splits: no plan that `eai/lookup` finds among them solves a task.
-        held_out: the tasks of later splits: none of them is solved by the plan of a task.
+        known: the tasks of earlier splits: no plan that `eai/lookup` finds among them is to solve a task.
+        held_out: the tasks of later splits: none of them is to be solved by the plan of a task.
     """
-
-    def __init__(self, domain: Domain, known: Iterable[Task] = (), held_out: Iterable[Task] = ()) -> None:
-        self._domain = domain
-        self._table = LookupTable(known, domain)
-        self._held_out = tuple(held_out)
-
-    def give_away(self, task: Task) -> bool:
-        """Whether a task is solved by looking up another, or would be what another is solved by."""
-        own = LookupTable([task], self._domain)
-        return self._table.solves(task) or any(map(own.solves, self._held_out))
+    table, later = LookupTable(known, domain), tuple(held_out)
+    return lambda task: table.solves(task) or any(map(LookupTable([task], domain).solves, later))
 
 
 def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> dict[str, int]:
@@ -226,17 +213,22 @@ def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[s
 
 
 def manifest_entry(
-    spec: Spec, seeds: Seeds, content: bytes, made: Sequence[Generated], rejected: Iterable[Rejected]
+    spec: Spec,
+    seed: int,
+    secret: str | None,
+    content: bytes,
+    made: Sequence[Generated],
+    rejected: Iterable[Reason],
 ) -> dict[str, Json]:
     """The entry of a manifest: all it takes to make it again, but no secret, and the shape of its tasks."""
-    reasons = Counter(each.reason for each in rejected)
+    reasons = Counter(rejected)
     return {
         "spec": {
             name: value.value if hasattr(value, "value") else value for name, value in asdict(spec).items()
         },
         "spec_sha256": spec.sha256,
-        "seed": seeds.seed,
-        "secret_sha256": None if seeds.secret is None else hashlib.sha256(seeds.secret.encode()).hexdigest(),
+        "seed": seed,
+        "secret_sha256": None if secret is None else hashlib.sha256(secret.encode()).hexdigest(),
         "tasks": len(made),
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
@@ -282,7 +274,7 @@ def unproven(folder: Path, split: str, secret: str | None) -> Iterator[str]:
     if hashlib.sha256(secret.encode()).hexdigest() != entry["secret_sha256"]:
         yield "the digest of the secret is not the one that was published"
     tried = int(entry["tasks"]) + sum(map(int, entry["rejected"].values()))
-    seeds = set(islice(iter(Seeds(split, int(entry["seed"]), secret)), tried))
+    seeds = set(islice(seeds_of(split, int(entry["seed"]), secret), tried))
     strange = [about for line in lines if (about := read_line(line).about.get("seed")) not in seeds]
     if strange:
         yield f"{len(strange)} of {len(lines)} tasks are of a seed that does not follow from the secret"

@@ -40,14 +40,6 @@ class Reason(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Rejected:
-    """No task, and why."""
-
-    seed: str
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
 class Generated:
     """A task with its certificate, which is its script, and what is known of it."""
 
@@ -55,7 +47,7 @@ class Generated:
     about: Mapping[str, Json]
 
 
-Outcome: TypeAlias = "Generated | Rejected"
+Outcome: TypeAlias = "Generated | Reason"
 
 
 VERSION = 5

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.abilities.declaration import GRAMMAR, RUNTIME
+from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import Cell, Ranking, Row, RowSource
-from eai.report.table_specs import ColumnSpec, ability_title, domain_title
+from eai.report.table_specs import ability_title, domain_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _entries(
     tables: Sequence[Ranking], name: str, model: str, groups: Sequence[str] | None = None
 ) -> list[_Entry]:
     """The columns of the tables of one name as lines, below the abilities that they are of."""
-    entries: dict[ColumnSpec, _Entry] = {}
+    entries: dict[MetricColumn, _Entry] = {}
     for table in tables:
         row = _row_of(table, model)
         if table.name != name or row is None:

@@ -9,8 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability, Protocol
-from eai.report.table_specs import ColumnSpec, domain_title
+from eai.report.table_specs import domain_title
 from eai.results.certainty import Certainty, Interval
 from eai.results.coverage import Coverage
 from eai.results.paper_tables import PaperColumn, PaperTable
@@ -108,7 +109,7 @@ Cells = Mapping[tuple["Ability | None", str], Cell]
 """The numbers of one model in one domain: (ability, metric) -> number."""
 
 
-def cell_of(cells: Cells, column: ColumnSpec) -> Cell:
+def cell_of(cells: Cells, column: MetricColumn) -> Cell:
     """The number of a column, or the cell without one."""
     return cells.get((column.ability, column.metric), Cell(None))
 
@@ -152,7 +153,7 @@ class Ranking:
     title: str
     protocol: Protocol
     domain: str
-    columns: tuple[ColumnSpec, ...]
+    columns: tuple[MetricColumn, ...]
     column_notes: tuple[tuple[int, ...], ...]
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
@@ -207,20 +208,20 @@ _OF_AGENT = ("harness", "effort")
 """Those of them that stand only where a row has something there."""
 
 
-def _alone(column: ColumnSpec, groups: Sequence[str]) -> str:
+def _alone(column: MetricColumn, groups: Sequence[str]) -> str:
     """A column's heading, with its group's name only where labels alone would not do."""
     ambiguous = len(set(groups)) > 1 and column.label in ("P", "R", "F1", "Task", "Execution", "Planner")
     alike = column.label in ("State", "Relation", "Action", "Total")
     return f"{column.group}: {column.label}" if ambiguous or alike else column.label
 
 
-def ranking_column(primary: Sequence[str], columns: Sequence[ColumnSpec]) -> int:
+def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> int:
     """The number of the column that ranks: the first that is there of some metrics, else the first one."""
     names = [column.metric for column in columns]
     return next((names.index(name) for name in primary if name in names), 0)
 
 
-def ranked(place: int, columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+def ranked(place: int, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
     """The rows by rank, by the column at a place, with the best of each column marked."""
     values = [row.cells[place].percent if row.competes else None for row in rows]
     ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
@@ -233,7 +234,7 @@ def ranked(place: int, columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> li
     )
 
 
-def with_best_marked(columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+def with_best_marked(columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
     """The rows with the best of each column marked if there is something to compare."""
     best = [
         _best(column, [row.cells[i].percent for row in rows if _may_be_best(row, row.cells[i])])
@@ -258,7 +259,7 @@ def _above(other: float | None, value: float) -> bool:
     return other is not None and round(other, 1) > round(value, 1)
 
 
-def _best(column: ColumnSpec, values: Sequence[float | None]) -> str | None:
+def _best(column: MetricColumn, values: Sequence[float | None]) -> str | None:
     known = [value for value in values if value is not None]
     return _digits(max(known)) if column.more_is_better and len(known) > 1 else None
 

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
+from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import (
@@ -30,11 +31,11 @@ from eai.report.ranking import (
 )
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import (
-    ColumnSpec,
     TableSpec,
     ability_title,
     columns_besides,
     of_ability,
+    place_of_column,
     tables_of,
 )
 from eai.results.certainty import Cases, certainty_of_mean
@@ -65,7 +66,7 @@ _OTHER_DATA = "Scored against other data than the runs: {suites}."
 
 
 def run_rows(
-    columns: Sequence[ColumnSpec],
+    columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
     known: Mapping[str, Cells],
     notes: Notes,
@@ -158,7 +159,7 @@ def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable], n
 
 
 def published_rows(
-    columns: Sequence[ColumnSpec],
+    columns: Sequence[MetricColumn],
     protocol: Protocol,
     domain: str,
     runs: Sequence[RunSummary],
@@ -184,7 +185,7 @@ def published_rows(
 
 
 def floor_rows(
-    columns: Sequence[ColumnSpec],
+    columns: Sequence[MetricColumn],
     protocol: Protocol,
     domain: str,
     runs: Sequence[RunSummary],
@@ -197,7 +198,7 @@ def floor_rows(
 
 
 def _suites(
-    table: PublishedScores, columns: Sequence[ColumnSpec], domain: str
+    table: PublishedScores, columns: Sequence[MetricColumn], domain: str
 ) -> Mapping[Ability, PublishedSuite]:
     """The suites of a table of scores that are of the abilities of columns."""
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
@@ -206,7 +207,7 @@ def _suites(
 
 def _scored_rows(
     suites: Mapping[Ability, PublishedSuite],
-    columns: Sequence[ColumnSpec],
+    columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
     notes: Notes,
     source: RowSource,
@@ -291,7 +292,7 @@ def make_ranking(
     by = ranking_column(spec.primary, columns)
     of_runs = run_rows(columns, runs, known, notes, with_paper=with_paper)
     rows = [_with_missing(row, by, columns, notes) for row in of_runs]
-    places = [column.place(domain) for column in columns]
+    places = [place_of_column(column, domain) for column in columns]
     papers = []
     if with_paper and protocol.value == paper_setting().protocol:
         papers = [paper_table(name) for name in paper_setting().tables[spec.name]]
@@ -305,7 +306,7 @@ def make_ranking(
     return Ranking(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts, by)
 
 
-def _with_missing(row: Row, by: int, columns: Sequence[ColumnSpec], notes: Notes) -> Row:
+def _with_missing(row: Row, by: int, columns: Sequence[MetricColumn], notes: Notes) -> Row:
     """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
     if row.cells[by].percent is not None:
         return row
@@ -382,7 +383,7 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     if paper.name in _OTHER_SUBSET:
         alike = []
     notes = Notes()
-    places = [column.place(domain) for column in columns]
+    places = [place_of_column(column, domain) for column in columns]
     left_out = any(item.key.protocol.value != paper_setting().protocol for item in alike)
     remarks = (notes.number(_LEFT_OUT),) if left_out else ()
     column_notes = tuple((*remarks, *notes.on_column([paper], place)) for place in places)
@@ -399,11 +400,11 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     )
 
 
-def _has_figures(paper: PaperTable, column: ColumnSpec, domain: str) -> bool:
-    return any(paper.figure(model, column.place(domain)) is not None for model in paper.rows)
+def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
+    return any(paper.figure(model, place_of_column(column, domain)) is not None for model in paper.rows)
 
 
-def _rows_of_runs(columns: Sequence[ColumnSpec], runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
+def _rows_of_runs(columns: Sequence[MetricColumn], runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
     """A row for each run; a table without a rank has them in the order of their names."""
     for item in runs:
         if item.key.protocol.value == paper_setting().protocol:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
 
-from eai.abilities.declaration import SATISFIED, AbilityDeclaration, MetricColumn, declaration_of, label_of
+from eai.abilities.declaration import SATISFIED, MetricColumn, declaration_of, label_of
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
 from eai.benchmark.registry import title_of
@@ -15,27 +14,9 @@ from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
 
 
-@dataclass(frozen=True, slots=True)
-class ColumnSpec:
-    """One column.
-
-    Attributes:
-        ability: whose metric it shows; None for the average over all abilities.
-        metric: its name.
-        group: the heading above it and its neighbours.
-        label: its own heading.
-        more_is_better: whether the largest number is the best, which then is printed in bold.
-    """
-
-    ability: Ability | None
-    metric: str
-    group: str
-    label: str
-    more_is_better: bool = True
-
-    def place(self, domain: str) -> PaperColumn:
-        """The column of the paper that shows the same in a domain."""
-        return PaperColumn(self.ability.value if self.ability else "", self.metric, domain)
+def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:
+    """The column of the paper that shows the same in a domain."""
+    return PaperColumn(column.ability.value if column.ability else "", column.metric, domain)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +32,7 @@ class TableSpec:
 
     name: str
     title: str
-    columns: tuple[ColumnSpec, ...]
+    columns: tuple[MetricColumn, ...]
     primary: tuple[str, ...]
 
 
@@ -65,15 +46,9 @@ def domain_title(domain: str) -> str:
     return title_of(domain)
 
 
-def _column(declared: AbilityDeclaration[Any], column: MetricColumn, group: str = "") -> ColumnSpec:
-    group = group or column.group
-    return ColumnSpec(declared.ability, column.metric, group, column.label, column.more_is_better)
-
-
-def _columns(ability: Ability) -> tuple[ColumnSpec, ...]:
+def _columns(ability: Ability) -> tuple[MetricColumn, ...]:
     """The columns of an ability."""
-    declared = declaration_of(ability)
-    return tuple(_column(declared, column) for column in declared.columns)
+    return tuple(replace(column, ability=ability) for column in declaration_of(ability).columns)
 
 
 def _trajectory(ability: Ability) -> TableSpec:
@@ -84,13 +59,11 @@ def _trajectory(ability: Ability) -> TableSpec:
 def _overview() -> TableSpec:
     goals, subgoals, actions, operators = FOUR
     columns = tuple(
-        ColumnSpec(ability, metric, ability_title(ability), label)
+        MetricColumn(metric, ability_title(ability), label, ability=ability)
         for ability in (goals, actions, subgoals, operators)
         for metric, label in declaration_of(ability).main.items()
     )
-    return TableSpec(
-        "overview", "Overview", (*columns, ColumnSpec(None, AVERAGE, "All", "Average")), (AVERAGE,)
-    )
+    return TableSpec("overview", "Overview", (*columns, MetricColumn(AVERAGE, "All", "Average")), (AVERAGE,))
 
 
 def _one_table(ability: Ability) -> TableSpec:
@@ -102,9 +75,9 @@ def _one_table(ability: Ability) -> TableSpec:
 
 def _goal_satisfaction() -> TableSpec:
     columns = tuple(
-        _column(declaration_of(ability), column, ability_title(ability))
+        replace(column, group=ability_title(ability))
         for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-        for column in declaration_of(ability).columns
+        for column in _columns(ability)
         if column.group == SATISFIED
     )
     return TableSpec("goal_satisfaction", "Goal satisfaction", columns, ("total_goal",))
@@ -150,18 +123,18 @@ def of_ability(ability: Ability) -> TableSpec:
     return next(spec for spec in _of_the_paper() if {column.ability for column in spec.columns} == {ability})
 
 
-def _summary_columns() -> tuple[ColumnSpec, ...]:
+def _summary_columns() -> tuple[MetricColumn, ...]:
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
     return tuple(
-        ColumnSpec(ability, f"{part}.{measure}", label_of(part), label)
+        MetricColumn(f"{part}.{measure}", label_of(part), label, ability=ability)
         for part in CATEGORIES
         for measure, label in measures
     )
 
 
 @cache
-def columns_besides() -> Mapping[str, tuple[ColumnSpec, ...]]:
+def columns_besides() -> Mapping[str, tuple[MetricColumn, ...]]:
     """The columns of the paper's tables of a few models, or of other ways to ask, where a domain has them."""
     plans = _trajectory(Ability.ACTION_SEQUENCING).columns
     return {

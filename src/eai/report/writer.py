@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from eai.abilities.declaration import MetricColumn
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
@@ -19,7 +20,6 @@ from eai.report.document import Plot, agreements, report_markdown
 from eai.report.ranking import Cell, Ranking, Row, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
-from eai.report.table_specs import ColumnSpec
 from eai.results import latex
 from eai.results.cost import PriceList
 from eai.results.table_files import csv_text
@@ -124,7 +124,7 @@ def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) 
     )
 
 
-def _headings(column: ColumnSpec) -> set[str]:
+def _headings(column: MetricColumn) -> set[str]:
     return {column.group.casefold(), column.label.casefold()}
 
 
@@ -196,7 +196,7 @@ def rankings_csv(tables: Sequence[Ranking]) -> str:
     return csv_text(CSV_COLUMNS, lines)
 
 
-def _line(table: Ranking, row: Row, column: ColumnSpec, cell: Cell) -> list[str | float | None]:
+def _line(table: Ranking, row: Row, column: MetricColumn, cell: Cell) -> list[str | float | None]:
     numbers = _numbers(cell)
     return [
         table.name,

@@ -13,7 +13,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, with_tasks
 from eai.benchmark.suite import Suite, open_suite
 from eai.generator.generator import Generator, generate
-from eai.generator.sets import Seeds
+from eai.generator.sets import seeds_of
 from eai.generator.spec import Generated, Spec, Split, Tier
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
@@ -57,7 +57,7 @@ def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier
     """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
     spec = Spec(domain, base.tasks(source).sha256, tier, split=split)
-    made = generate(Generator(base, spec, source), iter(Seeds(split.value, seed)), sys.maxsize, set())
+    made = generate(Generator(base, spec, source), seeds_of(split.value, seed), sys.maxsize, set())
     found = (each for each in made if isinstance(each, Generated))
     while batch := list(islice(found, _TOGETHER)):
         asked = Library(PromptSet.EAI, None, source).open(

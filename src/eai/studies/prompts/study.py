@@ -42,9 +42,13 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 
 def _figures(cells: Table, metric: str, suite: str) -> Figures:
-    from eai.studies.prompts import plots
+    from eai.results.plots import draw_matrix, entitle
 
-    yield "prompts", plots.draw(cells, metric, suite.replace("-", ", "))
+    label = f"{metric}, percent"
+    figure = draw_matrix(cells.by_name(), ("prompt",), "value", label, across="answered_by", zeros=True)
+    if figure is not None:
+        entitle(figure, suite.replace("-", ", "))
+    yield "prompts", figure
 
 
 def _name(run: Run) -> str:
