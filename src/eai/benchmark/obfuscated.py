@@ -11,26 +11,27 @@ from __future__ import annotations
 import hashlib
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan
 from eai.abilities.protocol import Ability
+from eai.abilities.rules import Rules, how_to_read
 from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation, WrittenSubgoals
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, is_property
 from eai.benchmark.benchmark import Benchmark
-from eai.english.english import PLAIN, English
-from eai.english.exact_text import ExactText
+from eai.english.english import PLAIN, English, sentences_of
 from eai.tasks.source import Source, TaskSet
+from eai.world.effect import When
 from eai.world.execution import Action
-from eai.world.operator import Operator
+from eai.world.operator import Operator, affordance
 from eai.world.state import Scene
-from eai.world.vocabulary import parameters
+from eai.world.vocabulary import Vocabulary, parameters
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
 _NUMBERED = re.compile(r"(.+?)([._]\d+)")
@@ -38,15 +39,11 @@ _KEPT = frozenset(
     (
         *("action", "object", "output", "not", "and", "or", "then", "until", "implies", "next", "eventually"),
         *("always", "true", "false", "forall", "exists", "forn", "forpairs", "fornpairs", "x", "y", "z"),
+        *("requires", "needed", "only", "if", "becomes", "for", "each", "with", "the", "first", "means"),
+        *("is_a", "changes", "nothing"),
     )
 )
 """The words of the syntaxes, which stay."""
-
-_HOW_TO_READ = (
-    'An action is possible if all holds that stands after "needs". What stands after "then" is made so, in '
-    "that order; what is asked there is asked of the state before the action. All else stays as it is."
-)
-
 
 _OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
@@ -120,7 +117,7 @@ def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
 
 @dataclass(frozen=True)
 class _TwinWording(Wording):
-    """A wording in the words of a twin.
+    """A wording in the words of a twin, which tells exact rules.
 
     Attributes:
         cipher: the words.
@@ -131,36 +128,48 @@ class _TwinWording(Wording):
     english: English = PLAIN
 
     @cached_property
-    def _exact(self) -> ExactText:
-        return ExactText(self.domain.vocabulary, self.english, self.cipher.encode)
+    def _exact(self) -> Rules:
+        """The rules of all actions, without remarks in words and with what is hidden."""
+        vocabulary = self.domain.vocabulary
+        predicates = vocabulary.predicates
+        shown = [each if is_property(each) else replace(each, visible=True) for each in predicates]
+        operators = tuple(map(_without_words, self.domain.operators))
+        told = replace(
+            self.domain, vocabulary=Vocabulary(tuple(shown), vocabulary.derived), operators=operators
+        )
+        return Rules(told)
 
     @cached_property
-    def _spoken_of(self) -> Sequence[str]:
-        return self._exact.spoken_of(self.predicates, self.domain.operators)
+    def _spoken_of(self) -> frozenset[str]:
+        return self._exact.predicates(self._exact.names)
 
     def vocabulary(self) -> str:
-        atoms = [
-            f.Atom(name, tuple(map(f.Variable, parameters(self._arity(name)))))
-            for name in (*self.predicates, *self.static)
-        ]
+        names = (*self.predicates, *self.static)
         lines = self.cipher.encode(super().vocabulary()).splitlines()
-        meanings = [f"{line}: {self._exact.condition(atom)}" for line, atom in zip(lines, atoms, strict=True)]
-        return "\n".join([*meanings, *(f"- {each}" for each in self._exact.definitions(self._spoken_of))])
+        return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
+
+    def _meaning(self, predicate: str) -> str:
+        """What a predicate says of its parameters."""
+        arity = self._arity(predicate)
+        return sentences_of(predicate, arity, self.english)[0].format(**{x: x for x in parameters(arity)})
 
     def operators(self) -> str:
-        return f"{_HOW_TO_READ}\n{super().operators()}"
+        told = [
+            *map(self.operator, self._exact.operators),
+            *map(self.cipher.encode, self._exact.definitions()),
+        ]
+        rules = "\n".join(told)
+        return f"{how_to_read(rules)}\n{rules}"
 
     def contents_of(self, each: str) -> str:
-        return f"what {each} needs and what it does"
+        return f"what {each} requires and changes"
 
     def operator(self, operator: Operator) -> str:
-        parameters = ", ".join([parameter.name for parameter in operator.parameters])
-        head = f"{self.cipher.encode(operator.name)}({parameters})"
-        return f"{head}\n  needs: {self._exact.needs(operator)}\n  then: {self._exact.does(operator)}"
+        return self.cipher.encode(self._exact.brief(operator) or "")
 
     def object(self, task: Task, index: int) -> str:
-        stored = [self.domain.vocabulary.stored(name) for name in self._spoken_of]
-        hidden = [p.name for p in stored if p is not None and is_property(p) and not p.visible]
+        properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
+        hidden = [p.name for p in properties if p.name in self._spoken_of]
         having = [self.cipher.encode(name) for name in hidden if task.initial.has(name, index)]
         head, _, known = self.cipher.encode(super().object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
@@ -170,6 +179,21 @@ class _TwinWording(Wording):
 
     def goals(self, task: Task) -> str:
         return self.cipher.encode(super().goals(task))
+
+
+def _without_words(operator: Operator) -> Operator:
+    """An operator that needs and does the same, without a remark and without several things to try."""
+    tried = [f.And(each.conditions) for each in operator.tries]
+    effects = [When(need, each.effects) for need, each in zip(tried, operator.tries, strict=True)]
+    none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
+    asked = [affordance(f.Or((*tried, none)), "none of several things can be done")] if tried else []
+    return replace(
+        operator,
+        description="",
+        tries=(),
+        checks=(*operator.checks, *asked),
+        effects=(*effects, *operator.effects),
+    )
 
 
 class _TwinPlans(PlanNotation):
