@@ -16,7 +16,7 @@ from eai.households.packs import VIRTUALHOME, Pack
 from eai.households.virtualhome.benchmark import count_annotated
 from eai.households.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set import StatRow, distributions, profiles_of, table_of
+from eai.results.data_set import distributions, profiles_of, table_of
 from eai.tasks.source import ErrataChoice, Source, given
 from eai.world.execution import Action
 from oracle import read_shared
@@ -97,7 +97,7 @@ NOT_AS_PRINTED = {
 """The figures of the paper that do not come out, each with a remark that says why."""
 
 
-def rows_of(domain: str, store: Store) -> dict[str, StatRow]:
+def rows_of(domain: str, store: Store) -> dict[str, Figure]:
     return {row.label: row for row in table_of(find_benchmark(domain), Source(store))}
 
 

@@ -46,11 +46,20 @@ def formats_of(package: str) -> Mapping[Ability, str]:
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """One figure; `note` says what is counted."""
+    """One figure of a data set.
+
+    Attributes:
+        note: what is counted.
+        printed: the figure as the paper prints it; None if it does not have this one.
+        remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
+            to say.
+    """
 
     label: str
     value: int | float
     note: str
+    printed: int | float | None = None
+    remark: str = ""
 
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], "Opened"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from eai.abilities.verdict import Json
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.quality import check_annotations
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
@@ -21,7 +22,7 @@ from eai.data.files import write_whole
 from eai.households.packs import all_packs, fetch_all, validate
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
-from eai.results.data_set import StatRow, distributions, profiles_of, table_of
+from eai.results.data_set import distributions, profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import csv_text
 from eai.results.terminal import print_table
@@ -144,7 +145,7 @@ def stats(
     if as_json:
         print_json(
             [
-                {"domain": each.name, "rows": [row._asdict() for row in rows]}
+                {"domain": each.name, "rows": [asdict(row) for row in rows]}
                 for each, rows in zip(benchmarks, tables, strict=True)
             ]
         )
@@ -155,7 +156,7 @@ def stats(
         say(f"written to {path}")
 
 
-def _print_statistics(title: str, rows: Sequence[StatRow]) -> None:
+def _print_statistics(title: str, rows: Sequence[Figure]) -> None:
     """Print a table; the paper's column only where the paper has figures of the benchmark."""
     columns: list[NamedCells] = [
         ("figure", [row.label for row in rows]),
@@ -168,7 +169,7 @@ def _print_statistics(title: str, rows: Sequence[StatRow]) -> None:
     print_table(output(), Table.of_columns(title, columns))
 
 
-def _words(row: StatRow) -> str:
+def _words(row: Figure) -> str:
     return f"{row.note}. {row.remark}" if row.remark else row.note
 
 

@@ -398,11 +398,6 @@ class Game:
         return self.ended is not None
 
     @property
-    def undeclared(self) -> bool:
-        """Whether it was cut off with all goals reached, as nobody had said `DONE`."""
-        return self.ended == "steps" and all(self.reached)
-
-    @property
     def state(self) -> State:
         """The state of the world now, seen or not."""
         return self._episode.state

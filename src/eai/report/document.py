@@ -5,7 +5,7 @@ How sure: with and without regard to near copies. How near: our numbers for the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
@@ -175,6 +175,17 @@ def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterato
         yield table_markdown(table.table())
 
 
+def _section(
+    title: str, header: Sequence[str], rows: Iterable[Sequence[str]], *paragraphs: str
+) -> Iterator[str]:
+    """A section with a table, below some paragraphs; nothing if the table has no rows."""
+    written = list(rows)
+    if written:
+        yield f"## {title}\n"
+        yield from (f"{each}\n" for each in paragraphs if each)
+        yield "\n".join(grid(header, written)) + "\n"
+
+
 def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The runs of which there are several epochs: whether one answer to a task is right, or all are."""
     groups: dict[RunKey, list[Cases]] = {}
@@ -207,19 +218,14 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
                 numbers = [_percent(run.rates[metric].percent) for run in found]
                 suite = _suite(key.domain, key.ability)
                 rows.append([escaped(key.name), suite, answered, label_of(metric), *numbers])
-    if rows:
-        yield "## Both protocols\n"
-        header = ["model", "suite", "answered", "metric", *(protocol.value for protocol in protocols)]
-        yield "\n".join(grid(header, rows)) + "\n"
+    header = ["model", "suite", "answered", "metric", *(protocol.value for protocol in protocols)]
+    yield from _section("Both protocols", header, rows)
 
 
 def _agreement(agreements: Sequence[_Agreement]) -> Iterator[str]:
-    if not agreements:
-        return
-    yield "## Against the paper, cell by cell\n"
-    yield f"{_AGREEMENT}\n"
     header = ["table", "suite", "cells", "to the digit", "within 1", "within 2", "largest", "where"]
-    yield "\n".join(grid(header, map(_agreement_row, agreements))) + "\n"
+    rows = map(_agreement_row, agreements)
+    yield from _section("Against the paper, cell by cell", header, rows, _AGREEMENT)
 
 
 def _agreement_row(item: _Agreement) -> list[str]:
@@ -235,9 +241,6 @@ def _agreement_row(item: _Agreement) -> list[str]:
 
 
 def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
-    if not runs:
-        return
-    yield "## What answers came to\n"
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = [
         [
@@ -247,7 +250,8 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
         ]
         for item in runs
     ]
-    yield "\n".join(grid(["model", "suite", *(label_of(kind.value) for kind in kinds)], rows)) + "\n"
+    header = ["model", "suite", *(label_of(kind.value) for kind in kinds)]
+    yield from _section("What answers came to", header, rows)
 
 
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
@@ -257,11 +261,9 @@ def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
         suites.setdefault(_run_suite(item), []).append(item)
     for suite, items in suites.items():
         rows = [*_by_length(items), *_by_predicate(items)]
-        if items[0].breakdown.flow is not None and rows:
-            yield f"## By length of plan and kind of goal: {suite}\n"
-            yield _STRATA + "\n"
+        if items[0].breakdown.flow is not None:
             header = ["tasks or goals", *(escaped(item.key.name) for item in items)]
-            yield "\n".join(grid(header, rows)) + "\n"
+            yield from _section(f"By length of plan and kind of goal: {suite}", header, rows, _STRATA)
 
 
 def _by_length(items: Sequence[RunSummary]) -> Iterator[list[str]]:
@@ -287,9 +289,6 @@ def _counted(rate: Rate) -> str:
 
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
-    if not runs:
-        return
-    yield "## Runs\n"
     header = ["model", "suite", "answered", "excluded", "repaired", "planner", "data"]
     rows = [
         [
@@ -303,7 +302,7 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         ]
         for item in runs
     ]
-    yield "\n".join(grid(header, rows)) + "\n"
+    yield from _section("Runs", header, rows)
     remarks = dict.fromkeys(
         f"{_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
         for item in runs
@@ -363,15 +362,9 @@ _CERTAINTY_HEADER = (
 
 def _certainty(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section of the page."""
-    rows = [row for item in runs for row in _certainty_rows(item)]
-    if not rows:
-        return
-    yield "## How sure the numbers are\n"
-    yield _CERTAINTY + "\n"
-    remark = unnamed_remark(runs)
-    if remark:
-        yield f"{remark}\n"
-    yield "\n".join(grid(_CERTAINTY_HEADER, rows)) + "\n"
+    rows = (row for item in runs for row in _certainty_rows(item))
+    title, remark = "How sure the numbers are", unnamed_remark(runs)
+    yield from _section(title, _CERTAINTY_HEADER, rows, _CERTAINTY, remark)
 
 
 def unnamed_remark(runs: Sequence[RunSummary]) -> str:

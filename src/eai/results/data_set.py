@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib import resources
 from statistics import fmean, median
-from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -177,24 +176,7 @@ def paper_statistics(domain: str) -> Mapping[str, tuple[int | float, str]]:
     return {label: (each["printed"], each.get("remark", "")) for label, each in entries.items()}
 
 
-class StatRow(NamedTuple):
-    """A figure of a data set beside the paper's.
-
-    Attributes:
-        printed: the figure as the paper prints it; None if it does not have this one.
-        note: what is counted.
-        remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
-            to say.
-    """
-
-    label: str
-    value: int | float
-    printed: int | float | None
-    note: str
-    remark: str
-
-
-def table_of(benchmark: Benchmark, source: Source) -> list[StatRow]:
+def table_of(benchmark: Benchmark, source: Source) -> list[Figure]:
     """The figures of a benchmark in the paper's order, counted from the data as published.
 
     Absent data is fetched first.
@@ -209,7 +191,7 @@ def table_of(benchmark: Benchmark, source: Source) -> list[StatRow]:
     for counted in _figures(benchmark, source):
         figure = own.get(counted.label, counted)
         paper, remark = printed.get(counted.label, (None, ""))
-        rows.append(StatRow(figure.label, figure.value, paper, figure.note, remark))
+        rows.append(replace(figure, printed=paper, remark=remark))
     return rows
 
 

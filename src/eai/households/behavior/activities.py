@@ -65,7 +65,6 @@ class _Activities:
             definition=0,
             scene="" if known is None else known.scene,
             instruction="",
-            goal_sentences=(),
             objects=things,
             problem=Problem(
                 problem.name,

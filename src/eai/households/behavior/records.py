@@ -83,7 +83,6 @@ class BehaviorRecord:
         definition: number of the activity's problem file.
         scene: the simulator's scene.
         instruction: the activity in one English sentence.
-        goal_sentences: its goals in English.
         objects: in the order of the problem file, without the agent.
         problem: the problem file; it names objects by instance.
         plan: a human's plan as the data set has it (one action is misspelt): actions with their objects.
@@ -96,7 +95,6 @@ class BehaviorRecord:
     definition: int
     scene: str
     instruction: str
-    goal_sentences: tuple[str, ...]
     objects: tuple[BehaviorObject, ...]
     problem: Problem
     plan: tuple[tuple[str, tuple[str, ...]], ...]
@@ -126,7 +124,6 @@ def _record(task_id: str, values: Mapping[str, Any], goals: Sequence[Sequence[An
         definition=values["definition"],
         scene=values["scene"],
         instruction=values["instruction"],
-        goal_sentences=tuple(values["goal_sentences"]),
         objects=tuple([_object(*each) for each in values["objects"]]),
         problem=parse_problem(values["problem"]),
         plan=tuple([(action, tuple(objects)) for action, objects in values["plan"]]),
