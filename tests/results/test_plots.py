@@ -14,8 +14,8 @@ import pytest
 
 from eai.results.plots import PAGE, draw_matrix, draw_names
 from eai.results.table import Cell, Estimate
-from eai.studies.cofactors.plots import draw_effects
-from eai.studies.errors import plots as plot_leaves
+from eai.studies.cofactors.study import draw_effects
+from eai.studies.errors import study as plot_leaves
 
 pytest.importorskip("matplotlib")
 

@@ -12,7 +12,7 @@ import typer
 
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
-from eai.benchmark.quality import check_annotations
+from eai.benchmark.check import check_annotations
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store

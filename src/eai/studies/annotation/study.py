@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, cast
 
 from eai.abilities.options import Options
 from eai.errors import InputError
+from eai.results.plots import ACCENT, INK, clipped
 from eai.studies.study import Analysis, Figures, Study
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from eai.abilities.verdict import Json
     from eai.results.table import Table
     from eai.studies.records import Records
@@ -31,9 +34,38 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 
 def _figures(tables: Sequence[Table]) -> Figures:
-    from eai.studies.annotation import plots
+    yield "annotations", draw(tables)
 
-    yield "annotations", plots.draw(tables)
+
+_PANEL = (2.3, 2.0)
+_COLUMNS = 3
+
+
+def draw(tables: Sequence[Table]) -> Figure:
+    """Draw the histograms of the tables of the analysis."""
+    from matplotlib.figure import Figure
+
+    attributes, scores = (table.by_name() for table in tables)
+    columns = min(_COLUMNS, len(attributes))
+    rows = -(-len(attributes) // columns)
+    figure = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows), layout="constrained")
+    panels = figure.subplots(rows, columns, squeeze=False, sharey=True).flatten()
+    for panel, each in zip(panels, attributes, strict=False):
+        name = str(each["attribute"])
+        counts = {row["score"]: row["ratings"] for row in scores if row["attribute"] == name}
+        panel.set_title(clipped(name))
+        panel.bar(list(counts), list(counts.values()), width=0.8, color=ACCENT)
+        for score, count in counts.items():
+            if count:
+                panel.annotate(str(count), (score, count), ha="center", va="bottom", fontsize=6.5, color=INK)
+        panel.set_xticks(list(counts))
+        panel.set_xlabel(f"mean {each['mean']:.2f}, n = {each['ratings']}")
+    for panel in panels[::columns]:
+        panel.set_ylabel("ratings")
+        panel.yaxis.get_major_locator().set_params(integer=True)
+    for panel in panels[len(attributes) :]:
+        panel.set_visible(False)
+    return figure
 
 
 ANNOTATIONS = Study(

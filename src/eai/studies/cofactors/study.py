@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
 from eai.results.lines import Measure
+from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, value_of
+from eai.results.table import Cell, Estimate
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
     from eai.results.table import Table
     from eai.studies.records import Records
 
@@ -32,19 +38,132 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 def _figures(found: Sequence[Table], measure: Measure) -> Figures:
     from eai.results.plots import draw_names, rows_of
-    from eai.studies.cofactors import plots
 
     adjusted, _, curves, by_action, by_predicate = found
     for suite, rows in rows_of(curves).items():
-        yield of_suite(suite, "curves", plots.draw_curves(rows, f"{measure.value}, percent"))
+        yield of_suite(suite, "curves", draw_curves(rows, f"{measure.value}, percent"))
     for suite, rows in rows_of(adjusted).items():
-        yield of_suite(suite, "adjusted", plots.draw_effects(rows))
+        yield of_suite(suite, "adjusted", draw_effects(rows))
     for suite, rows in rows_of(by_action).items():
         figure = draw_names(rows, "action", "executed", "executed of the steps tried")
         yield of_suite(suite, "by_action", figure)
     for suite, rows in rows_of(by_predicate).items():
         figure = draw_names(rows, "predicate", "reached", "reached of the goals that mention it")
         yield of_suite(suite, "by_predicate", figure)
+
+
+SHOWN = (
+    "annotated_steps",
+    "annotated_operators",
+    "ground_relation_goals",
+    "ground_state_goals",
+    "objects",
+    "quantified_goals",
+)
+"""The features that are drawn; the table has them all."""
+
+_PER_ROW = 2
+_HEIGHT = 1.9
+_EFFECT_ROW = 0.3
+
+
+def draw_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None:
+    """Success by feature, a panel a feature: all models together with intervals, each of them as a thin line.
+
+    None if no feature is known.
+    """
+    from matplotlib.figure import Figure
+
+    shown = [name for name in SHOWN if any(row["feature"] == name for row in rows)]
+    if not shown:
+        return None
+    lines = -(-len(shown) // _PER_ROW)
+    figure = Figure(figsize=(COLUMN * _PER_ROW, _HEIGHT * lines), layout="constrained")
+    grid = figure.subplots(lines, _PER_ROW, squeeze=False, sharey=True)
+    for place, panel in enumerate(grid.flat):
+        if place < len(shown):
+            _draw_feature(panel, shown[place], [row for row in rows if row["feature"] == shown[place]])
+        else:
+            panel.set_axis_off()
+    for panels in grid:
+        panels[0].set_ylabel(label)
+    return figure
+
+
+def _draw_feature(panel: Axes, feature: str, rows: Sequence[Mapping[str, Cell]]) -> None:
+    panel.set_ylim(-4, 104)
+    panel.grid(axis="y", color=RULE, linewidth=0.6)
+    panel.set_title(feature.replace("_", " "), fontsize=8.5)
+    bins = sorted({(int(str(row["from"])), int(str(row["to"]))) for row in rows})
+    places = {low: number for number, (low, _) in enumerate(bins)}
+    first = rows[0]["model"]
+    for model in dict.fromkeys(row["model"] for row in rows):
+        of_model = [row for row in rows if row["model"] == model]
+        if model != first:
+            _draw_line(panel, places, of_model)
+    tasks = _draw_first(panel, places, [row for row in rows if row["model"] == first])
+    labels = [f"{_bin(low, high)}\n{tasks.get(low, '')}" for low, high in bins]
+    panel.set_xticks(range(len(bins)), labels=labels, fontsize=6.5)
+    panel.text(-0.02, -0.17, "tasks", transform=panel.transAxes, fontsize=6.5, ha="right", va="top")
+
+
+def _draw_line(panel: Axes, places: Mapping[int, int], rows: Sequence[Mapping[str, Cell]]) -> None:
+    heights = dict.fromkeys(range(len(places)), math.nan)
+    for row in rows:
+        heights[places[int(str(row["from"]))]] = value_of(row["score"])
+    panel.plot(list(heights), list(heights.values()), color=MUTED, linewidth=0.6, alpha=0.55)
+
+
+def _draw_first(panel: Axes, places: Mapping[int, int], rows: Sequence[Mapping[str, Cell]]) -> dict[int, int]:
+    """Draw the line that is meant to be read; returns how many tasks each bin has."""
+    heights, tasks = dict.fromkeys(range(len(places)), math.nan), {}
+    for row in rows:
+        low, score = int(str(row["from"])), row["score"]
+        place, tasks[low] = places[low], int(str(row["tasks"]))
+        heights[place] = value_of(score)
+        if isinstance(score, Estimate) and score.low is not None and score.high is not None:
+            panel.vlines(place, score.low, score.high, color=INK, linewidth=1.0)
+    panel.plot(list(heights), list(heights.values()), color=INK, linewidth=1.4)
+    for row in rows:
+        fill = "white" if row["few"] else INK
+        panel.plot(
+            places[int(str(row["from"]))],
+            value_of(row["score"]),
+            "o",
+            color=INK,
+            markerfacecolor=fill,
+            markersize=4,
+            zorder=3,
+        )
+    return tasks
+
+
+def _bin(low: int, high: int) -> str:
+    return str(low) if low == high else f"{low:,}–{high:,}"
+
+
+def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
+    """The log odds of each feature, alone (hollow) and beside the others (filled); None if there are none."""
+    from matplotlib.figure import Figure
+
+    if not rows:
+        return None
+    figure = Figure(figsize=(COLUMN, 1.12 + _EFFECT_ROW * len(rows)), layout="constrained")
+    panel = figure.subplots()
+    panel.axvline(0, color=MUTED, linewidth=0.8)
+    for place, row in enumerate(rows):
+        draw_estimate(panel, place - 0.14, row["alone"], MUTED, "white")
+        draw_estimate(panel, place + 0.14, row["together"], INK, INK)
+    panel.set_yticks(
+        range(len(rows)), labels=[str(row["feature"]).replace("_", " ") for row in rows], fontsize=7
+    )
+    panel.invert_yaxis()
+    panel.tick_params(axis="y", length=0)
+    panel.spines["left"].set_visible(False)
+    meaning = "log odds of success per standard deviation\n○ alone   ● beside the others\n"
+    answers, names = (int(str(rows[0][column])) for column in ("answers", "names"))
+    panel.set_xlabel(f"{meaning}{answers:,} answers to tasks of {names:,} names", fontsize=7)
+    return figure
 
 
 COFACTORS = Study(
