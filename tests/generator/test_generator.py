@@ -252,7 +252,7 @@ def test_actions_are_asked_for_where_that_is_wanted() -> None:
 
 
 def test_rejections_say_why() -> None:
-    reasons = {each.reason for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each)}
+    reasons = {each for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, Reason)}
     assert Reason.TOO_SHORT in reasons
     assert Reason.NO_CERTIFICATE not in reasons
     assert Reason.AMBIGUOUS not in reasons

@@ -149,7 +149,7 @@ class _TwinWording(Wording):
         return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
 
     def _meaning(self, predicate: str) -> str:
-        """What a predicate says of its parameters."""
+        """The meaning of a predicate, said of its parameters."""
         arity = self._arity(predicate)
         return sentences_of(predicate, arity, self.english)[0].format(**{x: x for x in parameters(arity)})
 
