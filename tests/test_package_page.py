@@ -76,3 +76,10 @@ def test_distributions_have_not_the_name_of_the_authors_package() -> None:
     names = [each["project"]["name"] for each in settings]
     assert names[0] == "eai-bench"
     assert all(name.startswith("eai-bench") for name in names)
+
+
+@pytest.mark.parametrize("name", ["AGENTS.md", "llms.txt"])
+def test_what_coding_agents_read_leads_to_files_that_are_there(name: str) -> None:
+    links = re.findall(r"\]\(([^)]+)\)", (ROOT / name).read_text(encoding="utf-8"))
+    assert len(links) > 2
+    assert [link for link in links if not (ROOT / link).is_file()] == []

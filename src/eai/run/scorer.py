@@ -193,10 +193,11 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
 
 
 def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
-    """A record as the score of a sample; what is excluded is unscored."""
+    """A record as the score of a sample; what is excluded is unscored, for its reason."""
     came_to = outcome(record)
     about = record_to_json(record.without_explanations())
     score = Score.unscored(
+        reason=record.verdict.excluded,
         answer=str(about.pop("response")),
         explanation=explained(record),
         metadata={"epoch": epoch, "answered": answered, "explorer": address_of(record), **about},
