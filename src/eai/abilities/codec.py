@@ -107,6 +107,8 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
     reason = own.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = own.pop("repairs")
+    if verdict.repair is None:
+        del own["repair"]
     return {
         "status": status,
         "excluded_reason": reason,

@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
+from eai.abilities.repair import Repair
 from eai.world.fault import FaultKind
 
 ALL = "all"
@@ -83,11 +84,13 @@ class Verdict:
         excluded: why the task is left out of all statistics, or None if it is scored.
         error: what ended the answer.
         repairs: the names of the repairs that parsing made.
+        repair: the fewest edits that make the answer right; None where they were not looked for.
     """
 
     excluded: str | None = None
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
+    repair: Repair | None = None
 
     def __reduce__(self) -> tuple[type[Verdict], tuple[object, ...]]:
         """Workers send verdicts back by the thousand: as their fields in order, in a third of the time."""

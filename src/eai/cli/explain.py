@@ -19,6 +19,7 @@ from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepRep
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, member
 from eai.abilities.record import NOT_ANSWERED, Record
+from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
@@ -56,14 +57,15 @@ class _Background:
         gold: the steps of a plan that solves it, as texts.
         source: whose plan that is.
         rest: those of the answer's steps that were not tried any more.
-        outlook: of a lost episode, whether its goals could still be reached.
+        outlook: of a failed answer, what a search says of it, in sentences: whether the goals of an episode
+            could still be reached, the fewest edits that make another one right.
     """
 
     instruction: str
     gold: tuple[str, ...] = ()
     source: str = ""
     rest: tuple[str, ...] = ()
-    outlook: str = ""
+    outlook: tuple[str, ...] = ()
 
 
 def _outcome(name: str) -> AnswerOutcome:
@@ -156,15 +158,18 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
     return tuple(action_text(action, task.scene) for action in found), "a plan by eai/planner"
 
 
-def _outlook(suite: Suite, record: Record) -> str:
-    """Whether the goals of a lost episode could still be reached, as its record says, or a planner now."""
+def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
+    """The findings of a search on a failed answer, of its record or else made now, in sentences."""
     verdict = record.verdict
-    if not isinstance(verdict, ActingVerdict) or verdict.success or record.unanswered or verdict.excluded:
-        return ""
+    if outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
+        return ()
     look_back = suite.scorer(record.task_id).assess(record.response).look_back
-    if verdict.outlook is None and look_back is not None:
-        verdict = look_back(Limits().states)
-    return outlook_text(verdict) if isinstance(verdict, ActingVerdict) else ""
+    known = verdict.repair if not isinstance(verdict, ActingVerdict) else verdict.outlook
+    if known is None and look_back is not None:
+        verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else EFFORT)
+    if isinstance(verdict, ActingVerdict):
+        return (outlook_text(verdict),)
+    return () if verdict.repair is None else tuple(repair_lines(verdict.repair))
 
 
 def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
@@ -208,7 +213,8 @@ def print_record(console: Console, record: Record, background: _Background | Non
     else:
         _print_explanation(console, record, record.explanation, background)
     if background is not None and background.outlook:
-        console.print(Text(background.outlook, style="yellow"), soft_wrap=True)
+        for line in background.outlook:
+            console.print(Text(line, style="yellow"), soft_wrap=True)
     if background is not None and background.gold:
         console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
         for number, step in enumerate(background.gold, 1):

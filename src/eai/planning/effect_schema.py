@@ -174,9 +174,20 @@ def changes_for(literal: GroundAtom, vocabulary: Vocabulary, agent: int) -> list
     Objects may go by any numbers, ``agent`` is that of the agent. The values of variables that a definition
     binds are not distinguished; of a function every change of the predicates that it reads counts.
     """
+    return _stored([Change(*literal)], vocabulary, agent)
+
+
+def changes_towards(
+    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, vocabulary: Vocabulary, agent: int
+) -> list[Change]:
+    """The changes that may help a condition to a truth, as `changes_for`; in a scope None is any object."""
+    return _stored(list(_atoms(formula, scope, truth, agent)), vocabulary, agent)
+
+
+def _stored(pending: list[Change], vocabulary: Vocabulary, agent: int) -> list[Change]:
+    """The changes of stored predicates that some changes come down to."""
     seen: dict[Change, None] = {}
     found: list[Change] = []
-    pending = [Change(*literal)]
     while pending:
         change = pending.pop()
         if change in seen:

@@ -16,6 +16,7 @@ from urllib.parse import quote
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.record import Record
+from eai.abilities.repair import repair_lines
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
@@ -125,6 +126,7 @@ class ExplorerData:
                 "r": self._text(record.response) if record.response else None,
                 "f": self._error(verdict),
                 "m": list(record.repairs),
+                "R": [self._text(line) for line in repair_lines(verdict.repair)] if verdict.repair else [],
                 **self._own(verdict),
                 "T": self._turns(record),
                 "w": [self._text(note) for note in explanation.notes],

@@ -44,8 +44,8 @@ class ScoringOptions(Options):
         "Leave tasks without an answer out of all rates; the run is then not ranked.", False
     )
     look_back: int | None = option(
-        "How many states a planner may look at to find the turn after which a lost episode of acting could "
-        "not be won any more; not looked for if not given.",
+        "How many states a search may look at to say more of a failed answer: the fewest edits that make a "
+        "plan succeed, the turn after which an episode could not be won any more; no search if not given.",
         ge=1,
     )
 

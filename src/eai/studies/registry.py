@@ -32,6 +32,7 @@ BUILT_IN = {
         ("perception", "perception", "PERCEPTION"),
         ("prompts", "prompts", "PROMPTS"),
         ("annotations", "annotation", "ANNOTATIONS"),
+        ("repair", "repair", "REPAIR"),
     )
 }
 """The studies that come with the package, as its metadata have them, too."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
+from dataclasses import replace
+from functools import cached_property, partial
 
+from eai.abilities.action_sequencing.mending import PlanMender
 from eai.abilities.action_sequencing.notation import (
     CarryOut,
     Course,
@@ -14,10 +16,11 @@ from eai.abilities.action_sequencing.notation import (
 )
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
@@ -53,7 +56,24 @@ class ActionSequencing(Scorer):
 
     def assess(self, text: str) -> Assessment:
         """The verdict on a plan that is carried out from the initial state, where every action works."""
-        return self.assess_course(text, self._execute)
+        found = self.assess_course(text, self._execute)
+        is_plain = type(self) is ActionSequencing and type(self.goals) is GoalTest
+        return replace(found, look_back=partial(self._mend, text)) if is_plain else found
+
+    def _mend(self, text: str, limit: int) -> Verdict:
+        """The verdict with the fewest edits that make the plan succeed."""
+        verdict = self.assess_course(text, self._execute).verdict
+        if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
+            return verdict
+        plan = self.notation.read(text)
+        if isinstance(plan, Unreadable):
+            return replace(verdict, repair=Repair(why_null="unreadable"))
+        return replace(verdict, repair=self.mender.mend(plan, verdict, limit))
+
+    @cached_property
+    def mender(self) -> PlanMender:
+        """Tells the smallest repairs of answers."""
+        return PlanMender(self.task, self.domain, self.notation)
 
     def assess_course(self, text: str, carry_out: CarryOut) -> Assessment:
         """The verdict on a plan; its explanation executes also what an excluded task leaves out.

@@ -48,6 +48,7 @@ function verdict(answer) {
   if (row.u !== undefined) lines.push(`There is no answer: ${text(row.u)}.`);
   if (error) lines.push(`${title(error.kind)}${stepText(answer, error)}: ${error.detail}`);
   if (error && answer.outcome === 'success') lines.push('The goals hold all the same.');
+  lines.push(...(row.R || []).map(text));
   if (row.a) lines.push(`${plural(row.a, 'step')} skipped as not needed.`);
   const ran = isActing(answer) ? ['no impossible action', 'impossible actions'] : ['executable', 'not executable'];
   const tags = [row.e !== undefined && ran[row.e ? 0 : 1], row.c && words(row.c),

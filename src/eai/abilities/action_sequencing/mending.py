@@ -1,0 +1,168 @@
+"""The smallest repair of a plan: its edits as they are told, of equally small ones the most natural."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep
+from eai.abilities.planning import planning_goal
+from eai.abilities.repair import KINDS, Edit, EditKind, Repair, blame_of
+from eai.abilities.reports import action_text
+from eai.abilities.task import Task
+from eai.abilities.verdict import PlanVerdict
+from eai.logic.formula import Atom, Constant
+from eai.logic.traversal import walk
+from eai.planning.planner import Planner
+from eai.planning.repair import Mender, Plan, Told
+from eai.planning.search import Effort
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+
+_COSTS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
+"""Which kind of edit is told first."""
+
+_HANDS = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
+
+
+@lru_cache(maxsize=8)
+def _planner(domain: Domain) -> Planner:
+    return Planner(domain)
+
+
+class PlanMender:
+    """Tells the smallest repairs of the answers to one task.
+
+    Args:
+        task: the task.
+        domain: the world.
+        notation: how plans are written.
+    """
+
+    def __init__(self, task: Task, domain: Domain, notation: PlanNotation) -> None:
+        self.task = task
+        self.domain = domain
+        self._notation = notation
+        self._object = notation.objects(task)
+        self._menders: dict[tuple[int, ...], Mender] = {}
+
+    def steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
+        """The steps of a plan; None for each that means nothing."""
+        return tuple(map(self._step, plan.steps))
+
+    def _step(self, step: WrittenStep) -> Action | None:
+        operator = self._notation.operator(step.action)
+        objects = [self._object(name) for name in step.objects]
+        known = [index for index in objects if index is not None]
+        fits = len(known) == len(objects) == self.domain.arities.get(operator)
+        return Action(operator, tuple(known)) if fits else None
+
+    def mend(self, plan: WrittenPlan, verdict: PlanVerdict, limit: int) -> Repair:
+        """The smallest repair of a plan, with bounded effort.
+
+        Args:
+            plan: the plan.
+            verdict: the verdict on it.
+            limit: how many steps may be tried, about.
+        """
+        if verdict.success:
+            return Repair(at_most=0)
+        if any(goal.is_over_time for goal in self.task.goals):
+            return Repair(why_null="over_time")
+        order = self.domain.precedence
+        if order.index(FaultKind.ADDITIONAL_STEP) > order.index(FaultKind.WRONG_ORDER):
+            return Repair(why_null="order")
+        steps, effort = self.steps(plan), Effort(limit)
+        mender = self._mender(steps)
+        mended = mender.mend(steps, effort, _planner(self.domain))
+        edits = mended.edits
+        if edits is None:
+            return Repair(mended.at_least, effort=effort.used)
+        shown = len(steps) if verdict.error is None else verdict.error.step
+        if mended.at_least == len(edits) == 1:
+            return self._single(plan, steps, mender, shown, effort.used)
+        told = tuple([self._told(edit, plan, steps) for edit in edits])
+        return Repair(mended.at_least, len(told), edits=told, effort=effort.used)
+
+    def _mender(self, steps: Plan) -> Mender:
+        """Mends plans with the objects of some steps besides those of the task."""
+        named = [index for step in steps if step is not None for index in step.arguments]
+        objects = tuple(dict.fromkeys([*self.task.relevant, *sorted(named)]))
+        if objects not in self._menders:
+            goal = planning_goal(self.task)
+            self._menders[objects] = Mender(self.domain, self.task.initial, goal, objects)
+        return self._menders[objects]
+
+    def _single(
+        self, plan: WrittenPlan, steps: Plan, mender: Mender, shown: int | None, effort: int
+    ) -> Repair:
+        """The repair of a plan that one edit mends."""
+        names = [o.name for o in self.domain.operators]
+        known = self._known(steps)
+
+        def key(edit: Told) -> tuple[object, ...]:
+            action = edit.action
+            new = () if action is None else tuple(set(action.arguments) - known)
+            kind = self._kind(edit, plan, steps)
+            place = names.index(action.operator) if action is not None else -1
+            arguments = () if action is None else action.arguments
+            cost = 0 if edit.gone is not None and steps[edit.gone] is None and action else _COSTS[kind]
+            return len(new), _away(edit.step, shown, len(steps)), cost, -edit.step, place, arguments
+
+        singles = sorted(mender.singles(steps), key=key)
+        told = [self._told(edit, plan, steps) for edit in singles]
+        kinds = {edit.kind for edit in told}
+        blame, blamed = blame_of(told)
+        return Repair(
+            1,
+            1,
+            edits=(told[0],),
+            ties=len(told),
+            kinds=tuple([kind for kind in KINDS if kind in kinds]),
+            blame=blame,
+            blamed=blamed,
+            effort=effort,
+        )
+
+    def _known(self, steps: Plan) -> set[int]:
+        """The objects of an answer and of the goals."""
+        index = self.task.scene.index
+        atoms = [a for goal in self.task.goals for a in walk(goal.formula) if isinstance(a, Atom)]
+        named = [t.name for atom in atoms for t in atom.arguments if isinstance(t, Constant)]
+        found = {index[name] for name in named if name in index}
+        return found | {i for step in steps if step is not None for i in step.arguments}
+
+    def _kind(self, edit: Told, plan: WrittenPlan, steps: Plan) -> EditKind:
+        if edit.action is None:
+            return "delete"
+        if edit.gone is None:
+            return "insert"
+        was = steps[edit.gone]
+        operator = self._notation.operator(plan.steps[edit.gone].action) if was is None else was.operator
+        if operator == edit.action.operator:
+            return "object"
+        if was is None or was.arguments[-1:] != edit.action.arguments[-1:]:
+            return "step"
+        words = zip(operator.split("_"), edit.action.operator.split("_"), strict=False)
+        changed = {pair for pair in words if pair[0] != pair[1]}
+        return "hand" if len(changed) == 1 and changed <= _HANDS else "action"
+
+    def _told(self, edit: Told, plan: WrittenPlan, steps: Plan) -> Edit:
+        """An edit with what it is about as text."""
+        kind = self._kind(edit, plan, steps)
+        action = "" if edit.action is None else action_text(edit.action, self.task.scene)
+        return Edit(kind, edit.step, action, "" if edit.gone is None else self._was(edit.gone, plan, steps))
+
+    def _was(self, number: int, plan: WrittenPlan, steps: Plan) -> str:
+        step = steps[number]
+        if step is not None:
+            return action_text(step, self.task.scene)
+        written = plan.steps[number]
+        return f"{written.action}({', '.join(map(str, written.objects))})"
+
+
+def _away(step: int, shown: int | None, end: int) -> int:
+    """How far an edit is from where the failure showed: there or just before, earlier, or later."""
+    if shown is None or step == shown:
+        return 0
+    return 1 if step < shown or shown == end else 2

@@ -1,0 +1,342 @@
+"""Flips: the changes that may give a condition another truth, and the actions that make them.
+
+Where a condition is not as it should be, one of some changes has to happen before it is: a disjunctive
+landmark (Richter and Westphal 2010) of that one state, found by taking the condition apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple, TypeAlias
+
+import eai.logic.formula as f
+from eai.logic.traversal import free_variables, walk
+from eai.planning.achievers import Achievers, completed
+from eai.planning.effect_schema import (
+    Change,
+    EffectSchema,
+    changed_by,
+    changes_towards,
+    effect_schemas,
+    match,
+)
+from eai.world.derived import meaning, stored_sources
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+from eai.world.frame import AGENT
+from eai.world.reading import Readings, Scope
+from eai.world.relation import bits, mask_of
+from eai.world.state import State
+
+Changes: TypeAlias = frozenset[Change]
+"""Changes of which one has to happen; if there are none, nothing helps."""
+
+_NOTHING: Changes = frozenset()
+_FEW = 4
+"""So few actions that no other part of a condition is looked at for fewer."""
+
+
+class _Behind(NamedTuple):
+    """The causes of what a step does to some changes that are wanted.
+
+    Attributes:
+        changes: those before it one of which may have it do something else.
+        undoes: whether it unmakes one of those that are wanted.
+    """
+
+    changes: Changes
+    undoes: bool
+
+
+class Flips:
+    """The changes and actions that may give conditions another truth, in one episode.
+
+    Args:
+        domain: the domain.
+        initial: a state of the episode, which says what never changes.
+        objects: what actions may be about, by index.
+    """
+
+    def __init__(self, domain: Domain, initial: State, objects: Sequence[int]) -> None:
+        self._domain = domain
+        self._initial = initial
+        self._usable = mask_of(objects)
+        self._achievers = Achievers(domain)
+        self._static = {p.name for p in domain.vocabulary.predicates if p.static}
+        self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self._unread = {o.name: set(changed_by(o)) for o in domain.operators if self._is_unread(o.name)}
+        self._writers: dict[Change, tuple[Action, ...]] = {}
+        self._taking: dict[str, tuple[Action, ...]] = {}
+        self._open: set[tuple[str, tuple[int, ...], bool]] = set()
+        self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
+        for schema in [each for schemas in self._schemas.values() for each in schemas]:
+            self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
+        self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
+        self._depths: dict[int, int] = {}
+        self._readings = Readings(domain.vocabulary)
+        self.holds = self._readings.holds
+
+    def _is_unread(self, name: str) -> bool:
+        """Whether an operator has effects that are left out of its schemas."""
+        return len(changed_by(self._domain.compiled[name].operator)) > len(self._schemas[name])
+
+    def actions(self, changes: Iterable[Change]) -> dict[Action, None]:
+        """The actions that may make one of some changes, in a fixed order."""
+        return dict.fromkeys(
+            action for change in sorted(changes, key=_order) for action in self.making(change)
+        )
+
+    def making(self, change: Change) -> tuple[Action, ...]:
+        """The actions that may make a change, as far as what never changes permits them."""
+        found = self._writers.get(change)
+        if found is None:
+            found = self._writers[change] = tuple(dict.fromkeys(self._making(change)))
+        return found
+
+    def _making(self, change: Change) -> Iterator[Action]:
+        for name, changed in self._unread.items():
+            if change.predicate in changed:
+                yield from self.taking(name)
+        for schema in self._by_effect.get((change.predicate, change.truth), ()):
+            scope = match(schema.atom, change.arguments, self._is_agent)
+            if scope is not None:
+                names = [parameter.name for parameter in schema.operator.parameters]
+                bound = [(place, scope[name]) for place, name in enumerate(names) if name in scope]
+                yield from self._about(schema.operator.name, bound)
+
+    def _about(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
+        """The actions by an operator that have some objects at their places."""
+        if not bound:
+            return self.taking(name)
+        place, thing = bound[0]
+        by_object = self._indices.get((name, place))
+        if by_object is None:
+            by_object = self._indices[name, place] = {}
+            for action in self.taking(name):
+                by_object.setdefault(action.arguments[place], []).append(action)
+        found = by_object.get(thing, [])
+        return [a for a in found if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else found
+
+    def taking(self, name: str) -> tuple[Action, ...]:
+        """The actions by an operator, as far as what never changes permits them."""
+        found = self._taking.get(name)
+        if found is None:
+            actions = [
+                Action(name, achiever.arguments(binding))
+                for achiever in self._achievers.taking([name])
+                for binding in completed(
+                    self._initial, achiever.partial(self._initial.scene, {}, fixed=True), self._usable
+                )
+            ]
+            found = self._taking[name] = tuple(dict.fromkeys(actions))
+        return found
+
+    def may_make(self, action: Action, change: Change) -> bool:
+        """Whether an action may make a change."""
+        if change.predicate in self._unread.get(action.operator, ()):
+            return True
+        schemas = self._schemas[action.operator]
+        return any(self._matches(schema, action, change) is not None for schema in schemas)
+
+    def behind(self, action: Action, state: State, changes: Changes, *, executed: bool) -> _Behind:
+        """The changes that may alter that a step makes none of some changes, or unmakes one.
+
+        Args:
+            action: the step.
+            state: where it is taken.
+            changes: the changes.
+            executed: whether it is executed there, not skipped.
+        """
+        if action.operator in self._unread:
+            return _Behind(frozenset(self._anything()), undoes=executed)
+        found: set[Change] = set()
+        undoes = False
+        for schema, scope, helps in self._touching(action, changes):
+            if helps and not executed:
+                return _Behind(self.skipping(action, state, executed=False), undoes=False)
+            tried = schema.checks if schema.operator.tries else ()
+            parts = [(condition, scope) for condition in (*schema.given, *tried)]
+            closed = [part for part in parts if free_variables(part[0]) <= scope.keys()]
+            fails = any(not self.holds(*part, state) for part in closed)
+            if helps and fails:
+                found |= self._of_parts(closed, state, True, all_needed=True)
+            elif helps or (executed and not fails):
+                found.update(*[self._any(part[0]) for part in parts if part not in closed])
+                undoes = undoes or not helps
+                if not helps:
+                    found |= self._of_parts(closed, state, False, all_needed=False)
+        if undoes:
+            found |= self.skipping(action, state, executed=True)
+        return _Behind(frozenset(found), undoes)
+
+    def _touching(
+        self, action: Action, changes: Changes
+    ) -> Iterator[tuple[EffectSchema, dict[str, int], bool]]:
+        """The effects of an action that may make one of some changes, or its opposite."""
+        for schema in self._schemas[action.operator]:
+            for change in changes:
+                if change.predicate == schema.atom.predicate:
+                    scope = self._matches(schema, action, change._replace(truth=schema.adds))
+                    if scope is not None:
+                        yield schema, scope, schema.adds == change.truth
+
+    def skipping(self, action: Action, state: State, *, executed: bool) -> Changes:
+        """The changes one of which has a step skipped that is executed, or the other way round."""
+        operator = self._domain.compiled[action.operator].operator
+        scope = {p.name: i for p, i in zip(operator.parameters, action.arguments, strict=True)}
+        checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
+        wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
+        return self._of_parts(wrong, state, not executed, all_needed=False)
+
+    def _anything(self) -> Iterator[Change]:
+        for predicate in self._domain.vocabulary.predicates:
+            if not predicate.static:
+                yield from (
+                    Change(predicate.name, (None,) * predicate.arity, truth) for truth in (True, False)
+                )
+
+    def _matches(self, schema: EffectSchema, action: Action, change: Change) -> dict[str, int] | None:
+        """The objects of a schema's variables where it is that of an action and makes a change."""
+        if schema.adds != change.truth or schema.atom.predicate != change.predicate:
+            return None
+        known = dict(zip(schema.variables, action.arguments, strict=False))
+        return match(schema.atom, change.arguments, self._is_agent, known)
+
+    def _is_agent(self, constant: f.Constant, index: int) -> bool:
+        return constant == AGENT and index == self._initial.scene.agent
+
+    def of(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> Changes:
+        """The changes one of which has to happen before a condition has a truth that it has not."""
+        match formula:
+            case f.Not(operand):
+                return self.of(operand, scope, state, truth=not truth)
+            case f.Implies(premise, conclusion):
+                return self.of(f.Or((f.Not(premise), conclusion)), scope, state, truth=truth)
+            case f.And(operands) | f.Or(operands):
+                parts = [(operand, scope) for operand in operands]
+                return self._of_parts(parts, state, truth, all_needed=isinstance(formula, f.And) == truth)
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                if isinstance(formula, f.Exists) == truth:
+                    return self._of_any_instance(variable, body, scope, state, truth)
+                values = self._offending(variable, body, scope, state, truth)
+                instances = [(body, {**scope, variable.name: value}) for value in values]
+                return self._of_parts(instances, state, truth, all_needed=True)
+            case f.Atom():
+                return self._of_atom(formula, scope, state, truth)
+            case f.Equals():
+                return _NOTHING
+            case _:
+                return frozenset(self._any(formula))
+
+    def _of_parts(
+        self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
+    ) -> Changes:
+        """Of a condition that is made of others: of one that is needed and fails, or else of any of them."""
+        if not all_needed:
+            return frozenset().union(*[self.of(part, scope, state, truth=truth) for part, scope in parts])
+        best: Changes = _NOTHING
+        least = float("inf")
+        for part, scope in parts:
+            if self.holds(part, scope, state) != truth:
+                found = self.of(part, scope, state, truth=truth)
+                number = sum([len(self.making(change)) for change in found])
+                if number < least:
+                    best, least = found, number
+                if least <= _FEW:
+                    break
+        return best
+
+    def _offending(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
+    ) -> Iterator[int]:
+        """The values of a quantified variable for which the body has another truth."""
+        holding = mask_of(self._readings.witnesses(variable, body, scope, state))
+        return bits(state.scene.category(variable.category) & ~holding if truth else holding)
+
+    def _of_any_instance(
+        self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
+    ) -> Changes:
+        """Of a body for whatever value of its variable: of the part that fails for it."""
+        left = state.scene.category(variable.category)
+        found: set[Change] = set()
+        for part, wanted in sorted(_conjuncts(body, truth), key=self._depth):
+            holding = mask_of(self._readings.witnesses(variable, part, scope, state))
+            holding = holding if wanted else ~holding
+            values = list(bits(left & ~holding))
+            left &= holding
+            if len(values) > _FEW:
+                found.update(self._patterns(part, {**scope, variable.name: None}, wanted))
+            else:
+                for value in values:
+                    found |= self.of(part, {**scope, variable.name: value}, state, truth=wanted)
+        return frozenset(found)
+
+    def _depth(self, part: tuple[f.Formula, bool]) -> int:
+        """How much a condition reads, which makes what is known of it less."""
+        found = self._depths.get(id(part[0]))
+        if found is None:
+            names = stored_sources(
+                [each.predicate for each in walk(part[0]) if isinstance(each, f.Atom)],
+                self._domain.vocabulary,
+            )
+            found = sum(name not in self._static for name in names)
+            self._depths[id(part[0])] = found
+        return found
+
+    def _patterns(self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool) -> Iterator[Change]:
+        """The changes that may help a condition on any objects in the place of None."""
+        agent = self._initial.scene.agent
+        for change in changes_towards(
+            formula, scope, truth, self._domain.vocabulary, -1 if agent is None else agent
+        ):
+            if change.predicate not in self._static:
+                yield change
+
+    def _of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> Changes:
+        name = atom.predicate
+        derived = self._domain.vocabulary.derived_by_name.get(name)
+        arguments = tuple([self._object(term, scope, state) for term in atom.arguments])
+        if derived is None:
+            return _NOTHING if name in self._static else frozenset((Change(name, arguments, truth),))
+        defined = meaning(derived)
+        if defined is None:
+            return frozenset(self._any(atom))
+        key = (name, arguments, truth)
+        if key in self._open:  # nothing is so because it is so, but it may cease to be so with itself
+            return _NOTHING if truth else frozenset(self._any(atom))
+        self._open.add(key)
+        inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
+        found = self.of(defined.definition, inner, state, truth=truth)
+        self._open.discard(key)
+        return found
+
+    def _object(self, term: f.Term, scope: Scope, state: State) -> int:
+        if isinstance(term, f.Variable):
+            return scope[term.name]
+        scene = state.scene
+        return scene.agent if term == AGENT and scene.agent is not None else scene.index[term.name]
+
+    def _any(self, formula: f.Formula) -> Iterator[Change]:
+        """All changes of what a condition reads."""
+        vocabulary = self._domain.vocabulary
+        names = [part.predicate for part in walk(formula) if isinstance(part, f.Atom)]
+        for name in stored_sources(names, vocabulary):
+            if name not in self._static:
+                anything = (None,) * (vocabulary.arity(name) or 0)
+                yield from (Change(name, anything, truth) for truth in (True, False))
+
+
+def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
+    """The parts of a condition all of which must have a truth for it to have its own."""
+    match formula:
+        case f.Not(operand):
+            return _conjuncts(operand, not truth)
+        case f.And(operands) | f.Or(operands) if isinstance(formula, f.And) == truth:
+            return [part for operand in operands for part in _conjuncts(operand, truth)]
+        case _:
+            return [(formula, truth)]
+
+
+def _order(change: Change) -> tuple[str, tuple[int, ...], bool]:
+    return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

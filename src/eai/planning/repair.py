@@ -1,0 +1,651 @@
+"""Repair: the fewest edits that make a plan succeed.
+
+An edit inserts a step, deletes one, or replaces one. What a plan breaks at, a step that is impossible or a
+goal that it misses, is its conflict: some edit of every repair helps it, by a change without which it stays
+(`eai.planning.flips`). So a search over edited plans, those with fewest edits first, that tries at each no
+other edits finds all repairs with fewest edits. Effort is counted and never timed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import groupby
+from typing import NamedTuple, TypeAlias
+
+from eai.logic.formula import Formula, Not, Or
+from eai.planning.effect_schema import Change
+from eai.planning.flips import Changes, Flips, _Behind
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import Effort, Limits, OpenList, SearchEnd
+from eai.planning.subgoal import Subgoal, conjuncts
+from eai.planning.successor_generator import applicable_actions
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+from eai.world.operator import Check
+from eai.world.state import State
+
+Plan: TypeAlias = Sequence["Action | None"]
+"""The steps of a plan as they are written; None is one that means nothing."""
+
+_EXACT, _WEIGHT = 0.75, 3
+"""The part of the effort that is spent on fewest edits, and the weight of the search that spends the rest."""
+
+_STATES = 300
+"""The states that a planner may reach that finishes a plan."""
+
+_FATAL = -1
+"""The number of the state after a step that cannot be carried out."""
+
+
+class _Entry(NamedTuple):
+    """An entry of an edited plan.
+
+    Attributes:
+        step: the number of the step of the plan that stands or stood here; -1 of an inserted one.
+        action: what is done here; None where a step was deleted.
+    """
+
+    step: int
+    action: Action | None
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether it is a step as it was."""
+        return self.step >= 0 and self.action is not None
+
+
+Edited: TypeAlias = tuple[_Entry, ...]
+
+
+class _Course(NamedTuple):
+    """The course of an edited plan up to its conflict.
+
+    Attributes:
+        states: the number of the state before each entry that was reached, and of the last one.
+        taken: how many action goals were taken before each.
+    """
+
+    states: tuple[int, ...]
+    taken: tuple[int, ...]
+
+
+class Mender:
+    """Mends plans for one task; the states that they pass through are worked out once.
+
+    Args:
+        domain: the world.
+        initial: where plans begin.
+        goal: what they are to achieve.
+        objects: what inserted steps may be about, by index.
+    """
+
+    def __init__(self, domain: Domain, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
+        self.domain = domain
+        self.initial = initial
+        self.goal = goal
+        self.objects = objects
+        self.states = [initial]
+        self.flips = Flips(domain, initial, objects)
+        self._numbers = {initial: 0}
+        self._after: dict[tuple[int, Action], tuple[int, bool]] = {}
+        self._missed: dict[int, tuple[Subgoal, ...]] = {}
+        goals = [Subgoal(condition, {}, True) for condition in goal.conditions]
+        self._goals = [part for each in goals for part in conjuncts(each, initial.scene)]
+
+    def mend(self, plan: Plan, effort: Effort, planner: Planner) -> _Mended:
+        """The fewest edits that make a plan succeed, or bounds on their number.
+
+        Args:
+            plan: the plan.
+            effort: what may be spent, about: steps taken, be their outcome known before or not.
+            planner: finds a way on from where the plan leads, which bounds the number from above.
+        """
+        search = _Search(self, plan)
+        exact = search.run(Effort(effort.limit * _EXACT))
+        effort.used += exact.effort
+        found = [] if exact.repair is None else [exact.repair]
+        if exact.repair is None:
+            other = search.run(Effort(effort.limit * (1 - _EXACT)), _WEIGHT)
+            effort.used += other.effort
+            rest = self._finished(plan, planner)
+            found = [each for each in (other.repair, *rest) if each is not None]
+        best = min(found, key=lambda each: cost(each).edits, default=None)
+        return _Mended(exact.at_least, None if best is None else told(best))
+
+    def _finished(self, plan: Plan, planner: Planner) -> Iterator[Edited]:
+        """Plans that a planner finds: from where the steps that do not fail lead, and from the start."""
+        number, taken = 0, 0
+        kept: list[Action] = []
+        for action in plan:
+            after, executed = (_FATAL, False) if action is None else self.after(number, action)
+            if action is not None and after != _FATAL:
+                kept.append(action)
+                number, taken = after, self.takes(taken, action) if executed else taken
+        for state, met, begun in ((number, taken, kept), (0, 0, [])):
+            goal = PlanningGoal(self.goal.conditions, self.goal.actions[met:])
+            way = planner.plan(self.states[state], goal, self.objects, Limits(_STATES))
+            if way.end is SearchEnd.SOLVED:
+                yield normal(_aligned(plan, (*begun, *way.plan)))
+
+    def singles(self, plan: Plan) -> Iterator[Told]:
+        """All single edits that make a plan succeed."""
+        entries = tuple([_Entry(i, action) for i, action in enumerate(plan)])
+        course = self.course(entries, _Course((0,), (0,)), 0, Effort())
+        names = {name for names in self.goal.actions for name in names}
+        operators = [o for o in self.domain.operators if o.effects or o.tries or o.name in names]
+        first = next((i for i, action in enumerate(plan) if action is None), len(plan))
+        for i, number in enumerate(course.states[: first + 1]):
+            rests = [(i, None)] if i == len(plan) else [(i, None), (i + 1, i)]
+            if i < len(plan) and self._wins(number, course.taken[i], entries[i + 1 :]):
+                yield Told(i, i, None)
+            for operator in operators:
+                for action in applicable_actions(self.domain, operator, self.states[number], self.objects):
+                    after, executed = self.after(number, action)
+                    taken = self.takes(course.taken[i], action) if executed else course.taken[i]
+                    for start, gone in rests:
+                        if (gone is None or action != plan[gone]) and self._wins(
+                            after, taken, entries[start:]
+                        ):
+                            yield Told(i, gone, action)
+
+    def _wins(self, number: int, taken: int, rest: Edited) -> bool:
+        """Whether the rest of a plan succeeds from a state."""
+        if any(entry.action is None for entry in rest):
+            return False
+        course = self.course(rest, _Course((number,), (taken,)), 0, Effort())
+        return self.succeeds(rest, course)
+
+    def after(self, number: int, action: Action) -> tuple[int, bool]:
+        """The state after a step, `_FATAL` if it is impossible, and whether it is executed, not skipped."""
+        found = self._after.get((number, action))
+        if found is None:
+            found = self._after[number, action] = self._try(number, action)
+        return found
+
+    def _try(self, number: int, action: Action) -> tuple[int, bool]:
+        state, operator = self.states[number], self.domain.compiled[action.operator]
+        binding = operator.bind(state, action.arguments)
+        if operator.is_possible(state, binding):
+            after = operator.apply(state, binding)
+            found = self._numbers.setdefault(after, len(self.states))
+            if found == len(self.states):
+                self.states.append(after)
+            return found, True
+        kinds = {failure.check.check.fault for failure in operator.failures(state, binding)}
+        kind = min(kinds, key=self.domain.precedence.index)
+        return (number, False) if kind is FaultKind.ADDITIONAL_STEP else (_FATAL, False)
+
+    def takes(self, taken: int, action: Action) -> int:
+        """How many action goals are taken after a step that is executed."""
+        wanted = self.goal.actions
+        return taken + (taken < len(wanted) and action.operator in wanted[taken])
+
+    def missed(self, number: int) -> tuple[Subgoal, ...]:
+        """The goals about the end that do not hold in a state."""
+        found = self._missed.get(number)
+        if found is None:
+            state, holds = self.states[number], self.flips.holds
+            lacking = [g for g in self._goals if holds(g.formula, g.scope, state) != g.truth]
+            found = self._missed[number] = tuple(lacking)
+        return found
+
+    def course(self, plan: Edited, begin: _Course, at: int, effort: Effort) -> _Course:
+        """The course of a plan that is as one whose course is known before an entry.
+
+        Args:
+            plan: the plan.
+            begin: the course of the other plan.
+            at: up to which entry both are the same, and can be carried out.
+            effort: counts the steps.
+        """
+        states, taken = list(begin.states[: at + 1]), list(begin.taken[: at + 1])
+        for _, action in plan[at:]:
+            number, met = states[-1], taken[-1]
+            if action is not None:
+                effort.used += 1
+                number, executed = self.after(number, action)
+                if number == _FATAL:
+                    break
+                met = self.takes(met, action) if executed else met
+            states.append(number)
+            taken.append(met)
+        return _Course(tuple(states), tuple(taken))
+
+    def needed(self, plan: Edited) -> list[frozenset[Action]]:
+        """Sets of actions of each of which every repair of a plan inserts one; no two have one in common.
+
+        They are those that reach a goal which does not hold at the start, and which no step can reach.
+        """
+        state, of = self.initial, self.flips.of
+        steps = [entry.action for entry in plan if entry.action is not None]
+        sets: list[frozenset[Action]] = []
+        for goal in self.missed(0):
+            changes = of(goal.formula, goal.scope, state, truth=goal.truth)
+            if not any(self.flips.may_make(step, change) for step in steps for change in changes):
+                sets.append(frozenset(self.flips.actions(changes)))
+        untaken = [names for names in self.goal.actions if not any(step.operator in names for step in steps)]
+        sets += [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
+        found: list[frozenset[Action]] = []
+        for each in sorted(sets, key=len):
+            if not any(each & other for other in found):
+                found.append(each)
+        return found
+
+    def lacks(self, plan: Edited, course: _Course, effort: Effort) -> int:
+        """How many steps fail and goals are missed where steps that fail are passed over."""
+        number, taken, failed = course.states[-1], course.taken[-1], 0
+        for _, action in plan[len(course.states) - 1 :]:
+            if action is not None:
+                effort.used += 1
+                after, executed = self.after(number, action)
+                failed += after == _FATAL
+                number = number if after == _FATAL else after
+                taken = self.takes(taken, action) if executed else taken
+        return failed + len(self.missed(number)) + len(self.goal.actions) - taken
+
+    def succeeds(self, plan: Edited, course: _Course) -> bool:
+        """Whether a plan with this course succeeds."""
+        all_tried = len(course.states) > len(plan)
+        return all_tried and course.taken[-1] == len(self.goal.actions) and not self.missed(course.states[-1])
+
+
+class _Edit(NamedTuple):
+    """An edit of an edited plan: an action is put before the entry with this number, or that is deleted."""
+
+    place: int
+    action: Action | None
+
+
+class _Conflicts:
+    """The conflicts of edited plans, and the edits that may help them.
+
+    Args:
+        mender: that of the task.
+    """
+
+    def __init__(self, mender: Mender) -> None:
+        self._world = mender
+        self._flips = mender.flips
+        self._fatal: dict[tuple[int, Action], Changes] = {}
+        self._lacking: dict[int, list[Changes]] = {}
+
+    def edits(self, plan: Edited, course: _Course) -> list[_Edit]:
+        """The edits one of which every repair of a plan has, as far as those of others are none of it."""
+        at = len(course.states) - 1
+        if at < len(plan) and (action := plan[at].action) is not None:
+            own = [_Edit(at, None)] if plan[at].is_kept else []
+            return own + self._helping(plan, course, self._unblocking(course.states[at], action), frozenset())
+        choices = [self._helping(plan, course, c, frozenset()) for c in self._reaching(course.states[at])]
+        if course.taken[at] < len(self._world.goal.actions):
+            names = [n for names in self._world.goal.actions[: course.taken[at] + 1] for n in names]
+            choices.append(self._helping(plan, course, frozenset(), frozenset(names)))
+        return min(choices, key=len)
+
+    def _unblocking(self, number: int, action: Action) -> Changes:
+        """The changes one of which makes a fatal step possible, or one to be skipped."""
+        found = self._fatal.get((number, action))
+        if found is None:
+            found = self._fatal[number, action] = self._find_unblocking(number, action)
+        return found
+
+    def _find_unblocking(self, number: int, action: Action) -> Changes:
+        state, operator = self._world.states[number], self._world.domain.compiled[action.operator].operator
+        scope = {p.name: i for p, i in zip(operator.parameters, action.arguments, strict=True)}
+        found: set[Change] = set()
+        for check in operator.checks:
+            holds = self._flips.holds(check.condition, scope, state)
+            if not holds:
+                found |= self._flips.of(_left(check, operator.checks), scope, state, truth=True)
+                return frozenset(found)
+            if check.fault is FaultKind.ADDITIONAL_STEP:
+                found |= self._flips.of(check.condition, scope, state, truth=False)
+        for each in operator.tries:
+            for condition in (each.condition, *[check.condition for check in each.checks]):
+                holds = self._flips.holds(condition, scope, state)
+                if not holds or condition is each.condition:
+                    found |= self._flips.of(condition, scope, state, truth=not holds)
+        return frozenset(found)
+
+    def _reaching(self, number: int) -> list[Changes]:
+        """For each goal that is missed in a state the changes one of which reaches it."""
+        found = self._lacking.get(number)
+        if found is None:
+            state, of = self._world.states[number], self._flips.of
+            found = [of(g.formula, g.scope, state, truth=g.truth) for g in self._world.missed(number)]
+            self._lacking[number] = found
+        return found
+
+    def _helping(self, plan: Edited, course: _Course, changes: Changes, names: frozenset[str]) -> list[_Edit]:
+        """The edits before the conflict that may make one of some changes, or take one of some operators."""
+        found: list[_Edit] = []
+        actions = {
+            **self._flips.actions(changes),
+            **{a: None for n in sorted(names) for a in self._flips.taking(n)},
+        }
+        for place in range(len(course.states) - 1, -1, -1):
+            found += [_Edit(place, action) for action in actions]
+            if place == 0:
+                break
+            entry = plan[place - 1]
+            if entry.action is None:
+                continue
+            behind = self._behind(course.states[place - 1], entry.action, changes, names)
+            if entry.is_kept and behind.undoes:
+                found.append(_Edit(place - 1, None))
+            if not behind.changes <= changes:
+                actions |= self._flips.actions(behind.changes - changes)
+                changes |= behind.changes
+        return found
+
+    def _behind(self, number: int, action: Action, changes: Changes, names: frozenset[str]) -> _Behind:
+        """The changes before a step that may alter what it does to those that help."""
+        executed = self._world.after(number, action)[1]
+        found = self._flips.behind(action, self._world.states[number], changes, executed=executed)
+        if action.operator in names and not executed:
+            skipping = self._flips.skipping(action, self._world.states[number], executed=False)
+            return found._replace(changes=found.changes | skipping)
+        return found
+
+
+@cache
+def _left(check: Check, checks: tuple[Check, ...]) -> Formula:
+    """A check without the alternatives that the other checks of the operator deny."""
+    condition = check.condition
+    required = [each.condition for each in checks if each is not check]
+    denied = [each.operand for each in required if isinstance(each, Not)]
+    if not isinstance(condition, Or):
+        return condition
+    return Or(
+        tuple([part for part in condition.operands if part not in denied and Not(part) not in required])
+    )
+
+
+def _aligned(plan: Plan, other: Sequence[Action]) -> Edited:
+    """Another plan as an edited one, with fewest edits (Levenshtein 1966)."""
+    rows = [[*range(len(other) + 1)]]
+    for i, step in enumerate(plan, 1):
+        row = [i]
+        for j, action in enumerate(other):
+            row.append(min(rows[-1][j] + (step != action), rows[-1][j + 1] + 1, row[j] + 1))
+        rows.append(row)
+    found: list[_Entry] = []
+    i, j = len(plan), len(other)
+    while i or j:
+        if i and j and plan[i - 1] == other[j - 1] and rows[i][j] == rows[i - 1][j - 1]:
+            i, j = i - 1, j - 1
+            found.append(_Entry(i, other[j]))
+            continue
+        paired = i and j and rows[i][j] == rows[i - 1][j - 1] + 1
+        if i and (paired or rows[i][j] == rows[i - 1][j] + 1):
+            i -= 1
+            found.append(_Entry(i, None))
+        if j and (paired or found[-1:] != [_Entry(i, None)]):
+            j -= 1
+            found.append(_Entry(-1, other[j]))
+    return tuple(reversed(found))
+
+
+class _Cost(NamedTuple):
+    """The number of edits in an edited plan, and how many of them only delete or only insert a step."""
+
+    edits: int
+    deletions: int
+    insertions: int
+
+
+def cost(plan: Edited) -> _Cost:
+    """The cost of an edited plan: a deleted and an inserted step between two kept ones are one edit."""
+    edits = deletions = insertions = deleted = inserted = 0
+    for step, action in (*plan, _END):
+        if step < 0:
+            inserted += 1
+        elif action is None:
+            deleted += 1
+        elif deleted or inserted:
+            edits += max(deleted, inserted)
+            deletions += max(0, deleted - inserted)
+            insertions += max(0, inserted - deleted)
+            deleted = inserted = 0
+    return _Cost(edits, deletions, insertions)
+
+
+def _replaceable(plan: Edited) -> Iterator[int]:
+    """The kept steps that are deleted for nothing, as one more is inserted before each than is deleted."""
+    surplus = 0
+    for place, entry in enumerate(plan):
+        if entry.is_kept and surplus > 0:
+            yield place
+        surplus = 0 if entry.is_kept else surplus + (1 if entry.step < 0 else -1)
+
+
+_END = _Entry(0, Action("", ()))
+"""Stands for a step that is kept."""
+
+
+class _Outcome(NamedTuple):
+    """The outcome of a search: how many edits every repair has, one that was found, and the effort."""
+
+    at_least: int
+    repair: Edited | None
+    effort: int
+
+
+class _Told(NamedTuple):
+    """An edit of a plan as it is told.
+
+    Attributes:
+        step: the step before which an action is put, from 0.
+        gone: the step that is deleted or replaced, likewise; None if none is.
+        action: what is put there; None if nothing is.
+    """
+
+    step: int
+    gone: int | None
+    action: Action | None
+
+
+class _Mended(NamedTuple):
+    """How far a plan is from one that succeeds.
+
+    Attributes:
+        at_least: every repair has so many edits.
+        edits: those of a repair with fewest edits of those that were found; None if none was.
+    """
+
+    at_least: int
+    edits: tuple[_Told, ...] | None
+
+
+Told: TypeAlias = _Told
+
+
+def told(plan: Edited) -> tuple[Told, ...]:
+    """The edits in an edited plan; of what is deleted and inserted between kept steps the first are pairs."""
+    found: list[Told] = []
+    inserted: list[Action | None] = []
+    gone: list[int] = []
+    for step, action in (*plan, _Entry(max((entry.step for entry in plan), default=-1) + 1, _END.action)):
+        if step < 0:
+            inserted.append(action)
+        elif action is None:
+            gone.append(step)
+        else:
+            pairs = min(len(inserted), len(gone))
+            found += [Told(g, g, a) for g, a in zip(gone, inserted, strict=False)]
+            found += [Told(g, g, None) for g in gone[pairs:]] + [
+                Told(step, None, a) for a in inserted[pairs:]
+            ]
+            inserted, gone = [], []
+    return tuple(found)
+
+
+def normal(plan: Edited) -> Edited:
+    """The same edits with all steps that are inserted between two kept ones before those that are deleted."""
+    found: list[_Entry] = []
+    for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
+        own = [*entries]
+        found += own if is_kept else sorted(own, key=lambda entry: entry.step >= 0)
+    return tuple(found)
+
+
+def edited(plan: Edited, edit: _Edit) -> Edited:
+    """A plan after one more edit."""
+    place, action = edit
+    if action is None:
+        return (*plan[:place], plan[place]._replace(action=None), *plan[place + 1 :])
+    return (*plan[:place], _Entry(-1, action), *plan[place:])
+
+
+class _Node(NamedTuple):
+    """An edited plan that is to be looked at.
+
+    Attributes:
+        plan: the plan.
+        course: its course, or of the plan before its last edit that is the same up to ``at``.
+        at: from which entry on the course is not known; -1 where all of it is.
+        lacks: how many steps fail and goals are missed, in the plan before the last edit if ``at`` says so.
+        cost: the cost of the plan.
+        needed: the sets of actions of which it has inserted none, of those of which every repair has one.
+        fails: whether it is known not to succeed.
+    """
+
+    plan: Edited
+    course: _Course
+    at: int
+    lacks: int
+    cost: _Cost
+    needed: tuple[frozenset[Action], ...]
+    fails: bool = False
+
+    @property
+    def at_least(self) -> int:
+        """How many edits all repairs have that have those of the plan."""
+        return self.cost.edits + max(0, max(len(self.needed), self.fails) - self.cost.deletions)
+
+
+class _Queue:
+    """The edited plans that are to be looked at, each once before and once after it is carried out.
+
+    Args:
+        effort: counts them.
+        weight: how much it counts that a plan seems to lack a step, beside an edit that it has.
+    """
+
+    def __init__(self, effort: Effort, weight: int) -> None:
+        self.effort = effort
+        self._weight = weight
+        self._waiting: OpenList[_Node] = OpenList()
+        self._seen: set[tuple[Edited, bool]] = set()
+
+    def push(self, node: _Node) -> None:
+        """Put a plan where its rank says, if it is new; the last of equals comes first."""
+        if (node.plan, node.at < 0) not in self._seen:
+            self._seen.add((node.plan, node.at < 0))
+            self.effort.used += 1
+            rank = node.at_least + self._weight * node.lacks
+            self._waiting.push(node, rank, node.lacks, -self.effort.used)
+
+    def pop(self) -> _Node | None:
+        """Take the plan that comes next."""
+        return self._waiting.pop()
+
+
+class _Search:
+    """The search for the repairs of one plan.
+
+    Args:
+        mender: that of the task.
+        plan: the plan.
+    """
+
+    def __init__(self, mender: Mender, plan: Plan) -> None:
+        self._world = mender
+        self._conflicts = _Conflicts(mender)
+        self.plan = tuple([_Entry(i, action) for i, action in enumerate(plan)])
+        self._needed = mender.needed(self.plan)
+
+    def run(self, effort: Effort, weight: int = 0) -> _Outcome:
+        """Search best first.
+
+        Args:
+            effort: what may be spent.
+            weight: how much it counts that a plan seems to lack a step, beside an edit that it has; with any
+                the repair that is found need not have fewest edits.
+        """
+        queue = _Queue(effort, weight)
+        queue.push(_Node(self.plan, _Course((0,), (0,)), 0, 0, cost(self.plan), tuple(self._needed)))
+        least = 0
+        while (node := queue.pop()) is not None:
+            least = max(least, node.at_least)
+            if effort.is_used_up:
+                break
+            if node.at < 0:
+                self._expand(node, queue)
+            elif self._carry_out(node, queue):
+                return _Outcome(least, node.plan, effort.used)
+        return _Outcome(least, None, effort.used)
+
+    def _carry_out(self, node: _Node, queue: _Queue) -> bool:
+        """Whether a plan succeeds; else it is to be gone on with, and so is what takes no edit more."""
+        course = self._world.course(node.plan, node.course, node.at, queue.effort)
+        if self._world.succeeds(node.plan, course):
+            return True
+        lacks = self._world.lacks(node.plan, course, queue.effort)
+        queue.push(node._replace(course=course, at=-1, lacks=lacks, fails=True))
+        for place in _replaceable(node.plan):
+            if place < len(course.states):
+                queue.push(_child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
+        return False
+
+    def _expand(self, node: _Node, queue: _Queue) -> None:
+        queue.effort.used += _CONFLICT
+        for edit in self._conflicts.edits(node.plan, node.course):
+            queue.push(_child(node, edit)._replace(fails=self._is_idle(node, edit)))
+
+    def _is_idle(self, node: _Node, edit: _Edit) -> bool:
+        """Whether an inserted step cannot be carried out where it stands, or changes nothing there."""
+        place, action = edit
+        if action is None or node.cost.insertions:
+            return False
+        course = node.course
+        before, taken = course.states[place], course.taken[place]
+        after, executed = self._world.after(before, action)
+        return after == _FATAL or (
+            after == before and not (executed and self._world.takes(taken, action) > taken)
+        )
+
+
+_CONFLICT = 20
+"""The effort of taking a conflict apart, beside that of a step."""
+
+
+def _child(node: _Node, edit: _Edit) -> _Node:
+    """A plan after one more edit, to be carried out."""
+    child, (edits, deletions, insertions) = edited(node.plan, edit), node.cost
+    at = min(edit.place, len(node.course.states) - 1)
+    action, needed = edit.action, node.needed
+    if action is not None and any(action in actions for actions in needed):
+        needed = tuple([actions for actions in needed if action not in actions])
+    if _stands_alone(node.plan, edit):
+        return _Node(
+            child,
+            node.course,
+            at,
+            node.lacks,
+            _Cost(edits + 1, deletions + (action is None), insertions + (action is not None)),
+            needed,
+        )
+    child = normal(child)
+    same = zip(child, node.plan, strict=False)
+    at = min(at, next((i for i, (a, b) in enumerate(same) if a != b), at))
+    return _Node(child, node.course, at, node.lacks, cost(child), needed)
+
+
+def _stands_alone(plan: Edited, edit: _Edit) -> bool:
+    """Whether no entry next to an edit is an edit."""
+    place, action = edit
+    last = place - 1
+    after = place if action is not None else place + 1
+    return (last < 0 or plan[last].is_kept) and (after >= len(plan) or plan[after].is_kept)

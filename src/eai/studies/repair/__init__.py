@@ -1,0 +1,1 @@
+"""How far failed answers are from right ones, and what mends them."""

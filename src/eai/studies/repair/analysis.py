@@ -1,0 +1,128 @@
+"""How many edits failed answers are from right ones, of which kinds, and where."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from statistics import median
+
+from eai.abilities.record import Record
+from eai.abilities.repair import Repair
+from eai.abilities.verdict import of_all
+from eai.results.breakdown import outcome
+from eai.results.certainty import Case
+from eai.results.lines import MODEL, SUITE
+from eai.results.table import Cell, Estimate, Table
+from eai.scoring.runs import Run, RunKey
+
+_FAR = 5
+"""Distances from here on are counted together."""
+
+_COLUMNS = ("failed", "unknown", "exact", "within_2", "one_edit", "1", "2", "3", "4", "5+", "ties")
+
+
+def repair_tables(runs: Iterable[Run]) -> list[Table]:
+    """The tables of the analysis, of the records that have a repair."""
+    mended = [(run.key, found) for run in runs if (found := list(_mended(run)))]
+    mended.sort(key=lambda each: each[0].order)
+    return [_distances(mended), _kinds(mended), _causes(mended)]
+
+
+def _mended(run: Run) -> Iterator[tuple[Record, Repair]]:
+    """The failed answers of a run of which a repair is told, each with it."""
+    for record in run.records:
+        repair = record.verdict.repair
+        if repair is not None and repair.at_most != 0:
+            yield record, repair
+
+
+_Mended = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
+
+
+def _suite(key: RunKey) -> tuple[str, str, str, str]:
+    return key.protocol.value, key.domain, key.ability.value, key.name
+
+
+def _share(found: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
+    """The share of answers that count."""
+    names = [r.task_id if r.task is None else r.task.name for r, _ in found]
+    cases = zip(found, names, counted, strict=True)
+    return Estimate.of([Case(record.task_id, name, of_all(counts)) for (record, _), name, counts in cases])
+
+
+def _distances(mended: _Mended) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for key, answers in mended:
+        found = [(record, repair) for record, repair in answers if repair.why_null is None]
+        if not found:
+            continue
+        times = Counter(min(r.distance, _FAR) for _, r in found if r.distance is not None)
+        near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in found]
+        ties = [r.ties for _, r in found if r.ties is not None]
+        rows.append(
+            (
+                *_suite(key),
+                len(found),
+                len(answers) - len(found),
+                _share(found, [r.distance is not None for _, r in found]),
+                _share(found, near),
+                _share(found, [r.distance == 1 for _, r in found]),
+                *(times[distance] for distance in range(1, _FAR + 1)),
+                median(ties) if ties else None,
+            )
+        )
+    return Table(
+        "distances",
+        "How far failed answers are from right ones",
+        "Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. "
+        "unknown: those of which nothing is known, unreadable ones above all; exact: those whose number is "
+        "known, within_2: whose bounds differ by two at most, one_edit: that one edit mends, in percent of "
+        "the others. ties: of those, how many single edits do, in the median.",
+        (*SUITE, MODEL, *_COLUMNS),
+        tuple(rows),
+    )
+
+
+def _kinds(mended: _Mended) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for key, answers in mended:
+        near = [(record, repair) for record, repair in answers if repair.kinds]
+        for error in sorted({outcome(record).value for record, _ in near}):
+            of_error = [(r, repair) for r, repair in near if outcome(r).value == error]
+            sets = [" or ".join(repair.kinds) for _, repair in of_error]
+            for kinds, number in sorted(Counter(sets).items(), key=lambda each: (-each[1], each[0])):
+                rows.append(
+                    (*_suite(key), error, kinds, number, _share(of_error, [s == kinds for s in sets]))
+                )
+    return Table(
+        "kinds",
+        "Which kinds of edits suffice",
+        "Answers that one edit mends, by what they came to: the set of the kinds of all single edits that "
+        "make them right, in percent of those that came to the same.",
+        (*SUITE, MODEL, "outcome", "kinds", "answers", "share"),
+        tuple(rows),
+        shown=20,
+    )
+
+
+def _causes(mended: _Mended) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for key, answers in mended:
+        near = [(record, repair) for record, repair in answers if repair.blame is not None]
+        blamed = [(record, repair) for record, repair in near if repair.blame == "step"]
+        shown = [(record.verdict.error, repair.blamed) for record, repair in blamed]
+        steps = [(error and error.step, step) for error, step in shown]
+        early = [at is not None and step is not None and step < at for at, step in steps]
+        times = Counter(repair.blame for _, repair in near)
+        if near:
+            counts = [times[blame] for blame in ("step", "interval", "several")]
+            rows.append((*_suite(key), len(near), *counts, _share(blamed, early)))
+    return Table(
+        "causes",
+        "Where the cause lies",
+        "Answers that one edit mends, by what all such edits have in common: a step, an inserted action "
+        "(interval), or nothing. earlier: where it is a step, those whose step is before the one that "
+        "failed, in percent.",
+        (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"),
+        tuple(rows),
+    )

@@ -1,0 +1,154 @@
+"""Repairs: fewest edits, held against all edited plans there are in small cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cache
+from random import Random
+
+import pytest
+
+import eai
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.planning import planning_goal
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.abilities.verdict import Unreadable
+from eai.planning.planner import Planner
+from eai.planning.repair import Mender, Plan, Told
+from eai.planning.search import Effort
+from eai.planning.successor_generator import applicable_actions
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+from suites import answer_book
+from sweeps import examples
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+FAR = 3
+"""The distance from which on all are alike to brute force."""
+
+
+@cache
+def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
+    """Plans of few steps that succeed, each with the scorer of its task."""
+    suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
+    found = []
+    for task_id in suite.task_ids:
+        scorer, gold = suite.scorer(task_id), book.gold(task_id)
+        text = gold.join(gold.parts)
+        if not isinstance(scorer, ActionSequencing) or len(gold.parts) > 6:
+            continue
+        if not getattr(scorer.score(text), "success", None):
+            continue
+        plan = scorer.notation.read(text)
+        assert not isinstance(plan, Unreadable)
+        steps = scorer.mender.steps(plan)
+        found.append((scorer, tuple([step for step in steps if step is not None])))
+    return found
+
+
+def succeeds(domain: Domain, task: Task, plan: Plan) -> bool:
+    """Whether a plan succeeds, by the engine that scores it."""
+    if None in plan:
+        return False
+    trajectory = execute(domain, task.initial, [step for step in plan if step is not None])
+    taken = [action.operator for action in trajectory.executed]
+    return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, taken, trajectory))
+
+
+def one_edit(
+    plan: tuple[Action | None, ...], actions: Sequence[Action | None]
+) -> Iterator[tuple[Action | None, ...]]:
+    for i in range(len(plan) + 1):
+        yield from (((*plan[:i], action, *plan[i:])) for action in actions)
+        if i < len(plan):
+            yield (*plan[:i], *plan[i + 1 :])
+            yield from (((*plan[:i], action, *plan[i + 1 :])) for action in actions)
+
+
+def by_brute_force(domain: Domain, task: Task, plan: Plan, actions: Sequence[Action]) -> int:
+    plans, seen = {tuple(plan)}, {tuple(plan)}
+    for distance in range(FAR):
+        if any(succeeds(domain, task, each) for each in plans):
+            return distance
+        if distance < FAR - 1:
+            plans = {edited for each in plans for edited in one_edit(each, actions)} - seen
+            seen |= plans
+    return FAR
+
+
+def edited(plan: Plan, edits: Sequence[Told]) -> tuple[Action | None, ...]:
+    """A plan with some edits made."""
+    steps: list[Action | None] = []
+    for i, step in enumerate((*plan, None)):
+        steps += [e.action for e in edits if e.gone is None and e.step == i]
+        replaced = [e for e in edits if e.gone == i]
+        steps += [e.action for e in replaced if e.action] if replaced else [step] * (i < len(plan))
+    return tuple(steps)
+
+
+def draw(name: str, random: Random) -> tuple[ActionSequencing, tuple[Action | None, ...], list[Action]]:
+    """A plan with planted faults, and the few actions that edits may use."""
+    scorer, plan = random.choice(good_plans(name))
+    states = [*execute(scorer.domain, scorer.task.initial, plan).states]
+    pool = [
+        action
+        for state in random.sample(states, min(2, len(states)))
+        for operator in scorer.domain.operators
+        for action in applicable_actions(scorer.domain, operator, state, scorer.task.relevant)
+    ]
+    actions = list(dict.fromkeys([*plan, *random.sample(pool, min(4, len(pool)))]))[:8]
+    faulty: tuple[Action | None, ...] = plan
+    for _ in range(random.choice((1, 1, 2, 2, 3))):
+        faulty = random.choice(list(one_edit(faulty, [*actions, None])))
+    return scorer, faulty, actions
+
+
+def restricted(scorer: ActionSequencing, plan: Plan, actions: Sequence[Action]) -> Mender:
+    """What mends with a few actions only."""
+    task = scorer.task
+    named = [i for step in (*plan, *actions) if step is not None for i in step.arguments]
+    mender = Mender(
+        scorer.domain, task.initial, planning_goal(task), tuple(dict.fromkeys([*task.relevant, *named]))
+    )
+    mender.flips.taking = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
+    return mender
+
+
+@pytest.mark.parametrize("name", HOUSEHOLDS)
+def test_fewest_edits_are_those_of_brute_force(name: str) -> None:
+    random = Random(38)
+    seen = set()
+    for _ in range(examples(150)):
+        scorer, plan, actions = draw(name, random)
+        if len(plan) > 5:
+            continue
+        mended = restricted(scorer, plan, actions).mend(plan, Effort(30_000), Planner(scorer.domain))
+        expected = by_brute_force(scorer.domain, scorer.task, plan, actions)
+        assert min(mended.at_least, FAR) == expected, (scorer.task.id, plan, actions)
+        seen.add(expected)
+    assert {0, 1, 2} <= seen
+
+
+@pytest.mark.parametrize("name", HOUSEHOLDS)
+def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None:
+    random = Random(9)
+    for _ in range(examples(40)):
+        scorer, plan, _ = draw(name, random)
+        at_least, at_most = 0, float("inf")
+        for limit in (1, 100, 1_000, 10_000):
+            mender = Mender(
+                scorer.domain, scorer.task.initial, planning_goal(scorer.task), scorer.task.relevant
+            )
+            mended = mender.mend(plan, Effort(limit), Planner(scorer.domain))
+            assert mended.at_least >= at_least
+            at_least = mended.at_least
+            assert mended.edits is not None
+            assert at_least <= len(mended.edits) <= at_most
+            at_most = len(mended.edits)
+            assert succeeds(scorer.domain, scorer.task, edited(plan, mended.edits))
+        if at_least == at_most == 1:
+            singles = [*mender.singles(plan)]
+            assert singles
+            assert all(succeeds(scorer.domain, scorer.task, edited(plan, [each])) for each in singles)
