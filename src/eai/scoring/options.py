@@ -44,8 +44,8 @@ class ScoringOptions(Options):
         "Leave tasks without an answer out of all rates; the run is then not ranked.", False
     )
     look_back: int | None = option(
-        "How many states a search may look at to say more of a failed answer: the fewest edits that make a "
-        "plan succeed, the turn after which an episode could not be won any more; no search if not given.",
+        "The states of a search for the fewest edits that mend a failed plan, or for the turn that lost an "
+        "episode; none if not given.",
         ge=1,
     )
 

@@ -111,8 +111,7 @@ def _causes(mended: _Mended) -> Table:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]
         blamed = [(record, repair) for record, repair in near if repair.blame == "step"]
         shown = [(record.verdict.error, repair.blamed) for record, repair in blamed]
-        steps = [(error and error.step, step) for error, step in shown]
-        early = [at is not None and step is not None and step < at for at, step in steps]
+        early = [e is not None and None not in (e.step, b) and (b or 0) < (e.step or 0) for e, b in shown]
         times = Counter(repair.blame for _, repair in near)
         if near:
             counts = [times[blame] for blame in ("step", "interval", "several")]

@@ -1,0 +1,55 @@
+"""Smallest repairs in records, in words and in tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import eai
+from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.repair import EFFORT, Edit, Repair, blame_of, repair_lines
+from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.verdict import PlanVerdict
+from eai.scoring.batch import Settings, score_run
+from eai.scoring.records import write_records
+from eai.studies.records import Records
+from eai.studies.registry import find_study
+
+SUITE = eai.open("virtualhome", "action_sequencing")
+TASK = "27_2"
+WALK = '{"WALK": ["washing_machine", 1001]}'
+
+
+def repair_of(plan: str) -> Repair:
+    assessment = SUITE.scorer(TASK).assess(plan)
+    assert assessment.look_back is not None
+    verdict = assessment.look_back(EFFORT)
+    assert isinstance(verdict, PlanVerdict)
+    assert verdict.repair is not None
+    assert (verdict.repair.distance == 0) == bool(verdict.success)
+    return verdict.repair
+
+
+def test_what_cannot_be_read_is_at_no_distance() -> None:
+    repair = repair_of("All is washed.")
+    assert (repair.distance, repair.why_null) == (None, "unreadable")
+    assert [*repair_lines(repair)] == ["smallest repair: not known (unreadable)"]
+
+
+def test_blame_needs_all_single_edits() -> None:
+    before, after = Edit("insert", 1, "OPEN(door)"), Edit("insert", 3, "OPEN(door)")
+    assert blame_of([before, Edit("delete", 1, was="GO(hall)")]) == ("step", 1)
+    assert blame_of([after, before]) == ("interval", 1)
+    assert blame_of([after, Edit("delete", 1, was="GO(hall)")]) == ("several", None)
+
+
+def test_records_and_tables_have_it(tmp_path: Path) -> None:
+    answers = ResponseFile("m", (Response(TASK, WALK),))
+    (record,) = score_run(SUITE, answers, {}, Settings(look_back=EFFORT))
+    assert record.verdict.repair is not None
+    assert record_from_json(record_to_json(record)) == record
+    write_records(tmp_path / "records.jsonl", [record])
+    study = find_study("repair")
+    assert study.analyze is not None
+    (analysis,) = study.analyze(Records((tmp_path,)), study.choices())
+    (row,) = analysis.tables[0].by_name()
+    assert (row["failed"], row["unknown"]) == (1, 0)
