@@ -120,7 +120,7 @@ def restricted(scorer: ActionSequencing, plan: Plan, actions: Sequence[Action]) 
 def test_fewest_edits_are_those_of_brute_force(name: str) -> None:
     random = Random(38)
     seen = set()
-    for _ in range(examples(150)):
+    for _ in range(examples(100)):
         scorer, plan, actions = draw(name, random)
         if len(plan) > 5:
             continue
