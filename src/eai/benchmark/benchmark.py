@@ -14,7 +14,6 @@ from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
-from eai.abilities.wording import Wording
 from eai.benchmark.errata import NO_ERRATA, Errata
 from eai.data.progress import Report
 from eai.english.english import PLAIN, English
@@ -26,6 +25,7 @@ from eai.world.domain import Domain
 if TYPE_CHECKING:
     from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
     from eai.abilities.transition_modeling.task import TransitionTask
+    from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
     from eai.prompts.prompt import GoalSection, Prompt, PromptFiles, PublishedPrompts
     from eai.tasks.problem_world import ProblemWorld
@@ -271,7 +271,11 @@ class Benchmark:
 
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""
-        return Wording.of(self.domain) if self.wordings is None else self.wordings(ability)
+        if self.wordings is not None:
+            return self.wordings(ability)
+        from eai.abilities.wording import Wording  # which scoring does not need
+
+        return Wording.of(self.domain)
 
     def observed_wording(self) -> Wording:
         """How observations name things: as prompts of action sequencing do, with what else is observed."""

@@ -6,14 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 import typer
 from typer.core import TyperCommand
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, ability_of
-from eai.acting.setting import AGENT, Setting
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
 from eai.data.store import Store
@@ -21,6 +20,9 @@ from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
+
+if TYPE_CHECKING:
+    from eai.acting.setting import Setting
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """The panels of the help of commands that score."""
@@ -121,7 +123,7 @@ def setting(text: str) -> tuple[str, str]:
 
 AgentSettings = Annotated[
     list[str] | None,
-    typer.Option(SETTING, metavar="OPTION=VALUE", help=f"An option of {AGENT}, as in eai run."),
+    typer.Option(SETTING, metavar="OPTION=VALUE", help="An option of agent, as in eai run."),
 ]
 
 
@@ -131,6 +133,8 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     Raises:
         InputError: an option is one of models alone.
     """
+    from eai.acting.setting import AGENT, Setting  # which commands that score do not need
+
     chosen = with_settings(AGENT, Setting, settings)
     for name in sorted(chosen.model_fields_set & {"harness", "tokens", "seconds"}):
         raise InputError(f"{SETTING} {name}: it is for models of eai run")

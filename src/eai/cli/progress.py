@@ -12,7 +12,6 @@ from functools import wraps
 from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from typing_extensions import ParamSpec
 
 from eai.cli.console import errors
@@ -21,6 +20,8 @@ from eai.data.progress import Report, Stage
 from eai.errors import InterruptError
 
 if TYPE_CHECKING:
+    from rich.progress import TaskID
+
     from eai.run.journal import Watch
     from eai.scoring.batch import Progressed
 
@@ -61,6 +62,8 @@ def data_progress(console: Console | None = None) -> Iterator[Report]:
     if not console.is_terminal:
         yield _steps(console)
         return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f}%"))
     bar = Progress(*columns, TimeRemainingColumn(), console=console, transient=True)
     tasks: dict[str, TaskID] = {}
@@ -130,6 +133,8 @@ def scoring_progress(
 
 @contextmanager
 def _bar(title: str, console: Console) -> Iterator[Watch]:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),

@@ -35,8 +35,7 @@ from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.table_specs import domain_title
 from eai.report.writer import rankings_json, write_tables
 from eai.results.cost import read_price_list
-from eai.results.markdown import superscript
-from eai.results.table import Table
+from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
 from eai.scoring.runs import as_asked_in_paper, read_runs
 from eai.tasks.source import Source

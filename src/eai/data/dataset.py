@@ -8,8 +8,6 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
 from eai.data import source
 from eai.data.progress import Progress, Report, Stage, silent
 from eai.data.source import Archive, Pack, open_bundle
@@ -127,6 +125,8 @@ def _is_ready(store: Store, pack: Pack) -> bool:
 @contextmanager
 def _locked(folder: Path, report: Report) -> Iterator[None]:
     """Hold the folder's lock, waiting for another process if need be."""
+    from filelock import FileLock, Timeout
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(folder / "fetch.lock")

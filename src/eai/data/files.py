@@ -13,8 +13,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from filelock import FileLock, Timeout
-
 from eai.errors import EaiError, InputError, how_to_install
 
 if sys.version_info >= (3, 11):
@@ -151,6 +149,8 @@ def sole_run(folder: Path) -> Iterator[None]:
     Raises:
         InputError: another process is working there, or the folder cannot be made.
     """
+    from filelock import FileLock, Timeout
+
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(folder / LOCK, timeout=0)

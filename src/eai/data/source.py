@@ -19,7 +19,6 @@ import os
 import shutil
 import subprocess  # runs pip or uv with fixed arguments
 import sys
-import tarfile
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -123,6 +122,8 @@ def open_bundle(path: Path) -> Iterator[Bundle]:
 
 def _tar_files(path: Path) -> dict[str, bytes]:
     """The files of a source distribution, read whole, since a gzipped tar has no index; these are small."""
+    import tarfile  # where a source distribution is converted
+
     files: dict[str, bytes] = {}
     try:
         with tarfile.open(path, "r:gz") as archive:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from eai.data.files import printable
-from eai.results.table import Cell, Column, Estimate, Label, Table, short_number
+from eai.results.table import Cell, Column, Estimate, Label, Table, short_number, superscript
 
 NOTHING = "–"
 """The mark where there is no number."""
-
-_SUPERSCRIPTS = str.maketrans("0123456789,", "⁰¹²³⁴⁵⁶⁷⁸⁹˒")
 
 
 def table_markdown(table: Table) -> str:
@@ -37,11 +35,6 @@ def escaped(text: str) -> str:
     for character in "\\`*_[]<>|#":
         text = text.replace(character, f"\\{character}")
     return " ".join(text.split())
-
-
-def superscript(numbers: Sequence[int]) -> str:
-    """The marks of footnotes."""
-    return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 
 def _grid(columns: Sequence[Column], rows: Iterable[Sequence[str]]) -> Iterator[str]:

@@ -17,6 +17,8 @@ from eai.results.rate import Rate, rate_of
 
 Plain: TypeAlias = str | int | float | bool | None
 
+_SUPERSCRIPTS = str.maketrans("0123456789,", "⁰¹²³⁴⁵⁶⁷⁸⁹˒")
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -233,6 +235,11 @@ def short_number(number: float | None) -> str:
         if abs(number) >= 10
         else f"{number:.2f}"
     )
+
+
+def superscript(numbers: Sequence[int]) -> str:
+    """The marks of footnotes."""
+    return ",".join(map(str, numbers)).translate(_SUPERSCRIPTS)
 
 
 def _parts(column: str, is_estimate: bool) -> list[str]:

@@ -11,8 +11,7 @@ from rich.measure import Measurement
 from rich.table import Table as Grid
 from rich.text import Text
 
-from eai.results.markdown import superscript
-from eai.results.table import Cell, Column, Estimate, Label, Table
+from eai.results.table import Cell, Column, Estimate, Label, Table, superscript
 
 _Shown: TypeAlias = tuple[Column, Sequence[Text]]
 """A column with its cells as they are printed."""

@@ -14,11 +14,11 @@ import hashlib
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.data.progress import Report, silent
@@ -56,6 +56,9 @@ from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_task
 from eai.logic.formula import Atom, Formula
 from eai.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Finding, Source, TaskSet, once_per_store
+
+if TYPE_CHECKING:
+    from eai.abilities.wording import Wording
 
 _LINE = "-----------------"
 _HEADING_OF_ACTIONS = (
@@ -217,6 +220,8 @@ def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualH
 
 def wording(ability: Ability) -> Wording:
     """As declared; but goal interpretation speaks of classes, and names relations as scene graphs do."""
+    from eai.abilities.wording import Wording
+
     said = Wording.of(as_meant()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
         return Wording(as_meant(), said)
