@@ -1,12 +1,14 @@
-"""A stream of answers to VirtualHome's plans, alone and with workers: processor time, memory, equality.
+"""A million answers in one file: processor time, memory and bytes, alone and with workers; a driver's share.
 
-The answers are mutated plans (`mutated_plans`), as many to each task and all different. They are made and
-written first, which is not counted. Then a fresh process reads them one by one and writes a record for each,
-and another one does the same with workers. The processor time is that of all processes, starts and ends
-included; the memory is the most that the parent had. Of Ray, whose processes are not waited for, it is that
-of all that are alive at the end, its services included. Only on Linux.
+The answers are mutated plans of VirtualHome's (`mutated_plans`), of which so many are different, and each is
+a sample of its task. They are written first, which is not counted. Then ``eai score`` reads and scores the
+file in one process, and again with workers. The processor time is that of all processes, starts and ends
+included; the memory is the most that one of them had. Of Ray, whose processes are not waited for, only the
+driver counts. With ``--simulated N`` there are N workers besides that score one batch and, for every other
+one, sleep as long as that took: the share of a core that their driver has to do shows how many it can keep
+busy. Only on Linux.
 
-    python bench/stream.py [--answers 100000] [--workers 2] [--seed 0] [--ray]
+    python bench/stream.py [--answers 1000000] [--different 20000] [--workers 2] [--ray] [--simulated 16]
 """
 
 from __future__ import annotations
@@ -21,132 +23,143 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Sequence
 from contextlib import suppress
-from itertools import cycle, islice
+from itertools import count, islice
 from pathlib import Path
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import Response
+from eai.abilities.responses import Row, read_responses
 from eai.benchmark.suite import open_suite
-from eai.scoring.batch import Scoring
-from eai.scoring.collector import collecting_seldom
-from eai.scoring.records import write_records
+from eai.scoring.batch import Scoring, Settings
+from eai.scoring.records import RECORDS, SUMMARY, Part, write_parts
+from eai.scoring.workers import Workers
 from mutated_answers import maker
 from mutations import Dice
 
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 BECOME_REAPER = 36
 """``PR_SET_CHILD_SUBREAPER`` of ``prctl(2)``: processes whose parent has ended become its children."""
+BATCH = 256
 
 
 class Taken(NamedTuple):
-    """What a stream took: seconds of processor time of all processes, MB of the parent; and its records."""
+    """What scoring took: seconds of processor time, MB of the largest process; and what was written."""
 
     seconds: float
     memory: float
-    digest: str
+    digests: tuple[str, str]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--answers", type=int, default=100_000)
+    parser.add_argument("--answers", type=int, default=1_000_000)
+    parser.add_argument("--different", type=int, default=20_000)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--seed", default="0")
+    parser.add_argument("--simulated", type=int, default=0)
+    parser.add_argument("--explanations", action=argparse.BooleanOptionalAction, default=False)
     parser.add_argument("--ray", action="store_true", help="with a cluster of Ray's instead of workers")
-    parser.add_argument("--score", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.score is not None:
-        score(arguments.score, arguments.workers, ray=arguments.ray)
-        return
     ctypes.CDLL(None).prctl(BECOME_REAPER, 1)
+    explained = "--explanations" if arguments.explanations else "--no-explanations"
     with tempfile.TemporaryDirectory() as folder:
-        answers = Path(folder) / "answers.jsonl"
-        write_answers(answers, arguments.answers, arguments.seed)
-        print(f"{arguments.answers:,} answers, all different, and their records", flush=True)
-        one, several = taken(answers, 1), taken(answers, arguments.workers, ray=arguments.ray)
-    print(f"the same records: {one.digest == several.digest}")
+        answers = Path(folder) / "m_outputs.jsonl"
+        write_answers(answers, arguments.answers, arguments.different)
+        print(f"{arguments.answers:,} answers, {arguments.different:,} of them different", flush=True)
+        if arguments.simulated:
+            simulate(answers, arguments.simulated, explanations=arguments.explanations)
+            return
+        one = taken(answers, [explained])
+        ray = ["--ray", "local"] if arguments.ray else []
+        several = taken(answers, [explained, "--workers", str(arguments.workers), *ray])
+    print(f"the same records and summary: {one.digests == several.digests}")
     print(f"with {arguments.workers} workers {several.seconds / one.seconds:.2f} times the processor time")
 
 
-def write_answers(path: Path, number: int, seed: str) -> None:
-    """Write so many answers, a list of id and text a line."""
+def write_answers(path: Path, number: int, different: int) -> None:
+    """Write so many answers, each a numbered sample of its task."""
     suite, make = open_suite(*SUITE), maker(*SUITE)
-    seen: set[tuple[str, int]] = set()
-    dice = Dice(seed)
+    dice = Dice("0")
+    rounds = -(-different // len(suite.task_ids))
+    texts = {task_id: [make(dice, task_id) for _ in range(rounds)] for task_id in suite.task_ids}
     with path.open("w", encoding="utf-8") as file:
-        for task_id in islice(cycle(suite.task_ids), number):
-            while (known := (task_id, hash(text := make(dice, task_id)))) in seen:
-                pass
-            seen.add(known)
-            file.write(json.dumps([task_id, text]) + "\n")
+        numbered = ((sample, task_id) for sample in count() for task_id in suite.task_ids)
+        for sample, task_id in islice(numbered, number):
+            text = texts[task_id][sample % rounds]
+            row = {"identifier": task_id, "sample": sample, "llm_output": text}
+            file.write(json.dumps(row) + "\n")
 
 
-def taken(answers: Path, workers: int, *, ray: bool = False) -> Taken:
-    """What it takes to score a file of answers with so many workers."""
-    before = _seconds()
-    command = [sys.executable, __file__, "--score", str(answers), "--workers", str(workers)]
-    command += ["--ray"] if ray else []
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
+def taken(answers: Path, options: Sequence[str]) -> Taken:
+    """What it takes to score a file of answers."""
+    out = answers.with_name("out")
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    where = ["--domain", SUITE[0], "--ability", SUITE[1].value, "--out", str(out)]
+    subprocess.run(
+        [sys.executable, "-m", "eai", "score", str(answers), *where, *options],
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
     with suppress(ChildProcessError):
         while True:  # what starts workers ends after the program that had it started
             os.wait()
-    memory, digest, alive = done.stdout.split()
-    found = Taken(float(alive) if ray else _seconds() - before, int(memory) / 1000, digest)
-    print(f"  workers {workers}: {found.seconds:7.1f} CPU s, parent {found.memory:4.0f} MB", flush=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    digests = [hashlib.sha256(), hashlib.sha256()]
+    for digest, name in zip(digests, (RECORDS, SUMMARY), strict=True):
+        with (out / name).open("rb") as file:
+            for line in file:
+                digest.update(line)
+    found = Taken(seconds, after.ru_maxrss / 1024, (digests[0].hexdigest(), digests[1].hexdigest()))
+    print(
+        f"  {' '.join(options):35} {seconds:7.1f} CPU s, at most {found.memory:4.0f} MB a process", flush=True
+    )
     return found
 
 
-def _seconds() -> float:
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+class Simulated:
+    """The work of a worker that does one batch, and for the others sleeps as long as that took."""
+
+    def __init__(self, answers: Path, *, explanations: bool) -> None:
+        suite = open_suite(*SUITE)
+        rows = [*islice(read_responses(answers, suite.task_ids, samples=True).rows(), BATCH)]
+        settings = Settings(explanations=explanations)
+        file = answers.with_name("batch_outputs.jsonl")
+        file.write_bytes(b"".join(row for row in rows if isinstance(row, bytes)))
+        batch = read_responses(file, suite.task_ids, samples=True)
+        for _ in range(2):  # tasks are made the first time
+            start = time.process_time()
+            self.parts = [*Scoring().parts(suite, batch, {}, settings)]
+            self.seconds = (time.process_time() - start) / BATCH
+
+    def __call__(self, rows: Sequence[Row]) -> list[Part]:
+        time.sleep(len(rows) * self.seconds)
+        return self.parts
 
 
-def score(answers: Path, workers: int, *, ray: bool) -> None:
-    """Write the records of a file of answers beside it; prints the most memory, and their digest."""
-    suite, out = open_suite(*SUITE), answers.with_name("records.jsonl")
-    with collecting_seldom(), _opened(workers, ray=ray) as scoring:
-        write_records(out, scoring.records(suite, "stream", read(answers)))
-        alive = time.process_time() + _seconds_below(os.getpid())
-    digest = hashlib.sha256()
-    with out.open("rb") as file:
-        for line in file:
-            digest.update(line)
-    status = Path("/proc/self/status").read_text(encoding="utf-8")
-    print(status.split("VmHWM:")[1].split()[0], digest.hexdigest(), alive)
-
-
-def _seconds_below(ancestor: int) -> float:
-    """The processor time so far of all processes that descend from one, of those too that they waited for."""
-    parents, ticks = {}, {}
-    for entry in Path("/proc").iterdir():
-        with suppress(OSError):
-            if entry.name.isdigit():
-                fields = (entry / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-                parents[int(entry.name)] = int(fields[1])
-                ticks[int(entry.name)] = sum(map(int, fields[11:15]))
-    found, below = 0, {ancestor}
-    while below:
-        below = {process for process, parent in parents.items() if parent in below}
-        found += sum(ticks[process] for process in below)
-    return found / os.sysconf("SC_CLK_TCK")
-
-
-def _opened(workers: int, *, ray: bool) -> Scoring:
-    if not ray:
-        return Scoring(workers)
-    from eai.envs.ray_scoring import LOCAL, RayScoring
-
-    return RayScoring(LOCAL, workers)
-
-
-def read(answers: Path) -> Iterator[Response]:
-    with answers.open(encoding="utf-8") as file:
-        for line in file:
-            yield Response(*json.loads(line))
+def simulate(answers: Path, workers: int, *, explanations: bool) -> None:
+    """Print what a driver of so many workers does."""
+    work = Simulated(answers, explanations=explanations)
+    suite = open_suite(*SUITE)
+    start = time.process_time()
+    file = read_responses(answers, suite.task_ids, samples=True)
+    reading = time.process_time() - start
+    number = len(file.responses)
+    with Workers(workers) as scoring:
+        parts = scoring.each(work, file.rows(), at_a_time=(BATCH, BATCH))
+        start = time.process_time()
+        write_parts(answers.with_name("simulated"), parts)
+        driving = time.process_time() - start
+    busy = number * work.seconds / workers
+    size = answers.with_name("simulated").joinpath(RECORDS).stat().st_size // number
+    print(f"  {1e6 * work.seconds:.0f} microseconds an answer, {size:,} bytes a record; {workers} workers")
+    print(
+        f"  the driver: {1e6 * driving / number:.1f} microseconds an answer, {driving / busy:.2f} of a core"
+    )
+    print(f"  before that it checks the file: {1e6 * reading / number:.1f} microseconds an answer")
 
 
 if __name__ == "__main__":

@@ -36,9 +36,9 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.results.coverage import coverage_of
 from eai.results.paper_tables import NULL_MODELS, SCHEMA, TABLE, null_scores, null_table, paper_models
 from eai.results.summary import summarise
+from eai.results.totals import Totals
 from eai.run.job import PROVIDER
 from eai.scoring.batch import NO_ROW, Settings, score_run
 from eai.tasks.source import Source
@@ -247,11 +247,11 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
     given = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in given}
     records = score_run(suite, answers, missing, Settings(explanations=False))
-    rates = summarise([record.verdict for record in records], suite.ability)
+    totals = Totals.of(records)
     return {
         "answers_sha256": digest(records),
-        "answered": coverage_of(records).answered,
-        "rates": [[rates[metric].numerator, rates[metric].denominator] for metric in metrics],
+        "answered": totals.coverage.answered,
+        "rates": [[totals.rates[metric].numerator, totals.rates[metric].denominator] for metric in metrics],
     }
 
 

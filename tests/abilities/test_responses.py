@@ -189,6 +189,6 @@ def test_no_other_character_than_a_line_feed_ends_a_line_of_answers(tmp_path: Pa
     rows = f'{{"identifier": "27_2", "llm_output": "{odd}"}}\n\n{{"identifier": "11_1", "llm_output": "z"}}\n'
     read = read_responses(written(tmp_path, rows.encode(), "m_outputs.jsonl"), TASKS)
     assert read.responses == (Response("27_2", odd), Response("11_1", "z"))
-    bad = written(tmp_path, f'"{odd}"\n\n  ?'.encode(), "bad_outputs.jsonl")
-    with pytest.raises(InputError, match=r"bad_outputs\.jsonl, line 3, column 3: expected JSON"):
+    bad = written(tmp_path, f"{rows}\n  ?".encode(), "bad_outputs.jsonl")
+    with pytest.raises(InputError, match=r"bad_outputs\.jsonl, line 5, column 3: expected JSON"):
         read_responses(bad, TASKS)

@@ -28,7 +28,7 @@ from eai.logic.formula import Atom, Constant
 from eai.logic.traversal import walk
 from eai.pddl.check import Offence, check_problem
 from eai.pddl.planning import PlannerChoice
-from eai.results.coverage import errata_effect
+from eai.results.totals import Totals
 from eai.scoring.batch import Settings, score_run
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
@@ -351,12 +351,12 @@ def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
     records = score_run(suite, answers, {}, Settings())
     assert [record.verdict.excluded for record in records] == ["the bulb is broken", None]
     assert [record.errata and record.errata.entries for record in records] == [("dark",), ()]
-    effect = errata_effect(records)
+    effect = Totals.of(records).errata
     assert effect is not None
     assert (effect.tasks, effect.scored, effect.left_out, effect.corrected) == (2, 1, ("light",), ())
     assert str(effect.remark).startswith("Of 2 tasks, 1 left out, because")
     off = open_suite(suite.benchmark, suite.ability, source=Source(errata=NONE))
-    assert errata_effect(score_run(off, answers, {}, Settings())) is None
+    assert Totals.of(score_run(off, answers, {}, Settings())).errata is None
     assert off.score("light", answer).excluded is None
 
 

@@ -1,22 +1,29 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
+from dataclasses import replace
 
 import pytest
 from rich.console import Console
 
 from eai.abilities.declaration import the_four
-from eai.cli.table import Result, heading, print_rates
-from eai.results.coverage import Coverage
-from eai.results.rate import Rate
+from eai.cli.table import heading, print_rates
+from eai.results.totals import Totals
+from results.verdicts import SUCCEEDED, record
 
 METRICS = [metric for declared in the_four().values() for metric in declared.terminal]
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")
 
 
+def of_tasks(number: int, sums: Mapping[str, tuple[int, int]]) -> Totals:
+    totals = Totals.of(replace(record(str(i), SUCCEEDED), suite_size=number) for i in range(number))
+    return replace(totals, sums={**sums})
+
+
 def printed(width: int, *, models: tuple[str, ...] = LONG, wide: bool = False) -> str:
-    rates = {metric: Rate(10_000 + place, 10_000) for place, metric in enumerate(METRICS)}
-    results = {model: Result(rates, Coverage(342, 342, tasks=342)) for model in models}
+    sums = {metric: (10_000 + place, 10_000) for place, metric in enumerate(METRICS)}
+    results = dict.fromkeys(models, of_tasks(342, sums))
     file = io.StringIO()
     print_rates(Console(file=file, width=width), "title", METRICS, results, wide=wide)
     return file.getvalue()
@@ -45,9 +52,9 @@ def test_one_model_has_a_row_a_metric_with_what_it_is_made_of() -> None:
 
 def test_a_column_without_any_number_is_left_out() -> None:
     file = io.StringIO()
-    rates = {"task_success": Rate(1, 2), "parsing": Rate(0, 0)}
-    results = {model: Result(rates, Coverage(2, 2, tasks=2)) for model in ("a", "b")}
-    print_rates(Console(file=file, width=80), "title", list(rates), results)
+    sums = {"task_success": (1, 2), "parsing": (0, 0)}
+    results = dict.fromkeys(("a", "b"), of_tasks(2, sums))
+    print_rates(Console(file=file, width=80), "title", list(sums), results)
     assert "parsing" not in file.getvalue()
 
 

@@ -16,7 +16,7 @@ from eai.abilities.responses import Response
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import Suite
 from eai.data.store import Store
-from eai.envs.ray_data import Scores
+from eai.envs.ray_data import ADDED, Scores
 from eai.errors import InputError
 from eai.scoring.batch import Scoring
 from eai.scoring.records import line_of
@@ -57,8 +57,20 @@ def lines(suite: Suite, answers: Sequence[Response]) -> list[str]:
 def test_a_batch_gets_the_records_of_one_process(suite: Suite, answers: list[Response]) -> None:
     few = answers[:20]
     batch = Scores(suite, "my-model")({**columns(few), "seed": range(20)})
-    assert list(batch) == ["identifier", "llm_output", "seed", "record"]
+    assert list(batch) == ["identifier", "llm_output", "seed", "record", "outcome", "success"]
     assert batch["record"] == lines(suite, few)
+    assert (batch["outcome"][0], batch["success"][0]) == ("success", True)
+
+
+def test_frames_of_spark_get_the_same_columns_with_their_types(suite: Suite, answers: list[Response]) -> None:
+    pandas = pytest.importorskip("pandas")
+    few = [*answers[:3], Response(answers[3].task_id, "no plan")]
+    given = [pandas.DataFrame(columns(part)) for part in (few[:2], few[2:])]
+    written = pandas.concat(Scores(suite, "my-model").frames(given))
+    assert list(written) == ["identifier", "llm_output", *ADDED]
+    assert written["record"].tolist() == lines(suite, few)
+    assert written["outcome"].tolist()[-1] == "parsing"
+    assert written["success"].tolist()[-1] is False
 
 
 def test_identifiers_are_those_of_response_files(suite: Suite, answers: list[Response]) -> None:

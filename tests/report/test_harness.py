@@ -14,10 +14,11 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING, Harness, Setting
 from eai.benchmark.suite import open_suite
-from eai.cli.table import Result, print_results
+from eai.cli.table import print_results
 from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of
 from eai.results.table import Label
+from eai.results.totals import Totals
 from eai.scoring.batch import Settings, score_run
 from eai.scoring.records import write_records
 from eai.scoring.runs import read_runs
@@ -72,7 +73,7 @@ def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
 
 
 def test_a_terminal_says_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
-    found = {harness.value: Result.of(records(harness, ["DONE"])) for harness in Harness}
+    found = {harness.value: Totals.of(records(harness, ["DONE"])) for harness in Harness}
     print_results("switches", ACTING, found, wide=True)
     printed = capsys.readouterr().out
     assert "react, react" in printed

@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, ErrataUse, Record
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
-from eai.results.coverage import Coverage, coverage_of, errata_effect, planners_of, together
+from eai.results.coverage import Coverage, together
+from eai.results.totals import Totals
 from results.verdicts import SUCCEEDED, record, whole
 
 FAILED = PlanVerdict(executable=False, success=False)
@@ -51,7 +53,7 @@ def run(*verdicts: PlanVerdict, answered: int, size: int | None = None) -> tuple
     ],
 )
 def test_what_a_run_covers(records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None) -> None:
-    found = coverage_of(records)
+    found = Totals.of(records).coverage
     assert (str(found), found.ranked, found.remark) == (shown, ranked, remark)
     numbers = found.to_json()
     assert numbers["ranked"] is ranked
@@ -63,7 +65,7 @@ def test_records_that_do_not_say_are_never_complete() -> None:
     mixed = [*whole([record("1_1", SUCCEEDED)]), record("2_1", SUCCEEDED)]
     disagreeing = [replace(silent[0], suite_size=2), replace(silent[1], suite_size=3)]
     for records in (silent, mixed, disagreeing):
-        found = coverage_of(records)
+        found = Totals.of(records).coverage
         assert (str(found), found.ranked) == ("2/?", False)
         assert "do not say how many tasks" in str(found.remark)
         assert found.to_json()["not_asked"] is None
@@ -81,10 +83,9 @@ def test_suites_together_are_ranked_only_if_each_is() -> None:
 
 def test_older_records_do_not_say_which_planner_judged() -> None:
     names = (None, "full 24.06", "built_in", "built_in")
-    assert planners_of([SUCCEEDED, *(OperatorVerdict(planner_name=name) for name in names)]) == (
-        "built_in",
-        "full 24.06",
-    )
+    judged = [record(str(i), OperatorVerdict(planner_name=name)) for i, name in enumerate(names)]
+    records = [replace(each, ability=Ability.TRANSITION_MODELING) for each in judged]
+    assert Totals.of(records).planners == ("built_in", "full 24.06")
 
 
 OUT = replace(SUCCEEDED, excluded="its goal holds from the beginning")
@@ -95,8 +96,8 @@ def used(task_id: str, *entries: str, excluded: bool = False, version: str = "3"
 
 
 def test_without_errata_there_is_no_effect() -> None:
-    assert errata_effect([]) is None
-    assert errata_effect([record("a", SUCCEEDED), record("b", OUT)]) is None
+    assert Totals.of([]).errata is None
+    assert Totals.of([record("a", SUCCEEDED), record("b", OUT)]).errata is None
 
 
 def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not_about() -> None:
@@ -107,7 +108,7 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
         used("d", excluded=True),  # for a reason of its own
         record("e", SUCCEEDED),
     ]
-    effect = errata_effect(records)
+    effect = Totals.of(records).errata
     assert effect is not None
     assert effect.to_json() == {
         "version": "3",
@@ -123,12 +124,12 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
 
 
 def test_errata_that_left_out_and_corrected_nothing_are_not_mentioned() -> None:
-    effect = errata_effect([used("a"), used("b", excluded=True)])
+    effect = Totals.of([used("a"), used("b", excluded=True)]).errata
     assert effect is not None
     assert effect.remark is None
 
 
 def test_several_versions_are_all_named_once() -> None:
-    effect = errata_effect([used("a", version="2"), used("b", version="3"), used("c", version="2")])
+    effect = Totals.of([used("a", version="2"), used("b", version="3"), used("c", version="2")]).errata
     assert effect is not None
     assert effect.version == "2, 3"

@@ -9,10 +9,11 @@ from typing import Any
 
 import pytest
 
+from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.results.rate import Rate
+from eai.results.summary import summarise
 from eai.scoring.batch import Scoring
 from eai.scoring.records import RECORDS, SUMMARY, write_results
 from scoring.work import TASK_IDS, echo_suite
@@ -21,7 +22,7 @@ ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_ID
 
 
 def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
-    write_results(folder, records, {"task_success": Rate(1, 4)}, **run)
+    write_results(folder, records, **run)
     found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
     return found
 
@@ -40,7 +41,10 @@ def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
         "unit": "percent",
         "errata": None,
     }
-    assert told["task_success"] == Rate(1, 4).to_json()
+    assert (
+        told["task_success"]
+        == summarise([each.verdict for each in records], records[0].ability)["task_success"].to_json()
+    )
     assert told.keys().isdisjoint({"planner", "run", "experiment", "by_attempt"})
     assert len((tmp_path / RECORDS).read_text().splitlines()) == len(records)
     corrected = [replace(record, errata=ErrataUse("2.0", ("e1",))) for record in records]
@@ -55,5 +59,6 @@ def test_planners_are_named_where_it_is_known(
     tmp_path: Path, names: tuple[str | None, ...], told: str | None
 ) -> None:
     record = next(Scoring().records(echo_suite(), ANSWERS.model, ANSWERS.responses))
+    record = replace(record, ability=Ability.TRANSITION_MODELING)
     verdicts = [OperatorVerdict(planner_name=name) for name in names]
     assert summary(tmp_path, [replace(record, verdict=each) for each in verdicts]).get("planner") == told

@@ -47,6 +47,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "ability": record.ability.value,
         "model": record.model,
         "task_id": record.task_id,
+        **({} if record.sample is None else {"sample": record.sample}),
         **({} if record.task is None else {"task": dataclass_to_json(record.task)}),
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,

@@ -8,7 +8,7 @@ Plans and subgoals share their measures (the paper's tables "trajectory evaluati
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cache
@@ -76,14 +76,19 @@ class MetricColumn:
     ability: Ability | None = None
 
 
-def one_by_one(verdicts: Sequence[V]) -> Sequence[V]:
-    """The verdicts of a run as they count: each as it is."""
-    return verdicts
-
-
 def always(one: V, other: V) -> bool:
     """Tasks of one id in one domain are the same."""
     return True
+
+
+def none_void(verdict: Verdict) -> Collection[str]:
+    """All metrics of a run count, whatever its verdicts are."""
+    return ()
+
+
+def no_harness(verdict: Verdict) -> str | None:
+    """Single answers to questions are made in no harness."""
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,9 +213,9 @@ class AbilityDeclaration(Generic[V]):
         averaged: the metrics whose mean is its part in the paper's average over all abilities.
         instead: by a metric of the paper, the one that ranks and is averaged in its place where it is known.
         yes_no: the metrics to which every answer contributes a yes or a no.
-        of_run: the verdicts of one run as they count there.
         of_epochs: the verdicts on several answers to a task as one that adds their means; None where one
             answer counts for all, which says what most of them say.
+        void: the metrics of which a run has nothing at all, as this one of its verdicts says.
         alike: whether two verdicts on tasks of one id are on the same task.
         harness: what an answer was made in; None where it does not say so.
     """
@@ -228,10 +233,10 @@ class AbilityDeclaration(Generic[V]):
     averaged: tuple[str, ...]
     instead: Mapping[str, str] = field(default_factory=dict)
     yes_no: frozenset[str] = frozenset()
-    of_run: Callable[[Sequence[V]], Sequence[V]] = field(default=one_by_one)
     of_epochs: Callable[[Sequence[V]], V] | None = None
+    void: Callable[[V], Collection[str]] = field(default=none_void)
     alike: Callable[[V, V], bool] = field(default=always)
-    harness: Callable[[V], str | None] = field(default=lambda verdict: None)
+    harness: Callable[[V], str | None] = field(default=no_harness)
 
     @property
     def has_plans(self) -> bool:

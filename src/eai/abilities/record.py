@@ -211,6 +211,7 @@ class Record:
         data_sha256: digest of the data it was scored against.
         verdict: of the class that the ability declares.
         errata: the errata of the data that it was made with; None if none were used.
+        sample: its number, from 0, where a task has several answers that all count; None for the only one.
         explanation: what became of the answer in words, where that was asked for.
         origin: where the answer comes from, where a run knows it.
         task: what the task is like, where that is known.
@@ -242,6 +243,7 @@ class Record:
     perceived: Perceived | None = None
     attempts: tuple[Attempt, ...] = ()
     errata: ErrataUse | None = None
+    sample: int | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

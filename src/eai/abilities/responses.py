@@ -2,18 +2,21 @@
 
 A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``, or has
 one such object a line and is named ``<model>_outputs.jsonl``; or it is a Parquet file with these two columns,
-``<model>_outputs.parquet``.
+``<model>_outputs.parquet``. Where a task has several answers, all rows number them from 0 in ``sample``, and
+lines and Parquet are never in memory as a whole.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias
 
-from eai.data.files import files_below, lines, read_columns, write_whole
+from eai.data.files import files_below, read_columns, write_whole
 from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"
@@ -23,6 +26,10 @@ PARQUET = "_outputs.parquet"
 """How the names of Parquet files end."""
 COLUMNS = ("identifier", "llm_output")
 """A row: the id of the task, as the file spells it, and the answer."""
+SAMPLE = "sample"
+"""The number of an answer in files that may have several a task."""
+MOST_SAMPLES = 10_000_000
+"""How many answers a task may have."""
 ENDINGS = (SUFFIX, LINES, PARQUET)
 """How the names of response files end."""
 _ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
@@ -33,10 +40,15 @@ _SHOWN = 100
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """One answer: the id of its task, and the text; a missing text is empty."""
+    """One answer: the id of its task, and the text, empty if missing; its number where a task has several."""
 
     task_id: str
     text: str
+    sample: int | None = None
+
+
+Row: TypeAlias = Response | bytes | Mapping[str, object]
+"""An answer as it is read, or as a file has it, for whoever is to read it elsewhere."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +57,62 @@ class ResponseFile:
 
     Attributes:
         model: the model.
-        responses: the answers.
+        responses: the answers; where a task may have several, they are read anew each time and never kept.
         elsewhere: how many rows are left out because the data set does not have their tasks.
         further: the answers of further epochs, where tasks count by the mean over all.
     """
 
     model: str
-    responses: tuple[Response, ...]
+    responses: Collection[Response]
     elsewhere: int = 0
     further: tuple[ResponseFile, ...] = ()
+
+    @property
+    def sampled(self) -> bool:
+        """Whether a task may have several answers."""
+        return isinstance(self.responses, _Samples)
+
+    @property
+    def answered(self) -> Collection[str]:
+        """The ids of the tasks that have an answer."""
+        if isinstance(self.responses, _Samples):
+            return self.responses.answered
+        return {response.task_id for response in self.responses}
+
+    def rows(self) -> Iterator[Row]:
+        """The answers in order, for `response_of` to read."""
+        return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
+
+
+@dataclass(frozen=True, slots=True)
+class _Samples(Collection[Response]):
+    """The answers of a file that has several a task.
+
+    Attributes:
+        path: the file.
+        number: how many there are.
+        answered: the ids of their tasks.
+        task_id_of: from an identifier in the file to the id of its task.
+        elsewhere: the numbers of the rows that are left out, from 1.
+    """
+
+    path: Path
+    number: int
+    answered: Collection[str]
+    task_id_of: Callable[[str], str | None]
+    elsewhere: Collection[int]
+
+    def rows(self) -> Iterator[Row]:
+        return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.elsewhere)
+
+    def __iter__(self) -> Iterator[Response]:
+        return (response_of(row, self.task_id_of) for row in self.rows())
+
+    def __len__(self) -> int:
+        return self.number
+
+    def __contains__(self, item: object) -> bool:
+        return any(response == item for response in self)
 
 
 def find_response_files(path: Path) -> list[Path]:
@@ -79,6 +138,8 @@ def read_responses(
     path: Path,
     task_ids: Collection[str],
     task_id_of: Callable[[str], str | None] = str,
+    *,
+    samples: bool = False,
 ) -> ResponseFile:
     """Read a response file for tasks with these ids.
 
@@ -87,32 +148,105 @@ def read_responses(
         task_ids: the ids.
         task_id_of: from an identifier, as files have it, to the id of its task; by default the same. None is
             for a task that is known not to be in the data set: such rows are left out and counted.
+        samples: a task may have several answers, if rows number them (``sample``, from 0).
 
     Raises:
         InputError: the file is not a JSON list of answers, a row lacks a key or has it of another type, an
             identifier is unknown or repeated, or there is no row.
     """
-    rows = _read_list(path)
+    checked = _checked(path, task_ids, task_id_of)
+    first = next(checked, None)
+    read = _read_samples if samples and first is not None and first.sample is not None else _read_answers
+    file = read(path, chain(() if first is None else (first,), checked), task_id_of)
+    if not file.responses:
+        rows = f"{file.elsewhere:,} for tasks that are not in the data set"
+        raise InputError(
+            f"{path}: expected at least one answer, found {rows if file.elsewhere else 'an empty list'}"
+        )
+    return file
+
+
+class _Checked(NamedTuple):
+    """A row of a file: its number from 1, its place for messages, its task, None if it is left out."""
+
+    number: int
+    place: str
+    task_id: str | None
+    text: str
+    sample: Any
+
+
+def _checked(
+    path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str | None]
+) -> Iterator[_Checked]:
+    """The rows of a file, each of which is an answer to one of the tasks or to none of the data set."""
     known = frozenset(task_ids)
+    for number, row in enumerate(_values(path), 1):
+        place = f"{path}, row {number}"
+        identifier, text, sample = _fields(place, row)
+        task_id = task_id_of(identifier)
+        if task_id is not None and task_id not in known:
+            shown = task_id[:_SHOWN]
+            hint = did_you_mean(shown, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
+            raise InputError(f"{place}: identifier {shown!r} is not one of the tasks{hint}")
+        yield _Checked(number, place, task_id, text, sample)
+
+
+def _read_answers(
+    path: Path, rows: Iterable[_Checked], task_id_of: Callable[[str], str | None]
+) -> ResponseFile:
+    """The answers of a file that has one a task."""
     responses: dict[str, Response] = {}
     elsewhere = 0
-    for number, row in enumerate(rows, 1):
-        identifier, text = _fields(f"{path}, row {number}", row)
-        task_id = task_id_of(identifier)
-        if task_id is None:
+    for row in rows:
+        if row.task_id is None:
             elsewhere += 1
-            continue
-        shown = task_id[:_SHOWN]
-        if task_id not in known:
-            hint = did_you_mean(shown, task_ids) or f", which have ids such as {next(iter(task_ids), '')!r}"
-            raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks{hint}")
-        if task_id in responses:
-            raise InputError(f"{path}, row {number}: identifier {shown!r} stands there twice")
-        responses[task_id] = Response(task_id, text)
-    if not responses:
-        found = f"{elsewhere:,} for tasks that are not in the data set" if elsewhere else "an empty list"
-        raise InputError(f"{path}: expected at least one answer, found {found}")
+        elif row.task_id in responses:
+            raise InputError(f"{row.place}: identifier {row.task_id[:_SHOWN]!r} stands there twice")
+        else:
+            responses[row.task_id] = Response(row.task_id, row.text)
     return ResponseFile(model_name(path), tuple(responses.values()), elsewhere)
+
+
+def _read_samples(
+    path: Path, rows: Iterable[_Checked], task_id_of: Callable[[str], str | None]
+) -> ResponseFile:
+    """The answers of a file that has several a task, of which no text is kept."""
+    seen: dict[str, bytearray] = {}
+    elsewhere: set[int] = set()
+    number = 0
+    for row in rows:
+        if type(row.sample) is not int or not 0 <= row.sample < MOST_SAMPLES:
+            raise InputError(
+                f'{row.place}: "{SAMPLE}" must be a whole number from 0 to {MOST_SAMPLES - 1}, as in row 1'
+            )
+        if row.task_id is None:
+            elsewhere.add(row.number)
+            continue
+        if not _is_new(seen.setdefault(row.task_id, bytearray()), row.sample):
+            named = f"sample {row.sample} of identifier {row.task_id[:_SHOWN]!r}"
+            raise InputError(f"{row.place}: {named} stands there twice")
+        number += 1
+    samples = _Samples(path, number, frozenset(seen), task_id_of, frozenset(elsewhere))
+    return ResponseFile(model_name(path), samples, len(elsewhere))
+
+
+def _is_new(seen: bytearray, sample: int) -> bool:
+    """Whether a number is not among those seen, a bit each, to which it is added."""
+    byte, bit = sample // 8, 1 << sample % 8
+    seen.extend(bytes(max(0, byte + 1 - len(seen))))
+    is_new = not seen[byte] & bit
+    seen[byte] |= bit
+    return is_new
+
+
+def response_of(row: Row, task_id_of: Callable[[str], str | None]) -> Response:
+    """The answer in a row of a file that `read_responses` has read."""
+    if isinstance(row, Response):
+        return row
+    value = json.loads(row, strict=False) if isinstance(row, bytes) else row
+    identifier, text, sample = _fields("a row", value)
+    return Response(task_id_of(identifier) or identifier, text, sample)
 
 
 def write_responses(folder: Path, file: ResponseFile) -> None:
@@ -155,48 +289,67 @@ def file_name(name: str) -> str:
     return plain
 
 
-def _read_list(path: Path) -> Sequence[object]:
+def _rows(path: Path) -> Iterator[Row]:
+    """The rows of a file, those of lines of JSON as lines; of these and of Parquet a few are in memory."""
     if path.suffix == Path(PARQUET).suffix:
-        return read_columns(path, COLUMNS)
+        return read_columns(path, COLUMNS, (SAMPLE,))
+    if path.suffix == Path(LINES).suffix:
+        return (line for _, line in _lines(path))
+    return iter(_read_list(path))
+
+
+def _values(path: Path) -> Iterator[object]:
+    """The same rows, all of them read."""
+    if path.suffix == Path(LINES).suffix:
+        return (_parsed(path, line, number) for number, line in _lines(path))
+    return _rows(path)
+
+
+def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
+    """The lines that are not blank, numbered from 1; only a line feed ends one: JSON may hold the others."""
     try:
-        content = path.read_bytes()
-        is_lines = path.suffix == Path(LINES).suffix
-        rows = [*_values(content)] if is_lines else json.loads(content, strict=False)
+        with path.open("rb") as file:
+            yield from ((number, line) for number, line in enumerate(file, 1) if line.strip())
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    except json.JSONDecodeError as error:
-        place = f"line {error.lineno}, column {error.colno}"
-        raise InputError(f"{path}, {place}: expected JSON ({error.msg})") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: expected JSON in UTF-8 ({error})") from error
+
+
+def _read_list(path: Path) -> list[Any]:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    rows = _parsed(path, content)
     if not isinstance(rows, list):
         raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
     return rows
 
 
-def _values(content: bytes) -> Iterator[object]:
-    """The values of a file with one a line; of a bad line the place is that in the file."""
-    for number, line in lines(content):
-        try:
-            yield json.loads(line, strict=False)
-        except json.JSONDecodeError as error:
-            error.lineno += number - 1
-            raise
+def _parsed(path: Path, content: bytes, line: int = 1) -> object:
+    """JSON that begins at a line of a file."""
+    try:
+        value: object = json.loads(content, strict=False)
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno + line - 1}, column {error.colno}"
+        raise InputError(f"{path}, {place}: expected JSON ({error.msg})") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: expected JSON in UTF-8 ({error})") from error
+    return value
 
 
-def _fields(place: str, row: object) -> tuple[str, str]:
-    """The identifier and the text of a row."""
+def _fields(place: str, row: object) -> tuple[str, str, Any]:
+    """The identifier, the text and the sample of a row."""
     if not isinstance(row, dict):
         raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
     for key in COLUMNS:
         if key not in row:
             raise InputError(f'{place}: the key "{key}" is missing')
-    identifier, text = row["identifier"], row["llm_output"]
+    identifier, text, sample = row["identifier"], row["llm_output"], row.get(SAMPLE)
     if not isinstance(identifier, str):
         raise InputError(f'{place}: "identifier" must be a string, not {_kind(identifier)}')
     if not isinstance(text, str | None):
         raise InputError(f'{place}: "llm_output" must be a string, not {_kind(text)}')
-    return identifier, text or ""
+    return identifier, text or "", sample
 
 
 def _kind(value: object) -> str:

@@ -114,6 +114,11 @@ class Verdict:
         """The planner that judged the answer, by name; None if none did, or in older records."""
         return None
 
+    @property
+    def left_to(self) -> str | None:
+        """How the second of two planners ended to which the first one left it; None if it decided itself."""
+        return None
+
 
 @dataclass(frozen=True, slots=True)
 class Counted:

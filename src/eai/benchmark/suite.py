@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -84,9 +84,10 @@ class Suite:
         """The errata of its data that are used."""
         return self.benchmark.errata_for(self.source)
 
-    def over(self, answers: Sequence[str]) -> Suite:
+    def over(self, answers: Iterable[str]) -> Suite:
         """The suite as it scores these answers together: a protocol may read each as all are written."""
-        opener = self._over(answers) if answers else None
+        texts = [] if self._over is each_by_itself else list(answers)
+        opener = self._over(texts) if texts else None
         return self if opener is None or self.reopen is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:

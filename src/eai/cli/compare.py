@@ -22,9 +22,9 @@ from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
-from eai.results.coverage import coverage_of, planners_of
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
+from eai.results.totals import Totals
 from eai.scoring.runs import Run, read_runs
 
 _SURE = 0.05
@@ -112,7 +112,7 @@ def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
 def _note_planners(one: Run, other: Run) -> None:
     """Say on standard error if the operators of the two are judged by different planners."""
     found = {
-        side: ", ".join(planners_of(record.verdict for record in run.records)) or "not known"
+        side: ", ".join(Totals.of(run.records).planners) or "not known"
         for side, run in (("A", one), ("B", other))
     }
     if len(set(found.values())) > 1:
@@ -160,7 +160,7 @@ def _named(place: _Place) -> str:
 
 def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
     first, second = one.key, other.key
-    coverages = {"A": coverage_of(one.records), "B": coverage_of(other.records)}
+    coverages = {"A": Totals.of(one.records).coverage, "B": Totals.of(other.records).coverage}
     names = "" if found.names == found.tasks else f" of {found.names} names"
     title = (
         f"{_named(place)}: {found.tasks} tasks{names}\n"

@@ -44,12 +44,13 @@ from eai.cli.order import (
 )
 from eai.cli.progress import resumable
 from eai.cli.prompts import chosen_prompts, tasks_of
-from eai.cli.table import Result, print_results, suite_title
+from eai.cli.table import print_results, suite_title
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.repeats import passes_table
 from eai.results.terminal import print_table
+from eai.results.totals import Totals
 from eai.run.job import answers
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
@@ -181,7 +182,7 @@ def run(
 def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
     suite = outcomes[0].suite
-    results = {each.model: Result.of_rates(each.rates, each.records) for each in outcomes}
+    results = {each.model: Totals.of(each.records) for each in outcomes}
     print_results(_title(spec, suite), suite.ability, results, wide=wide)
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
     if repeated:

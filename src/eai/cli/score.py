@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, cast
+from typing import Annotated
 
 import typer
 
@@ -23,26 +24,26 @@ from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, counted, note, note_planner, print_json, say, without_inspect
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, scoring
 from eai.cli.progress import scoring_progress
-from eai.cli.table import Result, print_remark, print_results, result_json, suite_title
+from eai.cli.table import print_remark, print_results, result_json, suite_title
 from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, how_to_install
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.results.totals import Totals
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import averaged_records
 from eai.scoring.records import (
     RECORDS,
+    Part,
     Shard,
     find_shards,
     merge_shards,
+    part_of,
     read_records,
-    write_results,
+    write_parts,
     write_shard,
 )
 from eai.tasks.source import ErrataChoice, Source
-
-if TYPE_CHECKING:
-    from eai.abilities.transition_modeling.declaration import OperatorVerdict
 
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
 
@@ -168,8 +169,7 @@ def score(
                 stack.enter_context(sole_run(folder))
         if shard is not None:
             for share in shares:
-                records = _records(share, settings, workplace, quiet=as_json)
-                write_shard(share.out or Path(), shard, records)
+                write_shard(share.out or Path(), shard, _parts(share, settings, workplace, quiet=as_json))
         printed = _score_all(shares, settings, workplace, as_json=as_json, wide=wide) if shard is None else []
     if as_json:
         print_json(printed)
@@ -204,21 +204,29 @@ def _score_all(
     printed: list[Json] = []
     try:
         for suite, group in groupby(shares, key=lambda share: share.suite):
-            results: dict[str, Result] = {}
+            results: dict[str, Totals] = {}
             for share in group:
-                records = _records(share, settings, workplace, quiet=as_json)
-                result = results[share.answers.model] = Result.of(records)
-                if share.out is not None:
-                    _note_replaced(share.out / RECORDS, records[0])
-                    write_results(share.out, records, result.rates)
-                _note_authority(share.answers.model, records)
-                printed.append(result_json(records, result, share.out))
+                totals = results[share.answers.model] = _scored(share, settings, workplace, quiet=as_json)
+                _note_authority(share.answers.model, totals)
+                printed.append(result_json(totals, share.out))
             if not as_json:
                 title = suite_title(suite.domain, suite.ability, suite.protocol)
                 print_results(title, suite.ability, results, wide=wide)
     except KeyboardInterrupt:
         raise InterruptError(_interrupted(shares, len(printed))) from None
     return printed
+
+
+def _scored(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Totals:
+    """Score the answers of a model to a suite; what is written goes by part by part."""
+    parts = _parts(share, settings, workplace, quiet=quiet)
+    if share.out is not None:
+        _note_replaced(share.out / RECORDS, share)
+        return write_parts(share.out, parts)
+    totals = Totals()
+    for _, part in parts:
+        totals.merge(part)
+    return totals
 
 
 def _interrupted(shares: Sequence[_Share], done: int) -> str:
@@ -230,63 +238,70 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
     return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
 
 
-def _records(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> list[Record]:
-    """The records of all answers; where there are several epochs, with their means."""
-    files = (share.answers, *share.answers.further)
-    of_epochs = [
-        _records_of(replace(share, answers=each), settings, workplace, quiet=quiet) for each in files
-    ]
+def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Iterable[Part]:
+    """The records of all answers, part by part; where there are several epochs, with their means."""
     averaged = declaration_of(share.suite.ability).of_epochs
-    if averaged is None or len(files) == 1:
-        return of_epochs[0]
+    if averaged is None or not share.answers.further:
+        return _parts_of(share, settings, workplace, quiet=quiet)
+    suite, of_epochs = share.suite, []
+    for answers in (share.answers, *share.answers.further):
+        missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answers.answered}
+        of_epochs.append(score_run(suite, answers, missing, settings))
     by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
-    return [by_task[task_id] for task_id in share.suite.task_ids if task_id in by_task]
+    finish = _finish_of(share) or replace
+    records = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
+    return [part_of(records if settings.shard is None else [*settings.shard.of_these(records)])]
 
 
-def _records_of(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> list[Record]:
+def _parts_of(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
     suite, answers = share.suite, share.answers
-    answered = {response.task_id for response in answers.responses}
+    answered = answers.answered
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
-    with scoring_progress(title, len(answered), quiet=quiet) as report:
-        records = score_run(suite, answers, missing, settings, report, workplace)
+    with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
+        done = 0
+        for part in workplace.parts(suite, answers, missing, settings, _finish_of(share)):
+            yield part
+            done += part[1].number
+            report(done)
+
+
+def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
+    """What becomes of a record besides: the goals that its question stated, and the name of the prompts."""
+    if share.goals is None and share.prompt_name is None:
+        return None
+    from eai.scoring.epochs import finished
+
+    believed, suite = None, share.suite
     if share.goals is not None:
         from eai.studies.pipeline.stage_one import read_believed
 
-        believed = read_believed(share.goals, suite.benchmark, suite.ability, suite.source, answers.model)
-        records = [believed.marked(record) for record in records]
-    if share.prompt_name is not None:
-        records = [record.varied(prompt_name=share.prompt_name) for record in records]
-    return records
+        goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
+        believed = replace(read_believed(share.goals, *goals), beliefs={}, about={})
+    return partial(finished, believed=believed, prompt_name=share.prompt_name)
 
 
-def _note_authority(name: str, records: Sequence[Record]) -> None:
+def _note_authority(name: str, totals: Totals) -> None:
     """Say on standard error how many problems the built-in search left to Fast Downward."""
-    judged = [cast("OperatorVerdict", record.verdict) for record in records if record.verdict.judge]
-    left = [verdict for verdict in judged if _was_left(verdict)]
+    left = totals.left.total()
     if not left:
         return
-    ended = sum(verdict.planner in _AT_A_LIMIT for verdict in left)
+    ended = sum(totals.left[outcome.value] for outcome in _AT_A_LIMIT)
     limits = f", {ended} of them to the end of its time or memory" if ended else ""
-    note(f"{name}: {len(left)} of {counted(len(judged), 'problem')} went to Fast Downward{limits}")
+    note(f"{name}: {left} of {counted(totals.judges.total(), 'problem')} went to Fast Downward{limits}")
 
 
-def _was_left(verdict: OperatorVerdict) -> bool:
-    """Whether the first of two planners did not decide."""
-    _, then, authority = (verdict.planner_name or "").partition(", then ")
-    return bool(then) and verdict.planner_detail.startswith(authority)
-
-
-def _note_replaced(file: Path, first: Record) -> None:
+def _note_replaced(file: Path, share: _Share) -> None:
     """Say on standard error that a file of records is replaced, if it is of another run."""
     if not file.is_file():
         return
     try:
-        before = next(read_records(file), first)
+        before = next(read_records(file), None)
     except InputError as error:
         note(f"{error}; the file is replaced")
         return
-    if (before.model, before.domain, before.ability) != (first.model, first.domain, first.ability):
+    run = share.answers.model, share.suite.domain, share.suite.ability
+    if before is not None and (before.model, before.domain, before.ability) != run:
         note(f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced")
 
 
@@ -333,26 +348,19 @@ def _shares_by_place(
 
 
 def _read(file: Path, suite: Suite) -> ResponseFile:
-    """The answers in a response file or a log, in the order of the data set.
+    """The answers in a response file or a log.
 
     Inspect, which reads logs, is imported only for one.
     """
     if file.suffix != LOG_SUFFIX:
-        answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
+        answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True)
     else:
         try:
             from eai.run.evaluation import read_answers
         except ImportError as error:
             raise without_inspect(error) from error
         answers = read_answers(file, suite)
-    return _in_order(answers, suite)
-
-
-def _in_order(answers: ResponseFile, suite: Suite) -> ResponseFile:
-    """Answers in the order of the data set."""
-    by_id = {response.task_id: response for response in answers.responses}
-    responses = tuple(by_id[i] for i in suite.task_ids if i in by_id)
-    return replace(answers, responses=responses, further=tuple(_in_order(f, suite) for f in answers.further))
+    return answers
 
 
 def _refuse_twins(names: Sequence[str]) -> None:
@@ -366,14 +374,14 @@ def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
     """Put shards together: records and summaries as one process writes them."""
     printed: list[Json] = []
     for folder, files in [found for path in paths for found in find_shards(path).items()]:
-        records = merge_shards(folder, files)
-        first, result = records[0], Result.of(records)
-        printed.append(result_json(records, result, folder))
+        totals = merge_shards(folder, files)
+        first = totals.first
+        printed.append(result_json(totals, folder))
         if as_json:
-            print_remark(first.model, result.coverage)
+            print_remark(first.model, totals.coverage)
         else:
             title = suite_title(first.domain, first.ability, first.protocol)
-            print_results(title, first.ability, {first.model: result}, wide=wide)
-            say(f"{counted(len(files), 'shard')} of {counted(len(records), 'record')} written to {folder}")
+            print_results(title, first.ability, {first.model: totals}, wide=wide)
+            say(f"{counted(len(files), 'shard')} of {counted(totals.number, 'record')} written to {folder}")
     if as_json:
         print_json(printed)

@@ -20,6 +20,9 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+ROWS = 1024
+"""How many rows of a Parquet file are read at a time."""
+
 LOCK = "answers.lock"
 """Name of the file that a process holds in the folder where it works."""
 
@@ -37,8 +40,13 @@ def parquet() -> Any:
     return pyarrow.parquet
 
 
-def read_columns(path: Path, names: Sequence[str]) -> list[dict[str, object]]:
-    """The rows of a Parquet file, each with these columns; others are not read.
+def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
+    """The rows of a Parquet file, each with these columns; the file is never in memory as a whole.
+
+    Args:
+        path: the file.
+        names: the columns that it must have.
+        also: those that rows have where it has them.
 
     Raises:
         EaiError: pyarrow is not installed.
@@ -46,18 +54,19 @@ def read_columns(path: Path, names: Sequence[str]) -> list[dict[str, object]]:
     """
     reader = parquet()
     try:
-        there = reader.read_schema(path).names
-        for name in names:
-            if name not in there:
-                raise InputError(f'{path}: the column "{name}" is missing')
-        rows: list[dict[str, object]] = reader.read_table(path, columns=list(names)).to_pylist()
+        with reader.ParquetFile(path) as file:
+            there = file.schema_arrow.names
+            for name in names:
+                if name not in there:
+                    raise InputError(f'{path}: the column "{name}" is missing')
+            for batch in file.iter_batches(ROWS, columns=[*names, *(name for name in also if name in there)]):
+                yield from batch.to_pylist()
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
-    return rows
 
 
-Content: TypeAlias = str | bytes | Iterable[str]
-"""The content of a file: all of it, or the pieces of a text."""
+Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
+"""The content of a file: all of it, or its pieces."""
 
 _UNSHOWN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 """Categories of characters that move a cursor, turn text around, or are none, such as lone surrogates."""
@@ -135,11 +144,8 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
 
 
 def _encoded(content: Content) -> Iterator[bytes]:
-    if isinstance(content, bytes):
-        yield content
-    else:
-        for piece in (content,) if isinstance(content, str) else content:
-            yield piece.encode("utf-8", "backslashreplace")
+    for piece in (content,) if isinstance(content, str | bytes) else content:
+        yield piece if isinstance(piece, bytes) else piece.encode("utf-8", "backslashreplace")
 
 
 @contextlib.contextmanager

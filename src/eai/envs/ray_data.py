@@ -1,18 +1,21 @@
-"""Scoring as a step of Ray Data: batches of answers in, the same with their records out."""
+"""Scoring as a step of Ray Data or Spark: batches of answers in, the same with their records out."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.record import Record
 from eai.abilities.responses import COLUMNS, Response
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
+from eai.results.breakdown import outcome as outcome_of
 from eai.scoring.batch import Scoring
 from eai.scoring.records import line_of
 
-RECORD = "record"
-"""The column that is added."""
+ADDED = {"record": "string", "outcome": "string", "success": "boolean"}
+"""The columns that are added, with their types as Spark writes them."""
 
 
 class Scores:
@@ -33,9 +36,10 @@ class Scores:
         self._explanations = explanations
 
     def __call__(self, batch: Mapping[str, Sequence[Any]]) -> dict[str, Sequence[Any]]:
-        """The batch with the column ``record``: for each answer what its line in ``records.jsonl`` would be.
+        """The batch with a record, an outcome and whether that is a success for each answer.
 
-        It is null for tasks that are known not to be in the data set, whose rows a response file may have.
+        A record is what its line in ``records.jsonl`` would be. All three are null for tasks that are known
+        not to be in the data set, whose rows a response file may have; success also where a task is excluded.
 
         Args:
             batch: columns by name: ``identifier`` and ``llm_output``, as in response files, and any others.
@@ -53,5 +57,17 @@ class Scores:
             if task_id is not None
         ]
         records = Scoring().records(self._suite, self._model, answers, explanations=self._explanations)
-        lines = [None if task_id is None else line_of(next(records)) for task_id in task_ids]
-        return {**batch, RECORD: lines}
+        scored = [(None, None, None) if task_id is None else _columns(next(records)) for task_id in task_ids]
+        return {**batch, **{column: [row[place] for row in scored] for place, column in enumerate(ADDED)}}
+
+    def frames(self, frames: Iterable[Any]) -> Iterator[Any]:
+        """The same for data frames, as ``mapInPandas`` of Spark gives them; ``ADDED`` has the types."""
+        for frame in frames:
+            scored = self({column: frame[column].tolist() for column in COLUMNS})
+            yield frame.assign(**{column: scored[column] for column in ADDED})
+
+
+def _columns(record: Record) -> tuple[str, str, bool | None]:
+    outcome = outcome_of(record)
+    excluded = record.verdict.excluded is not None
+    return line_of(record), outcome.value, None if excluded else outcome is AnswerOutcome.SUCCESS

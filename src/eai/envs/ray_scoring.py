@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
@@ -12,7 +12,7 @@ from ray.exceptions import RayActorError
 
 from eai.errors import InputError, WorkerError
 from eai.scoring.batch import Scoring
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, SMALLEST, batches, loaded
+from eai.scoring.workers import AHEAD, DEATHS, HELD, LARGEST, SMALLEST, batches, loaded
 
 LOCAL = "local"
 """The address of a cluster that is started on this machine, and ends with the program."""
@@ -66,16 +66,22 @@ class RayScoring(Scoring):
         *,
         at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
     ) -> Iterator[R]:
-        """Yield the results of a function on the items, in their order.
+        """Yield the results of a function on the items, in their order; a batch goes to who has least to do.
 
         Raises:
             WorkerError: actors die whenever they come to certain items.
         """
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
-        for number, batch in enumerate(batches(items, self._number, *at_a_time)):
-            actor = self._actors[number % self._number]
-            ahead.append(actor.done.remote(content, pickle.dumps(batch)))
+        doing: dict[Any, int] = {}  # what is promised and not known to be done -> which actor has it
+        for batch in batches(items, self._number, *at_a_time):
+            if len(doing) == self._number * HELD:
+                for done in ray.wait([*doing])[0]:
+                    del doing[done]
+            held = Counter(doing.values())
+            idlest = min(range(self._number), key=lambda number: held[number])
+            ahead.append(self._actors[idlest].done.remote(content, pickle.dumps(batch)))
+            doing[ahead[-1]] = idlest
             if len(ahead) == self._number * AHEAD:
                 yield from _results(ahead.popleft())
         while ahead:

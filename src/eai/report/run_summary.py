@@ -10,9 +10,10 @@ from eai.abilities.declaration import declaration_of
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, per_success, spent
-from eai.results.coverage import Coverage, ErrataEffect, coverage_of, errata_effect, planners_of
-from eai.results.rate import Rate, total
-from eai.results.summary import cases_of, contributions
+from eai.results.coverage import Coverage, ErrataEffect
+from eai.results.rate import Rate
+from eai.results.summary import cases_of
+from eai.results.totals import Totals
 from eai.scoring.runs import Run, RunKey
 
 
@@ -60,17 +61,17 @@ def summary_of(run: Run) -> RunSummary:
     """The summary of a run."""
     key = run.key
     verdicts = [record.verdict for record in run.records]
-    rates = total(contributions(verdicts, key.ability))
+    totals = Totals.of(run.records)
     cases = cases_of(run.records, key.ability)
     return RunSummary(
         key,
-        coverage_of(run.records),
+        totals.coverage,
         dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
         sum(bool(record.repairs) for record in run.records),
-        planners_of(verdicts),
-        errata_effect(run.records),
+        totals.planners,
+        totals.errata,
         tuple(sorted({record.data_sha256 for record in run.records})),
-        rates,
+        totals.counted,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},
         {metric: found for metric, found in cases.items() if metric in declaration_of(key.ability).main},
         spent(run.records),

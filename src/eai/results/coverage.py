@@ -5,12 +5,11 @@ Also what errata of the data did to the numbers of a run, as its records say it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import reduce
 
-from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import Json, Verdict
+from eai.abilities.verdict import Json
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,25 +87,6 @@ class Coverage:
         }
 
 
-def coverage_of(records: Sequence[Record]) -> Coverage:
-    """The coverage of a run, all of whose records are of one suite."""
-    sizes = {record.suite_size for record in records}
-    lacking = [record.verdict for record in records if record.unanswered is not None]
-    return Coverage(
-        asked=len(records),
-        answered=len(records) - len(lacking),
-        failed=sum(verdict.excluded is None for verdict in lacking),
-        left_out=sum(verdict.excluded == NOT_ANSWERED for verdict in lacking),
-        tasks=sizes.pop() if len(sizes) == 1 else None,
-    )
-
-
-def planners_of(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
-    """The planners that judged operators, by name; usually one, and none where older records do not say."""
-    names = {verdict.judge for verdict in verdicts}
-    return tuple(sorted(name for name in names if name is not None))
-
-
 def together(coverages: Iterable[Coverage]) -> Coverage | None:
     """That of several suites; None of none."""
     found = tuple(coverages)
@@ -155,18 +135,3 @@ class ErrataEffect:
             "left_out": list(self.left_out),
             "corrected": list(self.corrected),
         }
-
-
-def errata_effect(records: Sequence[Record]) -> ErrataEffect | None:
-    """The effect on a run; None if no errata were used."""
-    versions = dict.fromkeys(record.errata.version for record in records if record.errata is not None)
-    if not versions:
-        return None
-    touched = [record for record in records if record.errata is not None and record.errata.entries]
-    return ErrataEffect(
-        version=", ".join(versions),
-        tasks=len(records),
-        scored=sum(record.verdict.excluded is None for record in records),
-        left_out=tuple(record.task_id for record in touched if record.verdict.excluded is not None),
-        corrected=tuple(record.task_id for record in touched if record.verdict.excluded is None),
-    )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
+from typing import TypeAlias
 
 from eai.abilities.verdict import Json, Share, Shares
 
@@ -36,13 +38,32 @@ NOTHING = Rate(0, 0)
 
 def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
     """The rates that contributions add up to: sums over sums, in the order of first mention."""
-    numerators: dict[str, float] = {}
-    denominators: dict[str, float] = {}
+    sums: dict[str, tuple[Exact, Exact]] = {}
     for contribution in contributions:
-        for name, (numerator, denominator) in contribution.items():
-            numerators[name] = numerators.get(name, 0) + numerator
-            denominators[name] = denominators.get(name, 0) + denominator
-    return {name: Rate(_plain(numerators[name]), _plain(denominators[name])) for name in numerators}
+        add_up(sums, contribution)
+    return rates_of(sums)
+
+
+Exact: TypeAlias = "int | Fraction"
+"""A sum that does not depend on the order of what is added up."""
+
+
+def add_up(
+    sums: dict[str, tuple[Exact, Exact]], more: Mapping[str, tuple[float | Exact, float | Exact]]
+) -> None:
+    """Add what an answer contributes, or sums over other answers, to the sums of each metric."""
+    for name, (numerator, denominator) in more.items():
+        known = sums.get(name, (0, 0))
+        sums[name] = known[0] + _exact(numerator), known[1] + _exact(denominator)
+
+
+def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
+    """The rates, in the order of the sums."""
+    return {name: Rate(_plain(more), _plain(of)) for name, (more, of) in sums.items()}
+
+
+def _exact(number: float | Exact) -> Exact:
+    return number if isinstance(number, int | Fraction) else Fraction(number)
 
 
 def rate_of(shares: Iterable[Share]) -> Rate:
@@ -54,6 +75,6 @@ def rate_of(shares: Iterable[Share]) -> Rate:
     return Rate(_plain(numerator), _plain(denominator))
 
 
-def _plain(number: float) -> float:
+def _plain(number: float | Exact) -> float:
     """The same number, as an integer where it is one."""
-    return int(number) if number == int(number) else number
+    return int(number) if number == int(number) else float(number)

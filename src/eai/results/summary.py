@@ -13,6 +13,7 @@ from typing import TypeAlias
 from eai.abilities.declaration import declaration_of, the_four
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Record
+from eai.abilities.verdict import NOTHING as NO_SHARE
 from eai.abilities.verdict import Shares, Verdict
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, total
@@ -35,7 +36,9 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
     """
     declared = declaration_of(ability)
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
-    return map(declared.contributions, declared.of_run(scored))
+    void = dict.fromkeys((metric for verdict in scored for metric in declared.void(verdict)), NO_SHARE)
+    shares = map(declared.contributions, scored)
+    return ({**share, **void} for share in shares) if void else shares
 
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import tee
+from itertools import chain, tee
 from operator import length_hint
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from eai.abilities.declaration import declaration_of
+from eai.abilities.declaration import declaration_of, no_harness
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
-from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.responses import Response, ResponseFile, Row, response_of
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite
-from eai.scoring.records import Shard
-from eai.scoring.workers import LARGEST, SMALLEST, Workers
+from eai.scoring.records import AT_A_TIME, Part, Shard, part_of
+from eai.scoring.workers import LARGEST, SMALLEST, Workers, batches
 
 if TYPE_CHECKING:
     from eai.scoring.reward import Reward
@@ -99,6 +99,38 @@ class Scoring(Workers):
         judged = workers.each(work, given, at_a_time=workers._shares(suite, length_hint(responses)))
         return map(partial(_record, suite, model), asked, judged)
 
+    def parts(
+        self,
+        suite: Suite,
+        answers: ResponseFile,
+        unanswered: Mapping[str, str],
+        settings: Settings,
+        finish: Callable[[Record], Record] | None = None,
+    ) -> Iterator[Part]:
+        """The records of all tasks that a model was asked, ready to be written, a part at a time.
+
+        Answers come in the order of the data set; where a task has several, in that of their file, and tasks
+        without any follow. Who scores makes the lines, too, so that here nothing is left but to write them.
+
+        Args:
+            suite: the tasks.
+            answers: the answers, whose form together may decide how each is read.
+            unanswered: why a task that was asked has no answer, by its id.
+            settings: how to score.
+            finish: what becomes of a record before it is written; it is pickled.
+        """
+        suite = suite.over(response.text for response in answers.responses)
+        items, number = _items_of(suite, answers, unanswered), len(answers.responses) + len(unanswered)
+        if settings.shard is not None:
+            items, number = settings.shard.of_these(items), -(-number // settings.shard.of)
+        judge = _Judge(suite, settings.explanations, settings.allow_missing, settings.look_back)
+        work = _Finish(judge, answers.model, _harness(suite, answers), finish)
+        if self._number < 2 or not suite.portable:
+            at_a_time = (1, 1) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, AT_A_TIME)
+            return (part for batch in batches(items, 1, *at_a_time) for part in work(batch))
+        first, most = self._shares(suite, number)
+        return self.each(work, items, at_a_time=(min(first, AT_A_TIME), min(most, AT_A_TIME)))
+
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
         """The records of answers, in their order.
 
@@ -165,6 +197,29 @@ class _Judge:
 
 
 @dataclass(frozen=True, slots=True)
+class _Finish:
+    """From answers to a part of the records of a run."""
+
+    judge: _Judge
+    model: str
+    harness: str | None
+    finish: Callable[[Record], Record] | None
+
+    def __call__(self, rows: Sequence[Row | _Missing]) -> list[Part]:
+        suite = self.judge.suite
+        items = [
+            row if isinstance(row, _Missing) else response_of(row, suite.benchmark.task_id_of) for row in rows
+        ]
+        return [part_of([self._finished(*each) for each in zip(items, self.judge(items), strict=True)])]
+
+    def _finished(self, item: Response | _Missing, judged: _Judged) -> Record:
+        record = _record(self.judge.suite, self.model, item, judged)
+        own = declaration_of(record.ability).harness(record.verdict)
+        record = record.varied(harness=own or self.harness)
+        return record if self.finish is None else self.finish(record)
+
+
+@dataclass(frozen=True, slots=True)
 class _Rewards:
     """From answers to what they are worth."""
 
@@ -174,13 +229,26 @@ class _Rewards:
         return [self.reward(task_id, text) for task_id, text in items]
 
 
-def _items_of(
-    suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
-) -> list[Response | _Missing]:
-    """All tasks that a model was asked, in the order of the data set: its answers, or why there are none."""
-    by_id: dict[str, Response | _Missing] = {response.task_id: response for response in answers.responses}
+def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> Iterator[Row | _Missing]:
+    """All tasks that a model was asked, in the order of the data set: its answers, or why there are none.
+
+    Several answers to a task come as they stand in their file, before all tasks without any.
+    """
+    if answers.sampled:
+        lacking = [_Missing(i, unanswered[i]) for i in suite.task_ids if i in unanswered]
+        return chain(answers.rows(), lacking)
+    by_id: dict[str, Row | _Missing] = {response.task_id: response for response in answers.responses}
     by_id |= {task_id: _Missing(task_id, why) for task_id, why in unanswered.items()}
-    return [by_id[task_id] for task_id in suite.task_ids if task_id in by_id]
+    return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)
+
+
+def _harness(suite: Suite, answers: ResponseFile) -> str | None:
+    """What the first answer that says it was made in, which tasks without an answer have, too."""
+    declared = declaration_of(suite.ability).harness
+    if declared is no_harness:
+        return None
+    known = (declared(suite.score(response.task_id, response.text)) for response in answers.responses)
+    return next(filter(None, known), None)
 
 
 def score_run(
@@ -189,7 +257,6 @@ def score_run(
     unanswered: Mapping[str, str],
     settings: Settings,
     progressed: Progressed | None = None,
-    scoring: Scoring | None = None,
 ) -> list[Record]:
     """The records of all tasks that a model was asked, in the order of the data set.
 
@@ -199,26 +266,25 @@ def score_run(
         unanswered: why a task that was asked has no answer, by its id.
         settings: how to score.
         progressed: shows how far it is.
-        scoring: what scores; opened for this alone if None.
     """
-    if scoring is None:
-        with Scoring(settings.workers) as opened:
-            return score_run(suite, answers, unanswered, settings, progressed, opened)
-    together = suite.over([response.text for response in answers.responses])
-    items = _items_of(suite, answers, unanswered)
-    records = scoring.records(
-        together,
-        answers.model,
-        items if settings.shard is None else settings.shard.of_these(items),
-        explanations=settings.explanations,
-        allow_missing=settings.allow_missing,
-        look_back=settings.look_back,
-    )
+    suite = suite.over(response.text for response in answers.responses)
+    items = [
+        item if isinstance(item, _Missing) else response_of(item, suite.benchmark.task_id_of)
+        for item in _items_of(suite, answers, unanswered)
+    ]
     found: list[Record] = []
-    for record in records:
-        found.append(record)
-        if progressed is not None:
-            progressed(len(found))
+    with Scoring(settings.workers) as scoring:
+        for record in scoring.records(
+            suite,
+            answers.model,
+            items,
+            explanations=settings.explanations,
+            allow_missing=settings.allow_missing,
+            look_back=settings.look_back,
+        ):
+            found.append(record)
+            if progressed is not None:
+                progressed(len(found))
     return _with_harness(suite.ability, found)
 
 
@@ -246,4 +312,5 @@ def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged
         unanswered=why,
         suite_size=len(suite.task_ids),
         errata=suite.errata.use(suite.ability, item.task_id),
+        sample=None if isinstance(item, _Missing) else item.sample,
     )

@@ -26,10 +26,11 @@ from eai.benchmark.suite import Suite
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases
 from eai.results.cost import per_success, per_success_to_json
-from eai.results.coverage import Coverage, coverage_of, errata_effect
+from eai.results.coverage import Coverage
 from eai.results.rate import Rate
 from eai.results.repeats import passes, passes_to_json, repeated_metric
-from eai.results.summary import cases_of, summarise
+from eai.results.summary import cases_of
+from eai.results.totals import Totals
 from eai.scoring.batch import Progressed, Settings, score_run
 from eai.scoring.records import write_results
 from eai.scoring.trials import Answer, Place, Trials, Tried, record_of_trial
@@ -124,6 +125,11 @@ class Believed:
         return replace(record, experiment=self.experiment, stated=stated, perceived=perceived)
 
 
+def finished(record: Record, believed: Believed | None, prompt_name: str | None) -> Record:
+    """A record with what its question stated, and what its prompts are called."""
+    return (record if believed is None else believed.marked(record)).varied(prompt_name=prompt_name)
+
+
 @dataclass(frozen=True, slots=True)
 class Obtained:
     """The answers of a model to a suite.
@@ -202,7 +208,7 @@ class SuiteResult:
 
     def to_json(self) -> dict[str, Json]:
         """The outcome as ``--json`` prints it."""
-        errata = errata_effect(self.records)
+        errata = Totals.of(self.records).errata
         return {
             "model": self.model,
             "domain": self.suite.domain,
@@ -353,12 +359,13 @@ def _write_records(
     of_epochs: Sequence[SuiteResult],
 ) -> SuiteResult:
     """Write records and their summary."""
+    totals = Totals.of(records)
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
         suite=suite,
-        rates=summarise([record.verdict for record in records], suite.ability),
-        coverage=coverage_of(records),
+        rates=totals.rates,
+        coverage=totals.coverage,
         failures=failures,
         truncated=truncated,
         usage=_usage(obtained),
@@ -367,7 +374,7 @@ def _write_records(
     )
     digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
     prompts_sha256 = hashlib.sha256(json.dumps(digests).encode()).hexdigest()
-    write_results(folder, records, outcome.rates, {"prompts_sha256": prompts_sha256, **outcome.effort()})
+    write_results(folder, records, {"prompts_sha256": prompts_sha256, **outcome.effort()})
     return outcome
 
 

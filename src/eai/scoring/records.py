@@ -8,18 +8,18 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain, zip_longest
+from itertools import islice, zip_longest
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.codec import SCHEMA, experiment_to_json, record_from_json, record_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.data.files import files_below, write_whole
 from eai.errors import InputError
-from eai.results.coverage import coverage_of, errata_effect, planners_of
 from eai.results.rate import Rate
-from eai.results.summary import by_attempt, summarise
+from eai.results.summary import by_attempt
+from eai.results.totals import Totals
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
@@ -43,11 +43,15 @@ def read_records(path: Path) -> Iterator[Record]:
         InputError: the file cannot be read, a line is not a record, or its answer is not the one that was
             scored.
     """
+    for number, line in enumerate(_lines(path), 1):
+        if line.strip():
+            yield _parse(f"{path}, line {number}", line)
+
+
+def _lines(path: Path) -> Iterator[str]:
     try:
         with path.open(encoding="utf-8") as file:
-            for number, line in enumerate(file, 1):
-                if line.strip():
-                    yield _parse(f"{path}, line {number}", line)
+            yield from file
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: expected a readable records.jsonl ({error})") from error
 
@@ -71,18 +75,65 @@ def _parse(place: str, line: str) -> Record:
 SUMMARY = "summary.json"
 RECORDS = "records.jsonl"
 
+AT_A_TIME = 256
+"""How many records are made ready at a time."""
 
-def write_results(
-    folder: Path, records: list[Record], rates: Mapping[str, Rate], run: Mapping[str, Json] | None = None
-) -> None:
+
+Part: TypeAlias = tuple[bytes, Totals]
+"""Some records of a run, one after the other: their lines as a file has them, and their totals."""
+
+
+def part_of(records: Sequence[Record]) -> Part:
+    """Records that are ready to be written."""
+    return b"".join([line_of(record).encode() + b"\n" for record in records]), Totals.of(records)
+
+
+def write_results(folder: Path, records: Sequence[Record], run: Mapping[str, Json] | None = None) -> Totals:
     """Write the records and the summary of one model; ``run`` is what the summary says of a run besides.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    first, errata = records[0], errata_effect(records)
-    planners = planners_of(record.verdict for record in records)
-    summary: dict[str, Json] = {
+    parts = (part_of(records[start : start + AT_A_TIME]) for start in range(0, len(records), AT_A_TIME))
+    return write_parts(folder, parts, run, by_attempt(records))
+
+
+def write_parts(
+    folder: Path,
+    parts: Iterable[Part],
+    run: Mapping[str, Json] | None = None,
+    stages: Sequence[Mapping[str, Rate]] = (),
+) -> Totals:
+    """Write the records of one model part by part as they come, none of which is kept, and their summary.
+
+    Args:
+        folder: where to.
+        parts: the records in their order.
+        run: what the summary says of a run besides.
+        stages: the rates after each attempt, where a task has several.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    totals = Totals()
+
+    def lines() -> Iterator[bytes]:
+        for written, part in parts:
+            totals.merge(part)
+            yield written
+
+    def summary() -> Iterator[str]:
+        yield json.dumps(_summary(totals, run or {}, stages), indent=2) + "\n"
+
+    write_whole({folder / RECORDS: lines(), folder / SUMMARY: summary()})
+    return totals
+
+
+def _summary(
+    totals: Totals, run: Mapping[str, Json], stages: Sequence[Mapping[str, Rate]]
+) -> Mapping[str, Json]:
+    first, errata, planners = totals.first, totals.errata, totals.planners
+    return {
         "protocol": first.protocol.value,
         "domain": first.domain,
         "ability": first.ability.value,
@@ -90,17 +141,17 @@ def write_results(
         **({} if first.experiment is None else {"experiment": experiment_to_json(first.experiment)}),
         "data_sha256": first.data_sha256,
         "errata": None if errata is None else errata.to_json(),
-        "coverage": coverage_of(records).to_json(),
+        "coverage": totals.coverage.to_json(),
         **({"planner": ", ".join(planners)} if planners else {}),
         "unit": "percent",
-        **({} if run is None else {"run": run}),
-        **{name: rate.to_json() for name, rate in rates.items()},
+        **({"run": run} if run else {}),
+        **{name: rate.to_json() for name, rate in totals.rates.items()},
+        **(
+            {"by_attempt": [{name: rate.to_json() for name, rate in each.items()} for each in stages]}
+            if stages
+            else {}
+        ),
     }
-    stages = by_attempt(records)
-    if stages:
-        summary["by_attempt"] = [{name: rate.to_json() for name, rate in each.items()} for each in stages]
-    lines = (f"{line_of(record)}\n" for record in records)
-    write_whole({folder / RECORDS: lines, folder / SUMMARY: json.dumps(summary, indent=2) + "\n"})
 
 
 T = TypeVar("T")
@@ -127,9 +178,9 @@ class Shard(NamedTuple):
             raise InputError(f"{text!r} is no shard: expected I/N, such as 2/8, from 1/8 to 8/8")
         return Shard(int(found[1]), int(found[2]))
 
-    def of_these(self, items: Sequence[T]) -> Sequence[T]:
+    def of_these(self, items: Iterable[T]) -> Iterator[T]:
         """Its part of some items."""
-        return items[self.number - 1 :: self.of]
+        return islice(items, self.number - 1, None, self.of)
 
     @property
     def file_name(self) -> str:
@@ -137,13 +188,13 @@ class Shard(NamedTuple):
         return f"records.shard-{self.number}-of-{self.of}.jsonl"
 
 
-def write_shard(folder: Path, shard: Shard, records: Iterable[Record]) -> None:
+def write_shard(folder: Path, shard: Shard, parts: Iterable[Part]) -> None:
     """Write the records of a shard; its file is there when it is whole.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    write_records(folder / shard.file_name, records)
+    write_whole({folder / shard.file_name: (lines for lines, _ in parts)})
 
 
 def find_shards(path: Path) -> dict[Path, list[Path]]:
@@ -171,29 +222,32 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
     return {folder: [files[shard] for shard in sorted(files)] for folder, files in folders.items()}
 
 
-def merge_shards(folder: Path, files: Sequence[Path]) -> list[Record]:
+def merge_shards(folder: Path, files: Sequence[Path]) -> Totals:
     """Write records and summary of the run of which these are all shards: the bytes of a run in one part.
 
     Raises:
         InputError: a file is not one of records or not of this run, or the folder cannot be written.
     """
-    records = list(_in_turn([list(read_records(file)) for file in files], folder))
-    first = records[0]
-    for record in records:
-        if _made_of(record) != _made_of(first):
-            raise InputError(f"{folder}: expected the shards of one run, found {first.model}, {record.model}")
-    write_results(folder, records, summarise([record.verdict for record in records], first.ability))
-    return records
+    counts = [sum(not line.isspace() for line in _lines(file)) for file in files]
+    if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
+        raise InputError(f"{folder}: expected equal shards, found {', '.join(map(str, counts))} records")
+    return write_parts(folder, map(part_of, _in_turn(files, folder)))
+
+
+def _in_turn(files: Sequence[Path], folder: Path) -> Iterator[Sequence[Record]]:
+    """A record of each shard one after the other, as `Shard.of_these` dealt them out, a round at a time."""
+    first: Record | None = None
+    for dealt in zip_longest(*map(read_records, files)):
+        round_ = [record for record in dealt if record is not None]
+        first = first or round_[0]
+        for record in round_:
+            if _made_of(record) != _made_of(first):
+                raise InputError(
+                    f"{folder}: expected the shards of one run, found {first.model}, {record.model}"
+                )
+        yield round_
 
 
 def _made_of(record: Record) -> tuple[str, str, str | None]:
     """The common part of all records of a run: model, data, version of their errata."""
     return record.model, record.data_sha256, None if record.errata is None else record.errata.version
-
-
-def _in_turn(parts: Sequence[Sequence[Record]], folder: Path) -> Iterator[Record]:
-    """One record of each part after the other, as `Shard.of_these` dealt them out."""
-    counts = [len(part) for part in parts]
-    if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
-        raise InputError(f"{folder}: expected equal shards, found {', '.join(map(str, counts))} records")
-    return (record for record in chain.from_iterable(zip_longest(*parts)) if record is not None)

@@ -148,6 +148,8 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
                 raise InputError(f"{path}: the run {key} is also in {sources[key]}; give one of them")
             sources[key] = path
             task_id, times = Counter(record.task_id for record in records).most_common(1)[0]
+            if times > 1 and records[0].sample is not None:
+                raise InputError(f"{path}: {key} has several samples a task; reports take one answer a task")
             if times > 1:
                 raise InputError(f"{path}: task {task_id} stands there {times} times in the run {key}")
             yield Run(key, tuple(records), _log_beside(path))

@@ -6,7 +6,7 @@ A verdict says operator by operator how an answer compares with the gold ones.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -146,6 +146,12 @@ class OperatorVerdict(Verdict):
         """The planner."""
         return self.planner_name
 
+    @property
+    def left_to(self) -> str | None:
+        """The outcome of the authority, where the built-in search did not decide."""
+        _, then, authority = (self.planner_name or "").partition(", then ")
+        decided = not then or not self.planner_detail.startswith(authority)
+        return None if decided or self.planner is None else self.planner.value
 
 OVERALL = "overall"
 """The prefix of the rates over all categories."""
@@ -198,14 +204,15 @@ def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     return error_outcome(verdict) or counts_outcome(_overall(verdict), enough=unplanned)
 
 
-def of_run(verdicts: Sequence[OperatorVerdict]) -> Sequence[OperatorVerdict]:
+_PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCESS, _PLAN_WORKS)
+
+
+def void(verdict: OperatorVerdict) -> Sequence[str]:
     """A run in which the planner was left out has no planner success.
 
     Some of its answers are known to be unsolvable without planning; they do not count either.
     """
-    if any(verdict.planner is PlannerOutcome.NOT_RUN for verdict in verdicts):
-        return [replace(verdict, planner=PlannerOutcome.NOT_RUN, plan_works=None) for verdict in verdicts]
-    return verdicts
+    return _PLANNED if verdict.planner is PlannerOutcome.NOT_RUN else ()
 
 
 def _by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
@@ -258,5 +265,5 @@ TRANSITION_MODELING = AbilityDeclaration(
     averaged=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
     instead={_PLANNER_SUCCESS: _PLAN_WORKS},
     yes_no=frozenset({_PLANNER_SUCCESS, _PLAN_WORKS}),
-    of_run=of_run,
+    void=void,
 )

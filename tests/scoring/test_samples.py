@@ -1,0 +1,125 @@
+"""Several answers a task in one file: read, scored and written part by part, whoever scores them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.record import Record
+from eai.abilities.responses import Response, ResponseFile, read_responses
+from eai.data.files import parquet
+from eai.errors import InputError
+from eai.results.rate import Rate
+from eai.results.totals import Totals
+from eai.scoring.batch import NO_ROW, Scoring, Settings
+from eai.scoring.records import RECORDS, SUMMARY, Shard, find_shards, merge_shards, write_parts, write_shard
+from eai.scoring.runs import read_runs
+from scoring.work import TASK_IDS, echo_suite
+
+SAMPLES = 100
+ROWS = [
+    {
+        "identifier": task_id,
+        "sample": sample,
+        "llm_output": f"answer to {task_id if sample % 4 else 'nothing'}",
+    }
+    for sample in range(SAMPLES)
+    for task_id in TASK_IDS[1:]
+]
+
+
+def written(folder: Path, rows: Sequence[Mapping[str, object]] = ROWS, ending: str = ".jsonl") -> Path:
+    file = folder / f"m_outputs{ending}"
+    if ending == ".parquet":
+        pyarrow = pytest.importorskip("pyarrow")
+        parquet().write_table(pyarrow.Table.from_pylist(rows), file)
+    else:
+        text = json.dumps(rows) if ending == ".json" else "\n\n".join(map(json.dumps, rows))
+        file.write_text(text)
+    return file
+
+
+def read(file: Path) -> ResponseFile:
+    return read_responses(file, TASK_IDS, echo_suite().benchmark.task_id_of, samples=True)
+
+
+def scored(
+    answers: ResponseFile, folder: Path, workers: int = 1, shard: Shard | None = None
+) -> Totals | None:
+    settings, missing = Settings(explanations=True, shard=shard), {TASK_IDS[0]: NO_ROW}
+    with Scoring(workers) as scoring:
+        parts = scoring.parts(echo_suite(), answers, missing, settings)
+        if shard is None:
+            return write_parts(folder, parts)
+        write_shard(folder, shard, parts)
+        return None
+
+
+def contents(folder: Path) -> tuple[bytes, bytes]:
+    return (folder / RECORDS).read_bytes(), (folder / SUMMARY).read_bytes()
+
+
+def test_every_sample_counts_and_a_task_without_any_fails(tmp_path: Path) -> None:
+    totals = scored(read(written(tmp_path)), tmp_path)
+    assert totals is not None
+    assert totals.rates["task_success"] == Rate(6 * SAMPLES * 3 // 4, 6 * SAMPLES + 1)
+    assert str(totals.coverage) == "6/7"
+    lines = [json.loads(line) for line in (tmp_path / RECORDS).read_text().splitlines()]
+    assert [(line["task_id"], line.get("sample")) for line in lines] == [
+        *((row["identifier"], row["sample"]) for row in ROWS),
+        (TASK_IDS[0], None),
+    ]
+
+
+def test_the_form_of_the_file_and_who_scores_make_no_difference(tmp_path: Path) -> None:
+    scored(read(written(tmp_path)), tmp_path / "one")
+    for ending, workers in ((".jsonl", 2), (".json", 1), (".parquet", 2)):
+        scored(read(written(tmp_path, ending=ending)), tmp_path / ending, workers)
+        assert contents(tmp_path / ending) == contents(tmp_path / "one")
+    for number in (1, 2, 3):
+        scored(read(tmp_path / "m_outputs.jsonl"), tmp_path / "parts", shard=Shard(number, 3))
+    merge_shards(tmp_path / "parts", find_shards(tmp_path)[tmp_path / "parts"])
+    assert contents(tmp_path / "parts") == contents(tmp_path / "one")
+
+
+@pytest.mark.parametrize(
+    ("row", "complaint"),
+    [
+        ({**ROWS[0]}, "row 601: sample 0 of identifier '1_1' stands there twice"),
+        ({**ROWS[0], "sample": None}, 'row 601: "sample" must be a whole number from 0 to 9999999'),
+        ({**ROWS[0], "sample": -1}, 'row 601: "sample" must be a whole number'),
+        ({**ROWS[0], "sample": True}, 'row 601: "sample" must be a whole number'),
+        ({**ROWS[0], "identifier": "x"}, "row 601: identifier 'x' is not one of the tasks"),
+    ],
+    ids=["twice", "missing", "negative", "no number", "unknown"],
+)
+def test_a_bad_row_is_named_before_anything_is_scored(
+    row: Mapping[str, object], complaint: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=complaint):
+        read(written(tmp_path, [*ROWS, row]))
+
+
+def test_who_takes_one_answer_a_task_says_so(tmp_path: Path) -> None:
+    file = written(tmp_path)
+    with pytest.raises(InputError, match="row 7: identifier '1_1' stands there twice"):
+        read_responses(file, TASK_IDS)
+    scored(read(file), tmp_path)
+    with pytest.raises(InputError, match="has several samples a task; reports take one answer a task"):
+        list(read_runs([tmp_path]))
+
+
+def test_parts_add_up_to_the_whole() -> None:
+    records: list[Record] = [*Scoring().records(echo_suite(), "m", read_some())]
+    whole, parts = Totals.of(records), Totals()
+    for start in range(0, len(records), 3):
+        parts.merge(Totals.of(replace(each) for each in records[start : start + 3]))
+    assert parts == whole
+
+
+def read_some() -> Sequence[Response]:
+    return [Response(task_id, f"answer to {task_id}") for task_id in TASK_IDS]
