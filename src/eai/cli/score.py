@@ -267,7 +267,7 @@ def _parts_of(share: _Share, settings: Settings, workplace: Scoring, *, quiet: b
 
 
 def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
-    """What becomes of a record besides: the goals that its question stated, and the name of the prompts."""
+    """Return what marks a record with the goals that its question stated, and the name of its prompts."""
     if share.goals is None and share.prompt_name is None:
         return None
     from eai.scoring.epochs import finished

@@ -13,11 +13,11 @@ from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
 
 _ANSWERED, _SCORED, _LEFT_OUT, _IN_ERRATA = 1, 2, 4, 8
-"""What became of a task, of its answers together where it has several: as bits, of which a part has many."""
+"""The bits of the fate of a task, of its answers together where it has several."""
 
 
 def _fate(record: Record) -> int:
-    """What became of the task of a record by that alone."""
+    """The fate of a task by one of its records alone, as bits."""
     excluded, errata = record.verdict.excluded, record.errata
     return (
         _ANSWERED * (record.unanswered is None)
@@ -143,7 +143,7 @@ class Totals:
 
     @property
     def errata(self) -> ErrataEffect | None:
-        """What errata did to it; None if none were used."""
+        """The effect of errata; None if none were used."""
         if not self.versions:
             return None
         touched = {task_id: fate & _SCORED for task_id, fate in self.fates.items() if fate & _IN_ERRATA}

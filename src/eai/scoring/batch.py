@@ -243,7 +243,7 @@ def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
 
 
 def _harness(suite: Suite, answers: ResponseFile) -> str | None:
-    """What the first answer that says it was made in, which tasks without an answer have, too."""
+    """The harness of the first answer that says one, which tasks without an answer have, too."""
     declared = declaration_of(suite.ability).harness
     if declared is no_harness:
         return None
