@@ -153,6 +153,7 @@ class OperatorVerdict(Verdict):
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
 
+
 OVERALL = "overall"
 """The prefix of the rates over all categories."""
 
