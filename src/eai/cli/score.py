@@ -31,7 +31,6 @@ from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.epochs import averaged_records
 from eai.scoring.records import (
     RECORDS,
     Part,
@@ -243,6 +242,8 @@ def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool
     averaged = declaration_of(share.suite.ability).of_epochs
     if averaged is None or not share.answers.further:
         return _parts_of(share, settings, workplace, quiet=quiet)
+    from eai.scoring.epochs import averaged_records  # which answers of one epoch do not need
+
     suite, of_epochs = share.suite, []
     for answers in (share.answers, *share.answers.further):
         missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answers.answered}
