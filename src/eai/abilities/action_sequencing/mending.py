@@ -100,6 +100,9 @@ class PlanMender:
         names = [o.name for o in self.domain.operators]
         known = self._known(steps)
 
+        found = [*mender.singles(steps)]
+        needless = {edit.gone for edit in found if edit.action is None}
+
         def key(edit: Told) -> tuple[object, ...]:
             action = edit.action
             new = () if action is None else tuple(set(action.arguments) - known)
@@ -107,9 +110,11 @@ class PlanMender:
             place = names.index(action.operator) if action is not None else -1
             arguments = () if action is None else action.arguments
             cost = 0 if edit.gone is not None and steps[edit.gone] is None and action else _COSTS[kind]
+            if edit.gone in needless and edit.action is not None:  # to delete it is enough
+                cost = len(KINDS)
             return len(new), _away(edit.step, shown, len(steps)), cost, -edit.step, place, arguments
 
-        singles = sorted(mender.singles(steps), key=key)
+        singles = sorted(found, key=key)
         told = [self._told(edit, plan, steps) for edit in singles]
         kinds = {edit.kind for edit in told}
         blame, blamed = blame_of(told)
