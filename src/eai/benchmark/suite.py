@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cached_property, partial
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
@@ -60,6 +60,10 @@ class Suite:
             raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
         return self.reopen, ()
 
+    @cached_property
+    def _known(self) -> frozenset[str]:
+        return frozenset(self.task_ids)
+
     @property
     def portable(self) -> bool:
         """Whether it can be opened again elsewhere, such as in another process."""
@@ -98,7 +102,7 @@ class Suite:
         """
         scorer = self._made.get(task_id)
         if scorer is None:
-            if task_id not in self.task_ids:
+            if task_id not in self._known:
                 hint = did_you_mean(task_id, self.task_ids)
                 raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
             scorer = self._made[task_id] = self._make(task_id)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import TYPE_CHECKING
 
-from eai.abilities.action_sequencing.mending import PlanMender
 from eai.abilities.action_sequencing.notation import (
     CarryOut,
     Course,
@@ -24,6 +24,9 @@ from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.action_sequencing.mending import PlanMender
 
 _MOST_KNOWN = 1000
 """After so many different steps of a task no more are remembered."""
@@ -73,6 +76,8 @@ class ActionSequencing(Scorer):
     @cached_property
     def mender(self) -> PlanMender:
         """Tells the smallest repairs of answers."""
+        from eai.abilities.action_sequencing.mending import PlanMender
+
         return PlanMender(self.task, self.domain, self.notation)
 
     def assess_course(self, text: str, carry_out: CarryOut) -> Assessment:
