@@ -4,8 +4,14 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
+import pytest
+
+import eai
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.planning import achievers as module
 from eai.planning.achievers import Achiever, Achievers, Matches
 from eai.planning.additive_heuristic import AdditiveHeuristic
+from eai.planning.effect_schema import effect_schemas
 from eai.planning.subgoal import GroundAtom
 from eai.world import Predicate, Scene, Vocabulary, affordance
 from eai.world.frame import AGENT
@@ -45,6 +51,27 @@ def test_what_an_atom_leaves_open_is_filled_in() -> None:
     assert carry.failing(START, binding, 2) == [toy.holding(Y)]
     assert carry.failing(START, binding, 1) is None
     assert list(go.bindings(START, {}, 0)) == []
+
+
+def test_masks_complete_a_match_as_trial_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = eai.open("virtualhome", "action_sequencing")
+    scorer = suite.scorer("27_2")
+    assert isinstance(scorer, ActionSequencing)
+    state, everything = scorer.task.initial, scorer.task.initial.scene.everything
+
+    def found() -> list[list[list[int]]]:
+        achievers = [Achiever(schema, scorer.domain.vocabulary) for schema in schemas]
+        return [
+            [[*b] for b in each.bindings(state, {"x": scorer.task.relevant[0]}, everything)]
+            for each in achievers
+        ]
+
+    schemas = [schema for operator in scorer.domain.operators for schema in effect_schemas(operator)]
+    schemas = [schema for schema in schemas if "x" in schema.variables and len(schema.variables) <= 2]
+    by_masks = found()
+    monkeypatch.setattr(module, "_is_plain", lambda formula, vocabulary: False)
+    assert found() == by_masks
+    assert any(by_masks)
 
 
 heavy = Predicate("heavy", 1, static=True)

@@ -142,12 +142,12 @@ class Achiever:
             bound.add(name)
             ready = [c for c in pending if free_variables(c) <= bound]
             pending = [c for c in pending if c not in ready]
-            stored = [c for c in ready if _is_stored(c, self._vocabulary)]
+            plain = [c for c in ready if _is_plain(c, self._vocabulary)]
             step = _Step(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
-                tuple(self._compiler.extension(c, scope[name], scope) for c in stored),
-                tuple(self._compiler.truth(c) for c in ready if c not in stored),
+                tuple(self._compiler.extension(c, scope[name], scope) for c in plain),
+                tuple(self._compiler.truth(c) for c in ready if c not in plain),
             )
             steps.append(step)
         return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps))
@@ -229,10 +229,22 @@ class Achievers:
         return list(found.values())
 
 
-def _is_stored(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    """Whether a formula says something of one stored predicate, or denies it."""
-    atom = formula.operand if isinstance(formula, f.Not) else formula
-    return isinstance(atom, f.Atom) and vocabulary.stored(atom.predicate) is not None
+def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
+    """Whether a formula comes down to what is stored of its own objects, so that masks tell all at once."""
+    return all(
+        isinstance(part, f.Not | f.And | f.Or)
+        or (isinstance(part, f.Atom) and _is_plain_predicate(part.predicate, vocabulary))
+        for part in walk(formula)
+    )
+
+
+def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
+    if vocabulary.stored(name) is not None:
+        return True
+    derived = vocabulary.derived_by_name[name]
+    return (
+        isinstance(derived, Defined) and derived.values is None and _is_plain(derived.definition, vocabulary)
+    )
 
 
 def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
