@@ -7,7 +7,8 @@ landmark (Richter and Westphal 2010) of that one state, found by taking the cond
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeAlias
+from functools import lru_cache
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, walk
@@ -37,16 +38,8 @@ _FEW = 4
 """So few actions that no other part of a condition is looked at for fewer."""
 
 
-class _Behind(NamedTuple):
-    """The causes of what a step does to some changes that are wanted.
-
-    Attributes:
-        changes: those before it one of which may have it do something else.
-        undoes: whether it unmakes one of those that are wanted.
-    """
-
-    changes: Changes
-    undoes: bool
+_achievers = lru_cache(maxsize=8)(Achievers)
+"""The achievers of a domain."""
 
 
 class Flips:
@@ -62,7 +55,7 @@ class Flips:
         self._domain = domain
         self._initial = initial
         self._usable = mask_of(objects)
-        self._achievers = Achievers(domain)
+        self._achievers = _achievers(domain)
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self._unread = {o.name: set(changed_by(o)) for o in domain.operators if self._is_unread(o.name)}
@@ -139,8 +132,10 @@ class Flips:
         schemas = self._schemas[action.operator]
         return any(self._matches(schema, action, change) is not None for schema in schemas)
 
-    def behind(self, action: Action, state: State, changes: Changes, *, executed: bool) -> _Behind:
-        """The changes that may alter that a step makes none of some changes, or unmakes one.
+    def behind(
+        self, action: Action, state: State, changes: Changes, *, executed: bool
+    ) -> tuple[Changes, bool]:
+        """The changes that may alter that a step makes none of some changes, or undoes one; if it does so.
 
         Args:
             action: the step.
@@ -149,12 +144,12 @@ class Flips:
             executed: whether it is executed there, not skipped.
         """
         if action.operator in self._unread:
-            return _Behind(frozenset(self._anything()), undoes=executed)
+            return frozenset(self._anything()), executed
         found: set[Change] = set()
         undoes = False
         for schema, scope, helps in self._touching(action, changes):
             if helps and not executed:
-                return _Behind(self.skipping(action, state, executed=False), undoes=False)
+                return self.skipping(action, state, executed=False), False
             tried = schema.checks if schema.operator.tries else ()
             parts = [(condition, scope) for condition in (*schema.given, *tried)]
             closed = [part for part in parts if free_variables(part[0]) <= scope.keys()]
@@ -168,7 +163,7 @@ class Flips:
                     found |= self._of_parts(closed, state, False, all_needed=False)
         if undoes:
             found |= self.skipping(action, state, executed=True)
-        return _Behind(frozenset(found), undoes)
+        return frozenset(found), undoes
 
     def _touching(
         self, action: Action, changes: Changes

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Formula, Not, Or
 from eai.planning.effect_schema import Change
-from eai.planning.flips import Changes, Flips, _Behind
+from eai.planning.flips import Changes, Flips
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal, conjuncts
@@ -34,6 +34,12 @@ _EXACT, _WEIGHT = 0.75, 3
 
 _STATES = 300
 """The states that a planner may reach that finishes a plan."""
+
+_LOOKS = 2
+"""How many actions a planner may look at each time for a step that may be tried, as it does so faster."""
+
+_KEPT = 50_000
+"""So many states are kept from one plan to the next."""
 
 _FATAL = -1
 """The number of the state after a step that cannot be carried out."""
@@ -71,6 +77,20 @@ class _Course(NamedTuple):
     taken: tuple[int, ...]
 
 
+class Told(NamedTuple):
+    """An edit of a plan as it is told.
+
+    Attributes:
+        step: the step before which an action is put, from 0.
+        gone: the step that is deleted or replaced, likewise; None if none is.
+        action: what is put there; None if nothing is.
+    """
+
+    step: int
+    gone: int | None
+    action: Action | None
+
+
 class Mender:
     """Mends plans for one task; the states that they pass through are worked out once.
 
@@ -86,22 +106,28 @@ class Mender:
         self.initial = initial
         self.goal = goal
         self.objects = objects
-        self.states = [initial]
         self.flips = Flips(domain, initial, objects)
-        self._numbers = {initial: 0}
-        self._after: dict[tuple[int, Action], tuple[int, bool]] = {}
-        self._missed: dict[int, tuple[Subgoal, ...]] = {}
+        self._forget()
         goals = [Subgoal(condition, {}, True) for condition in goal.conditions]
         self._goals = [part for each in goals for part in conjuncts(each, initial.scene)]
 
-    def mend(self, plan: Plan, effort: Effort, planner: Planner) -> _Mended:
-        """The fewest edits that make a plan succeed, or bounds on their number.
+    def _forget(self) -> None:
+        """Know no state but the initial one."""
+        self.states = [self.initial]
+        self._numbers = {self.initial: 0}
+        self._after: dict[tuple[int, Action], tuple[int, bool]] = {}
+        self._missed: dict[int, tuple[Subgoal, ...]] = {}
+
+    def mend(self, plan: Plan, effort: Effort, planner: Planner) -> tuple[int, tuple[Told, ...] | None]:
+        """How many edits every repair of a plan has, and the edits of the smallest that was found, if any.
 
         Args:
             plan: the plan.
             effort: what may be spent, about: steps taken, be their outcome known before or not.
             planner: finds a way on from where the plan leads, which bounds the number from above.
         """
+        if len(self.states) > _KEPT:
+            self._forget()
         search = _Search(self, plan)
         exact = search.run(Effort(effort.limit * _EXACT))
         effort.used += exact.effort
@@ -109,13 +135,16 @@ class Mender:
         if exact.repair is None:
             other = search.run(Effort(effort.limit * (1 - _EXACT)), _WEIGHT)
             effort.used += other.effort
-            rest = self._finished(plan, planner)
+            rest = self._finished(plan, planner, int(min(_LOOKS * effort.limit, Limits().looks)))
             found = [each for each in (other.repair, *rest) if each is not None]
         best = min(found, key=lambda each: cost(each).edits, default=None)
-        return _Mended(exact.at_least, None if best is None else told(best))
+        return exact.at_least, None if best is None else told(best)
 
-    def _finished(self, plan: Plan, planner: Planner) -> Iterator[Edited]:
-        """Plans that a planner finds: from where the steps that do not fail lead, and from the start."""
+    def _finished(self, plan: Plan, planner: Planner, looks: int) -> Iterator[Edited]:
+        """Plans that a planner finds: from where the steps that do not fail lead, and from the start.
+
+        Each time it may look at so many actions.
+        """
         number, taken = 0, 0
         kept: list[Action] = []
         for action in plan:
@@ -125,7 +154,7 @@ class Mender:
                 number, taken = after, self.takes(taken, action) if executed else taken
         for state, met, begun in ((number, taken, kept), (0, 0, [])):
             goal = PlanningGoal(self.goal.conditions, self.goal.actions[met:])
-            way = planner.plan(self.states[state], goal, self.objects, Limits(_STATES))
+            way = planner.plan(self.states[state], goal, self.objects, Limits(_STATES, looks=looks))
             if way.end is SearchEnd.SOLVED:
                 yield normal(_aligned(plan, (*begun, *way.plan)))
 
@@ -331,22 +360,23 @@ class _Conflicts:
             entry = plan[place - 1]
             if entry.action is None:
                 continue
-            behind = self._behind(course.states[place - 1], entry.action, changes, names)
-            if entry.is_kept and behind.undoes:
+            behind, undoes = self._behind(course.states[place - 1], entry.action, changes, names)
+            if entry.is_kept and undoes:
                 found.append(_Edit(place - 1, None))
-            if not behind.changes <= changes:
-                actions |= self._flips.actions(behind.changes - changes)
-                changes |= behind.changes
+            if not behind <= changes:
+                actions |= self._flips.actions(behind - changes)
+                changes |= behind
         return found
 
-    def _behind(self, number: int, action: Action, changes: Changes, names: frozenset[str]) -> _Behind:
-        """The changes before a step that may alter what it does to those that help."""
-        executed = self._world.after(number, action)[1]
-        found = self._flips.behind(action, self._world.states[number], changes, executed=executed)
+    def _behind(
+        self, number: int, action: Action, changes: Changes, names: frozenset[str]
+    ) -> tuple[Changes, bool]:
+        """The changes before a step that may alter what it does to those that help; whether it undoes one."""
+        state, executed = self._world.states[number], self._world.after(number, action)[1]
+        behind, undoes = self._flips.behind(action, state, changes, executed=executed)
         if action.operator in names and not executed:
-            skipping = self._flips.skipping(action, self._world.states[number], executed=False)
-            return found._replace(changes=found.changes | skipping)
-        return found
+            behind |= self._flips.skipping(action, state, executed=False)
+        return behind, undoes
 
 
 @cache
@@ -430,35 +460,6 @@ class _Outcome(NamedTuple):
     at_least: int
     repair: Edited | None
     effort: int
-
-
-class _Told(NamedTuple):
-    """An edit of a plan as it is told.
-
-    Attributes:
-        step: the step before which an action is put, from 0.
-        gone: the step that is deleted or replaced, likewise; None if none is.
-        action: what is put there; None if nothing is.
-    """
-
-    step: int
-    gone: int | None
-    action: Action | None
-
-
-class _Mended(NamedTuple):
-    """How far a plan is from one that succeeds.
-
-    Attributes:
-        at_least: every repair has so many edits.
-        edits: those of a repair with fewest edits of those that were found; None if none was.
-    """
-
-    at_least: int
-    edits: tuple[_Told, ...] | None
-
-
-Told: TypeAlias = _Told
 
 
 def told(plan: Edited) -> tuple[Told, ...]:
@@ -582,7 +583,8 @@ class _Search:
             if effort.is_used_up:
                 break
             if node.at < 0:
-                self._expand(node, queue)
+                if not self._expand(node, queue):
+                    break
             elif self._carry_out(node, queue):
                 return _Outcome(least, node.plan, effort.used)
         return _Outcome(least, None, effort.used)
@@ -599,10 +601,14 @@ class _Search:
                 queue.push(_child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
         return False
 
-    def _expand(self, node: _Node, queue: _Queue) -> None:
+    def _expand(self, node: _Node, queue: _Queue) -> bool:
+        """Whether there was effort enough for all edits that may help; else what is left proves nothing."""
         queue.effort.used += _CONFLICT
         for edit in self._conflicts.edits(node.plan, node.course):
+            if queue.effort.is_used_up:
+                return False
             queue.push(_child(node, edit)._replace(fails=self._is_idle(node, edit)))
+        return True
 
     def _is_idle(self, node: _Node, edit: _Edit) -> bool:
         """Whether an inserted step cannot be carried out where it stands, or changes nothing there."""

@@ -44,7 +44,6 @@ class PlanMender:
         self.domain = domain
         self._notation = notation
         self._object = notation.objects(task)
-        self._menders: dict[tuple[int, ...], Mender] = {}
 
     def steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """The steps of a plan; None for each that means nothing."""
@@ -74,24 +73,19 @@ class PlanMender:
             return Repair(why_null="order")
         steps, effort = self.steps(plan), Effort(limit)
         mender = self._mender(steps)
-        mended = mender.mend(steps, effort, _planner(self.domain))
-        edits = mended.edits
+        at_least, edits = mender.mend(steps, effort, _planner(self.domain))
         if edits is None:
-            return Repair(mended.at_least, effort=effort.used)
+            return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
-        if mended.at_least == len(edits) == 1:
+        if at_least == len(edits) == 1:
             return self._single(plan, steps, mender, shown, effort.used)
         told = tuple([self._told(edit, plan, steps) for edit in edits])
-        return Repair(mended.at_least, len(told), edits=told, effort=effort.used)
+        return Repair(at_least, len(told), edits=told, effort=effort.used)
 
     def _mender(self, steps: Plan) -> Mender:
         """Mends plans with the objects of some steps besides those of the task."""
         named = [index for step in steps if step is not None for index in step.arguments]
-        objects = tuple(dict.fromkeys([*self.task.relevant, *sorted(named)]))
-        if objects not in self._menders:
-            goal = planning_goal(self.task)
-            self._menders[objects] = Mender(self.domain, self.task.initial, goal, objects)
-        return self._menders[objects]
+        return _mender_of(self, tuple(dict.fromkeys([*self.task.relevant, *sorted(named)])))
 
     def _single(
         self, plan: WrittenPlan, steps: Plan, mender: Mender, shown: int | None, effort: int
@@ -164,6 +158,11 @@ class PlanMender:
             return action_text(step, self.task.scene)
         written = plan.steps[number]
         return f"{written.action}({', '.join(map(str, written.objects))})"
+
+
+@lru_cache(maxsize=16)
+def _mender_of(plans: PlanMender, objects: tuple[int, ...]) -> Mender:
+    return Mender(plans.domain, plans.task.initial, planning_goal(plans.task), objects)
 
 
 def _away(step: int, shown: int | None, end: int) -> int:
