@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import cache
 from random import Random
+from typing import Any
 
 import pytest
 
@@ -17,7 +18,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.planning.planner import Planner
 from eai.planning.repair import Mender, Plan, Told
-from eai.planning.search import Effort
+from eai.planning.search import Effort, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
@@ -156,3 +157,20 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
             singles = [*mender.singles(plan)]
             assert singles
             assert all(succeeds(scorer.domain, scorer.task, edited(plan, [each])) for each in singles)
+
+
+def test_a_plan_from_the_start_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    scorer, _ = good_plans("virtualhome")[0]
+    task, calls = scorer.task, []
+    plan = Planner.plan
+
+    def counted(*given: Any) -> SearchResult[Action]:
+        calls.append(given)
+        return plan(*given)
+
+    monkeypatch.setattr(Planner, "plan", counted)
+    mender = Mender(scorer.domain, task.initial, planning_goal(task), task.relevant)
+    mender.mend((), Effort(1), planner(scorer.domain))
+    assert len(calls) == 2, "from where the plan leads, and from the start"
+    mender.mend((), Effort(1), planner(scorer.domain))
+    assert len(calls) == 3

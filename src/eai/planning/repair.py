@@ -35,8 +35,9 @@ _EXACT, _WEIGHT = 0.75, 3
 _STATES = 300
 """The states that a planner may reach that finishes a plan."""
 
-_LOOKS = 2
-"""How many actions a planner may look at each time for a step that may be tried, as it does so faster."""
+_LOOKS, _START = 1, 3
+"""How many actions a planner may look at for a step that may be tried, and how many times as many from the
+start, which it does once a task."""
 
 _KEPT = 50_000
 """So many states are kept from one plan to the next."""
@@ -107,6 +108,7 @@ class Mender:
         self.goal = goal
         self.objects = objects
         self.flips = Flips(domain, initial, objects)
+        self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._forget()
         goals = [Subgoal(condition, {}, True) for condition in goal.conditions]
         self._goals = [part for each in goals for part in conjuncts(each, initial.scene)]
@@ -143,7 +145,7 @@ class Mender:
     def _finished(self, plan: Plan, planner: Planner, looks: int) -> Iterator[Edited]:
         """Plans that a planner finds: from where the steps that do not fail lead, and from the start.
 
-        Each time it may look at so many actions.
+        On the way on it may look at so many actions.
         """
         number, taken = 0, 0
         kept: list[Action] = []
@@ -152,11 +154,22 @@ class Mender:
             if action is not None and after != _FATAL:
                 kept.append(action)
                 number, taken = after, self.takes(taken, action) if executed else taken
-        for state, met, begun in ((number, taken, kept), (0, 0, [])):
-            goal = PlanningGoal(self.goal.conditions, self.goal.actions[met:])
-            way = planner.plan(self.states[state], goal, self.objects, Limits(_STATES, looks=looks))
-            if way.end is SearchEnd.SOLVED:
-                yield normal(_aligned(plan, (*begun, *way.plan)))
+        further = self._way(number, taken, planner, looks)
+        for way in (None if further is None else (*kept, *further), self._whole(planner, _START * looks)):
+            if way is not None:
+                yield normal(_aligned(plan, way))
+
+    def _whole(self, planner: Planner, looks: int) -> tuple[Action, ...] | None:
+        """A plan from the start, if the planner finds one; looked for once."""
+        if looks not in self._plans:
+            self._plans[looks] = self._way(0, 0, planner, looks)
+        return self._plans[looks]
+
+    def _way(self, number: int, taken: int, planner: Planner, looks: int) -> tuple[Action, ...] | None:
+        """The actions of a planner from a state, if it finds a plan."""
+        goal = PlanningGoal(self.goal.conditions, self.goal.actions[taken:])
+        found = planner.plan(self.states[number], goal, self.objects, Limits(_STATES, looks=looks))
+        return found.plan if found.end is SearchEnd.SOLVED else None
 
     def singles(self, plan: Plan) -> Iterator[Told]:
         """All single edits that make a plan succeed."""
