@@ -35,7 +35,14 @@ def test_verdicts_of_every_class_come_back_from_workers_as_they_are(verdict: Ver
 
 def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models() -> None:
     empty = PlanVerdict(
-        None, ERROR, ("prose",), False, True, 2, TALLIES, (True, False), Counted(True, TALLIES, ())
+        error=ERROR,
+        repairs=("prose",),
+        executable=False,
+        success=True,
+        additional_steps=2,
+        goals=TALLIES,
+        goals_satisfied=(True, False),
+        counted=Counted(True, TALLIES, ()),
     )
     nothing = empty.without_answer()
     assert nothing == PlanVerdict(

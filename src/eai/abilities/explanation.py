@@ -131,18 +131,18 @@ class Explanation:
 
     ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read. ``parts``
     are those of the task's temporal goal, if it has one. ``atoms`` are the stated and the wanted goals of an
-    interpretation as values, by their texts; other answers have none.
+    interpretation as values, by their texts; None of other answers.
     """
 
     notes: tuple[str, ...] = ()
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
     parts: tuple[PartReport, ...] = ()
-    atoms: Mapping[str, Statement] = field(default_factory=dict, compare=False)
+    atoms: Mapping[str, Statement] | None = field(default=None, compare=False)
 
     def statement(self, text: str) -> Statement:
         """A stated or wanted goal as a value; an entry that says nothing is a name."""
-        return self.atoms.get(text, Statement(text, None))
+        return (self.atoms or {}).get(text, Statement(text, None))
 
 
 def repair_notes(repairs: Iterable[str]) -> tuple[str, ...]:

@@ -18,14 +18,12 @@ from eai.scoring.runs import Run, RunKey
 _FAR = 5
 """Distances from here on are counted together."""
 
-_COLUMNS = ("failed", "unknown", "exact", "within_2", "one_edit", "1", "2", "3", "4", "5+", "ties")
-
 
 def repair_tables(runs: Iterable[Run]) -> list[Table]:
     """The tables of the analysis, of the records that have a repair."""
     mended = [(run.key, found) for run in runs if (found := list(_mended(run)))]
     mended.sort(key=lambda each: each[0].order)
-    return [_distances(mended), _kinds(mended), _causes(mended)]
+    return [_distances(mended), _edits(mended), _kinds(mended), _causes(mended)]
 
 
 def _mended(run: Run) -> Iterator[tuple[Record, Repair]]:
@@ -53,32 +51,46 @@ def _share(found: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> E
 def _distances(mended: _Mended) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for key, answers in mended:
-        found = [(record, repair) for record, repair in answers if repair.why_null is None]
+        found = _bounded(answers)
         if not found:
             continue
-        times = Counter(min(r.distance, _FAR) for _, r in found if r.distance is not None)
         near = [r.at_most is not None and r.at_most - r.at_least <= 2 for _, r in found]
-        ties = [r.ties for _, r in found if r.ties is not None]
-        rows.append(
-            (
-                *_suite(key),
-                len(found),
-                len(answers) - len(found),
-                _share(found, [r.distance is not None for _, r in found]),
-                _share(found, near),
-                _share(found, [r.distance == 1 for _, r in found]),
-                *(times[distance] for distance in range(1, _FAR + 1)),
-                median(ties) if ties else None,
-            )
-        )
+        exact = [r.distance is not None for _, r in found]
+        single = [r.distance == 1 for _, r in found]
+        shares = [_share(found, counted) for counted in (exact, near, single)]
+        rows.append((*_suite(key), len(found), len(answers) - len(found), *shares))
     return Table(
         "distances",
         "How far failed answers are from right ones",
         "Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. "
         "unknown: those of which nothing is known, unreadable ones above all; exact: those whose number is "
         "known, within_2: whose bounds differ by two at most, one_edit: that one edit mends, in percent of "
-        "the others. ties: of those, how many single edits do, in the median.",
-        (*SUITE, MODEL, *_COLUMNS),
+        "the others.",
+        (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"),
+        tuple(rows),
+    )
+
+
+def _bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Repair]]:
+    """The answers of whose distance something is known."""
+    return [(record, repair) for record, repair in answers if repair.why_null is None]
+
+
+def _edits(mended: _Mended) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for key, answers in mended:
+        found = _bounded(answers)
+        times = Counter(min(r.distance, _FAR) for _, r in found if r.distance is not None)
+        ties = [r.ties for _, r in found if r.ties is not None]
+        if times:
+            counts = [times[distance] for distance in range(1, _FAR + 1)]
+            rows.append((*_suite(key), *counts, median(ties) if ties else None))
+    return Table(
+        "edits",
+        "How many edits it takes",
+        "Failed answers whose distance is known, by distance. ties: of those at one edit, how many single "
+        "edits make them right, in the median.",
+        (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"),
         tuple(rows),
     )
 
