@@ -10,6 +10,7 @@ from eai.abilities.record import Record
 from eai.report.ranking import Ranking, RowSource
 from eai.report.rankings import besides as rankings_besides
 from eai.report.run_summary import RunSummary, summary_of
+from eai.report.table_specs import place_of_column
 from eai.report.writer import rankings_csv, rankings_json
 from eai.results.latex import table_latex
 from eai.results.paper_tables import OTHER_TABLES, paper_table
@@ -39,7 +40,7 @@ def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
     paper = paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]
     figures = {
-        (row.model, column.place(table.domain)): cell.percent
+        (row.model, place_of_column(column, table.domain)): cell.percent
         for table in tables
         for row in table.rows
         for column, cell in zip(table.columns, row.cells, strict=True)

@@ -112,7 +112,6 @@ def make_record(goal: str = GOAL) -> BehaviorRecord:
         0,
         "Nowhere_0_int",
         "Make a mess.",
-        ("a mess",),
         objects,
         parse_problem(text),
         plan,
