@@ -120,7 +120,7 @@ def test_parts_of_a_temporal_goal_are_shown_in_order(eai: Command) -> None:
 
 
 def test_one_more_change_is_told_in_the_singular(eai: Command) -> None:
-    step = {"action": "SIT(couch.1)", "outcome": "executed"}
+    step = {"action": "SIT(couch.1)", "outcome": "executed", "call": ["SIT", ["couch.1"], True]}
     for number, told in ((1, "1 more change, not shown"), (2, "2 more changes, not shown")):
         explanation = {"notes": [], "steps": [{**step, "hidden_changes": number}], "goals": [], "parts": []}
         assert told in eai("explain", damaged(explanation=explanation), "27_2").out
