@@ -23,7 +23,7 @@ from eai.generator.measures import Measure
 from eai.generator.prior import clash, is_idle
 from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
 from eai.generator.sets import seeds_of
-from eai.generator.spec import Forms, Generated, Spec, Tier
+from eai.generator.spec import Forms, Generated, Reason, Spec, Tier
 from eai.tasks.source import Source
 from eai.tasks.task_lines import written
 from generator.worlds import HOUSEHOLDS
@@ -53,7 +53,7 @@ def test_equal_seeds_give_what_they_have_given(like: str, data_store: Store) -> 
                 break
             outcome = made.task(seed)
             tasks += isinstance(outcome, Generated)
-            if isinstance(outcome):
+            if isinstance(outcome, Reason):
                 lines.append(f"{name} {seed}: {outcome.value}")
                 continue
             line = written(outcome.task, like, benchmark.domain, outcome.about)
