@@ -72,12 +72,8 @@ class Achiever:
         self._frame = Frame([f.Variable(name) for name in schema.variables])
         self._compiler = Conditions(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], tuple[_Join, _Join]] = {}
-        named = {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
-        self.open_variables = len(set(schema.variables) - named)
-        own = [c for c in schema.given if free_variables(c) <= named]
-        if wide:
-            about = (named | {p.name for p in schema.operator.parameters}) - schema.read
-            own += [c for c in schema.given if c not in own and free_variables(c) <= about]
+        self.open_variables = len(set(schema.variables) - _named(schema))
+        own = _own(schema, wide=wide)
         others = [c for c in schema.given if c not in own]
         needed = [c for c in (*own, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
@@ -181,34 +177,41 @@ class Achievers:
     """The achievers of a domain: all effects of its operators, by what they make true or false."""
 
     def __init__(self, domain: Domain) -> None:
-        vocabulary = domain.vocabulary
+        self._vocabulary = vocabulary = domain.vocabulary
         fixed = {predicate.name for predicate in vocabulary.predicates if predicate.static}
         self._fixed_unary = [slot for name, slot in vocabulary.unary_slots.items() if name in fixed]
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
         self._by_effect: dict[tuple[str, bool], list[Achiever]] = {}
+        self._wider: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._wide: dict[tuple[str, bool], list[Achiever]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
-        self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
+        self._taking = {o.name: Achiever(taking(o), vocabulary) for o in domain.operators}
         for operator in domain.operators:
             for schema in effect_schemas(operator):
                 effect = schema.atom.predicate, schema.adds
-                achiever = Achiever(schema, domain.vocabulary)
-                self._by_effect.setdefault(effect, []).append(achiever)
+                self._by_effect.setdefault(effect, []).append(Achiever(schema, vocabulary))
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
-                wide = Achiever(schema, domain.vocabulary, wide=True)
-                if len(wide.conditions) > len(achiever.conditions):
-                    self._wide.setdefault(effect, []).append(wide)
-        for achievers in (*self._by_effect.values(), *self._wide.values()):
-            achievers.sort(key=lambda each: (each.open_variables, len(each.conditions)))
+                if _asks_wider(schema, vocabulary):
+                    self._wider.setdefault(effect, []).append(schema)
+        for achievers in self._by_effect.values():
+            achievers.sort(key=_straightness)
 
     def of(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
         """The achievers that make atoms of a predicate true, or false: the straight ones first.
 
         Those are the ones that are about nothing but the objects of the atom, and need least. Wide ones are
-        those of effects that ask something of other objects of the operator, which can be brought about.
+        those of effects that ask something of other objects of the operator, which can be brought about; few
+        searches look at them, so that they are compiled when they are asked for.
         """
-        return (self._wide if wide else self._by_effect).get((predicate, adding), ())
+        effect = predicate, adding
+        if not wide:
+            return self._by_effect.get(effect, ())
+        found = self._wide.get(effect)
+        if found is None:
+            compiled = [Achiever(each, self._vocabulary, wide=True) for each in self._wider.get(effect, ())]
+            found = self._wide[effect] = sorted(compiled, key=_straightness)
+        return found
 
     def fixed_facts(self, state: State) -> Sequence[object]:
         """The part of a state that no action changes: equal for states of one scene where it is the same."""
@@ -227,6 +230,33 @@ class Achievers:
         """The operators that change any of these predicates, in a fixed order."""
         found = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
         return list(found.values())
+
+
+def _straightness(achiever: Achiever) -> tuple[int, int]:
+    """How much an achiever leaves open, and needs."""
+    return achiever.open_variables, len(achiever.conditions)
+
+
+def _named(schema: EffectSchema) -> set[str]:
+    """The variables that the atom of an effect names."""
+    return {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
+
+
+def _own(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
+    """What an effect asks of the objects of its atom; or (``wide``) of the operator's own besides."""
+    named = _named(schema)
+    own = [c for c in schema.given if free_variables(c) <= named]
+    if wide:
+        about = (named | {p.name for p in schema.operator.parameters}) - schema.read
+        own += [c for c in schema.given if c not in own and free_variables(c) <= about]
+    return own
+
+
+def _asks_wider(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
+    """Whether an effect asks something of other objects of the operator that actions can bring about."""
+    own = _own(schema, wide=False)
+    others = [c for c in _own(schema, wide=True) if c not in own]
+    return any(c != f.TRUE and not _is_fixed(c, vocabulary) for c in others)
 
 
 def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
