@@ -12,6 +12,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse, Usage
 from eai.cli.console import counted, dollars
 from eai.prompts.prompt import Prompt
+from eai.results.totals import Totals
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, majority, meaning, settle
 from eai.scoring.trials import Answer
@@ -107,7 +108,8 @@ def test_what_errata_did_is_told_where_there_were_some(
     obtained = Obtained("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
     result = settle(obtained, tmp_path, echo_suite(), Settings(allow_missing=False))
     (record,) = result.records
-    found = replace(result, records=[replace(record, errata=errata)]).to_json()["errata"]
+    marked = [replace(record, errata=errata)]
+    found = replace(result, records=marked, totals=Totals.of(marked)).to_json()["errata"]
     assert told == ((found["version"], found["corrected"]) if isinstance(found, dict) else found)
 
 

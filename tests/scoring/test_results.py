@@ -13,16 +13,16 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.results.summary import summarise
+from eai.results.summary import by_attempt, summarise
 from eai.scoring.batch import Scoring
-from eai.scoring.records import RECORDS, SUMMARY, write_results
+from eai.scoring.records import RECORDS, SUMMARY, part_of, write_parts
 from scoring.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 
 
 def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
-    write_results(folder, records, **run)
+    write_parts(folder, [part_of(records)], **run, stages=by_attempt(records))
     found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
     return found
 

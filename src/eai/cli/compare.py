@@ -22,6 +22,7 @@ from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
+from eai.results.coverage import Coverage
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals
@@ -71,8 +72,10 @@ def compare(
         if as_json:
             printed.append(_json(one, other, comparison))
             continue
-        _print(place, one, other, comparison, tasks)
-        _note_planners(one, other)
+        totals = {"A": Totals.of(one.records), "B": Totals.of(other.records)}
+        coverages = {side: each.coverage for side, each in totals.items()}
+        _print(place, one, other, comparison, coverages, tasks)
+        _note_planners(totals)
         if not all(record.task for record in (*one.records, *other.records)):
             note(_UNNAMED)
     if as_json:
@@ -109,12 +112,9 @@ def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
     }
 
 
-def _note_planners(one: Run, other: Run) -> None:
+def _note_planners(totals: Mapping[str, Totals]) -> None:
     """Say on standard error if the operators of the two are judged by different planners."""
-    found = {
-        side: ", ".join(Totals.of(run.records).planners) or "not known"
-        for side, run in (("A", one), ("B", other))
-    }
+    found = {side: ", ".join(each.planners) or "not known" for side, each in totals.items()}
     if len(set(found.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in found.items())
         note(f"operators are judged by different planners: {named}")
@@ -158,9 +158,15 @@ def _named(place: _Place) -> str:
     return f"{domain} {ability.value}, protocol {protocol}".lstrip()
 
 
-def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
+def _print(
+    place: _Place,
+    one: Run,
+    other: Run,
+    found: Comparison,
+    coverages: Mapping[str, Coverage],
+    listed: int,
+) -> None:
     first, second = one.key, other.key
-    coverages = {"A": Totals.of(one.records).coverage, "B": Totals.of(other.records).coverage}
     names = "" if found.names == found.tasks else f" of {found.names} names"
     title = (
         f"{_named(place)}: {found.tasks} tasks{names}\n"

@@ -50,7 +50,6 @@ from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.repeats import passes_table
 from eai.results.terminal import print_table
-from eai.results.totals import Totals
 from eai.run.job import answers
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult
@@ -182,7 +181,7 @@ def run(
 def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
     suite = outcomes[0].suite
-    results = {each.model: Totals.of(each.records) for each in outcomes}
+    results = {each.model: each.totals for each in outcomes}
     print_results(_title(spec, suite), suite.ability, results, wide=wide)
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
     if repeated:

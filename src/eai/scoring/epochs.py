@@ -29,10 +29,10 @@ from eai.results.cost import per_success, per_success_to_json
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate
 from eai.results.repeats import passes, passes_to_json, repeated_metric
-from eai.results.summary import cases_of
+from eai.results.summary import by_attempt, cases_of
 from eai.results.totals import Totals
 from eai.scoring.batch import Progressed, Settings, score_run
-from eai.scoring.records import write_results
+from eai.scoring.records import part_of, write_parts
 from eai.scoring.trials import Answer, Place, Trials, Tried, record_of_trial
 
 
@@ -172,8 +172,7 @@ class SuiteResult:
         model: the model's name.
         folder: where its results are.
         suite: what was scored.
-        rates: the metrics.
-        coverage: how much of the suite is answered.
+        totals: what its records come to.
         failures: the tasks that have none, by the reason why.
         truncated: how many answers were cut off.
         usage: what all answers took.
@@ -184,13 +183,22 @@ class SuiteResult:
     model: str
     folder: Path
     suite: Suite
-    rates: Mapping[str, Rate]
-    coverage: Coverage
+    totals: Totals
     failures: Mapping[str, Sequence[str]]
     truncated: int
     usage: Usage
     records: Sequence[Record]
     of_epochs: Sequence[SuiteResult] = ()
+
+    @property
+    def rates(self) -> Mapping[str, Rate]:
+        """The metrics."""
+        return self.totals.rates
+
+    @property
+    def coverage(self) -> Coverage:
+        """How much of the suite is answered."""
+        return self.totals.coverage
 
     def by_place(self) -> dict[Place, Record]:
         """The record of every answer that was asked for."""
@@ -208,7 +216,7 @@ class SuiteResult:
 
     def to_json(self) -> dict[str, Json]:
         """The outcome as ``--json`` prints it."""
-        errata = Totals.of(self.records).errata
+        errata = self.totals.errata
         return {
             "model": self.model,
             "domain": self.suite.domain,
@@ -359,13 +367,12 @@ def _write_records(
     of_epochs: Sequence[SuiteResult],
 ) -> SuiteResult:
     """Write records and their summary."""
-    totals = Totals.of(records)
+    part = part_of(records)
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
         suite=suite,
-        rates=totals.rates,
-        coverage=totals.coverage,
+        totals=part[1],
         failures=failures,
         truncated=truncated,
         usage=_usage(obtained),
@@ -374,7 +381,8 @@ def _write_records(
     )
     digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
     prompts_sha256 = hashlib.sha256(json.dumps(digests).encode()).hexdigest()
-    write_results(folder, records, {"prompts_sha256": prompts_sha256, **outcome.effort()})
+    told = {"prompts_sha256": prompts_sha256, **outcome.effort()}
+    write_parts(folder, [part], told, by_attempt(records))
     return outcome
 
 

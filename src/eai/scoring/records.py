@@ -18,7 +18,6 @@ from eai.abilities.verdict import Json
 from eai.data.files import files_below, write_whole
 from eai.errors import InputError
 from eai.results.rate import Rate
-from eai.results.summary import by_attempt
 from eai.results.totals import Totals
 
 
@@ -86,16 +85,6 @@ Part: TypeAlias = tuple[bytes, Totals]
 def part_of(records: Sequence[Record]) -> Part:
     """Records that are ready to be written."""
     return b"".join([line_of(record).encode() + b"\n" for record in records]), Totals.of(records)
-
-
-def write_results(folder: Path, records: Sequence[Record], run: Mapping[str, Json] | None = None) -> Totals:
-    """Write the records and the summary of one model; ``run`` is what the summary says of a run besides.
-
-    Raises:
-        InputError: the folder cannot be written.
-    """
-    parts = (part_of(records[start : start + AT_A_TIME]) for start in range(0, len(records), AT_A_TIME))
-    return write_parts(folder, parts, run, by_attempt(records))
 
 
 def write_parts(
