@@ -29,7 +29,7 @@ from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, how_to_install
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
-from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
+from eai.scoring.batch import Scoring, Settings, score_run, without_row
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.records import (
     RECORDS,
@@ -246,8 +246,7 @@ def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool
 
     suite, of_epochs = share.suite, []
     for answers in (share.answers, *share.answers.further):
-        missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answers.answered}
-        of_epochs.append(score_run(suite, answers, missing, settings))
+        of_epochs.append(score_run(suite, answers, without_row(suite, answers), settings))
     by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
     finish = _finish_of(share) or replace
     records = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
@@ -256,8 +255,7 @@ def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool
 
 def _parts_of(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
     suite, answers = share.suite, share.answers
-    answered = answers.answered
-    missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
+    missing = without_row(suite, answers)
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0

@@ -36,7 +36,7 @@ from eai.report.table_specs import domain_title
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.table import Estimate
-from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.batch import Settings, score_run, without_row
 from eai.scoring.runs import Run, RunKey
 from eai.tasks.source import Source
 
@@ -109,9 +109,7 @@ class _Scorer:
             self.suites[key] = open_suite(self.seasons.get(domain, domain), ability, source=self.source)
         suite = self.suites[key]
         answers = replace(_answers(file, suite), model=name)
-        answered = {response.task_id for response in answers.responses}
-        missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
-        records = score_run(suite, answers, missing, Settings(explanations=False))
+        records = score_run(suite, answers, without_row(suite, answers), Settings(explanations=False))
         return summary_of(Run(RunKey(suite.protocol, domain, ability, name), tuple(records)))
 
 

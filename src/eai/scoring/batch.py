@@ -229,6 +229,12 @@ class _Rewards:
         return [self.reward(task_id, text) for task_id, text in items]
 
 
+def without_row(suite: Suite, answers: ResponseFile) -> dict[str, str]:
+    """The tasks of a suite that a response file has no row of, each with that as the reason."""
+    answered = answers.answered
+    return {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
+
+
 def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> Iterator[Row | _Missing]:
     """All tasks that a model was asked, in the order of the data set: its answers, or why there are none.
 
