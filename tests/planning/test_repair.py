@@ -115,7 +115,10 @@ def restricted(scorer: ActionSequencing, plan: Plan, actions: Sequence[Action]) 
     task = scorer.task
     named = [i for step in (*plan, *actions) if step is not None for i in step.arguments]
     mender = Mender(
-        scorer.domain, task.initial, planning_goal(task), tuple(dict.fromkeys([*task.relevant, *named]))
+        planner(scorer.domain),
+        task.initial,
+        planning_goal(task),
+        tuple(dict.fromkeys([*task.relevant, *named])),
     )
     mender.flips.taking = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
     return mender
@@ -129,7 +132,7 @@ def test_fewest_edits_are_those_of_brute_force(name: str) -> None:
         scorer, plan, actions = draw(name, random)
         if len(plan) > 5:
             continue
-        at_least, _ = restricted(scorer, plan, actions).mend(plan, Effort(30_000), planner(scorer.domain))
+        at_least, _ = restricted(scorer, plan, actions).mend(plan, Effort(30_000))
         expected = by_brute_force(scorer.domain, scorer.task, plan, actions)
         assert min(at_least, FAR) == expected, (scorer.task.id, plan, actions)
         seen.add(expected)
@@ -141,11 +144,16 @@ def test_what_is_told_succeeds_and_bounds_tighten_with_effort(name: str) -> None
     random = Random(9)
     for _ in range(examples(30)):
         scorer, plan, _ = draw(name, random)
-        mender = Mender(scorer.domain, scorer.task.initial, planning_goal(scorer.task), scorer.task.relevant)
+        mender = Mender(
+            planner(scorer.domain),
+            scorer.task.initial,
+            planning_goal(scorer.task),
+            scorer.task.relevant,
+        )
         at_least, at_most = 0, float("inf")
         for limit in (1, 100, 1_000, 10_000):
             before = at_least
-            at_least, edits = mender.mend(plan, Effort(limit), planner(scorer.domain))
+            at_least, edits = mender.mend(plan, Effort(limit))
             assert before <= at_least <= at_most
             assert edits is not None or at_most == float("inf")
             if edits is not None:
@@ -169,8 +177,8 @@ def test_a_plan_from_the_start_is_looked_for_once(monkeypatch: pytest.MonkeyPatc
         return plan(*given)
 
     monkeypatch.setattr(Planner, "plan", counted)
-    mender = Mender(scorer.domain, task.initial, planning_goal(task), task.relevant)
-    mender.mend((), Effort(1), planner(scorer.domain))
+    mender = Mender(planner(scorer.domain), task.initial, planning_goal(task), task.relevant)
+    mender.mend((), Effort(1))
     assert len(calls) == 2, "from where the plan leads, and from the start"
-    mender.mend((), Effort(1), planner(scorer.domain))
+    mender.mend((), Effort(1))
     assert len(calls) == 3

@@ -244,9 +244,11 @@ def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool
         return _parts_of(share, settings, workplace, quiet=quiet)
     from eai.scoring.epochs import averaged_records  # which answers of one epoch do not need
 
-    suite, of_epochs = share.suite, []
-    for answers in (share.answers, *share.answers.further):
-        of_epochs.append(score_run(suite, answers, without_row(suite, answers), settings))
+    suite = share.suite
+    of_epochs = [
+        score_run(suite, answers, without_row(suite, answers), settings)
+        for answers in (share.answers, *share.answers.further)
+    ]
     by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
     finish = _finish_of(share) or replace
     records = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]

@@ -7,7 +7,6 @@ landmark (Richter and Westphal 2010) of that one state, found by taking the cond
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
 from typing import TypeAlias
 
 import eai.logic.formula as f
@@ -38,10 +37,6 @@ _FEW = 4
 """So few actions that no other part of a condition is looked at for fewer."""
 
 
-_achievers = lru_cache(maxsize=8)(Achievers)
-"""The achievers of a domain."""
-
-
 class Flips:
     """The changes and actions that may give conditions another truth, in one episode.
 
@@ -49,13 +44,14 @@ class Flips:
         domain: the domain.
         initial: a state of the episode, which says what never changes.
         objects: what actions may be about, by index.
+        achievers: those of the domain.
     """
 
-    def __init__(self, domain: Domain, initial: State, objects: Sequence[int]) -> None:
+    def __init__(self, domain: Domain, initial: State, objects: Sequence[int], achievers: Achievers) -> None:
         self._domain = domain
         self._initial = initial
         self._usable = mask_of(objects)
-        self._achievers = _achievers(domain)
+        self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self._unread = {o.name: set(changed_by(o)) for o in domain.operators if self._is_unread(o.name)}
@@ -179,7 +175,7 @@ class Flips:
     def skipping(self, action: Action, state: State, *, executed: bool) -> Changes:
         """The changes one of which has a step skipped that is executed, or the other way round."""
         operator = self._domain.compiled[action.operator].operator
-        scope = {p.name: i for p, i in zip(operator.parameters, action.arguments, strict=True)}
+        scope = operator.scope(action.arguments)
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
         wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
         return self._of_parts(wrong, state, not executed, all_needed=False)

@@ -88,11 +88,12 @@ class Planner:
             `SearchResult.plan` is an action that was chosen.
 
     Attributes:
+        domain: the domain.
         heuristic: guides it.
     """
 
     def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
-        self._domain = domain
+        self.domain = domain
         self._carry_out = carry_out
         self.heuristic = AdditiveHeuristic(domain)
 
@@ -123,7 +124,7 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        successors = SuccessorGenerator(self._domain, self._carry_out, objects, goal.actions)
+        successors = SuccessorGenerator(self.domain, self._carry_out, objects, goal.actions)
         limits = limits or Limits()
         search = GreedySearch(self.heuristic, successors, limits)
         return _PlanSearch(search, goal, limits).run(Node(initial))

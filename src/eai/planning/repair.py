@@ -20,7 +20,6 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal, conjuncts
 from eai.planning.successor_generator import applicable_actions
-from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
@@ -96,18 +95,19 @@ class Mender:
     """Mends plans for one task; the states that they pass through are worked out once.
 
     Args:
-        domain: the world.
+        planner: finds a way on from where a plan leads, which bounds the number of edits from above.
         initial: where plans begin.
         goal: what they are to achieve.
         objects: what inserted steps may be about, by index.
     """
 
-    def __init__(self, domain: Domain, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
-        self.domain = domain
+    def __init__(self, planner: Planner, initial: State, goal: PlanningGoal, objects: Sequence[int]) -> None:
+        self._planner = planner
+        self.domain = planner.domain
         self.initial = initial
         self.goal = goal
         self.objects = objects
-        self.flips = Flips(domain, initial, objects)
+        self.flips = Flips(planner.domain, initial, objects, planner.heuristic.achievers)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._forget()
         goals = [Subgoal(condition, {}, True) for condition in goal.conditions]
@@ -120,13 +120,12 @@ class Mender:
         self._after: dict[tuple[int, Action], tuple[int, bool]] = {}
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
 
-    def mend(self, plan: Plan, effort: Effort, planner: Planner) -> tuple[int, tuple[Told, ...] | None]:
+    def mend(self, plan: Plan, effort: Effort) -> tuple[int, tuple[Told, ...] | None]:
         """How many edits every repair of a plan has, and the edits of the smallest that was found, if any.
 
         Args:
             plan: the plan.
             effort: what may be spent, about: steps taken, be their outcome known before or not.
-            planner: finds a way on from where the plan leads, which bounds the number from above.
         """
         if len(self.states) > _KEPT:
             self._forget()
@@ -137,12 +136,12 @@ class Mender:
         if exact.repair is None:
             other = search.run(Effort(effort.limit * (1 - _EXACT)), _WEIGHT)
             effort.used += other.effort
-            rest = self._finished(plan, planner, int(min(_LOOKS * effort.limit, Limits().looks)))
+            rest = self._finished(plan, int(min(_LOOKS * effort.limit, Limits().looks)))
             found = [each for each in (other.repair, *rest) if each is not None]
         best = min(found, key=lambda each: cost(each).edits, default=None)
         return exact.at_least, None if best is None else told(best)
 
-    def _finished(self, plan: Plan, planner: Planner, looks: int) -> Iterator[Edited]:
+    def _finished(self, plan: Plan, looks: int) -> Iterator[Edited]:
         """Plans that a planner finds: from where the steps that do not fail lead, and from the start.
 
         On the way on it may look at so many actions.
@@ -154,21 +153,21 @@ class Mender:
             if action is not None and after != _FATAL:
                 kept.append(action)
                 number, taken = after, self.takes(taken, action) if executed else taken
-        further = self._way(number, taken, planner, looks)
-        for way in (None if further is None else (*kept, *further), self._whole(planner, _START * looks)):
+        further = self._way(number, taken, looks)
+        for way in (None if further is None else (*kept, *further), self._whole(_START * looks)):
             if way is not None:
                 yield normal(_aligned(plan, way))
 
-    def _whole(self, planner: Planner, looks: int) -> tuple[Action, ...] | None:
+    def _whole(self, looks: int) -> tuple[Action, ...] | None:
         """A plan from the start, if the planner finds one; looked for once."""
         if looks not in self._plans:
-            self._plans[looks] = self._way(0, 0, planner, looks)
+            self._plans[looks] = self._way(0, 0, looks)
         return self._plans[looks]
 
-    def _way(self, number: int, taken: int, planner: Planner, looks: int) -> tuple[Action, ...] | None:
-        """The actions of a planner from a state, if it finds a plan."""
+    def _way(self, number: int, taken: int, looks: int) -> tuple[Action, ...] | None:
+        """The actions of the planner from a state, if it finds a plan."""
         goal = PlanningGoal(self.goal.conditions, self.goal.actions[taken:])
-        found = planner.plan(self.states[number], goal, self.objects, Limits(_STATES, looks=looks))
+        found = self._planner.plan(self.states[number], goal, self.objects, Limits(_STATES, looks=looks))
         return found.plan if found.end is SearchEnd.SOLVED else None
 
     def singles(self, plan: Plan) -> Iterator[Told]:
@@ -334,7 +333,7 @@ class _Conflicts:
 
     def _find_unblocking(self, number: int, action: Action) -> Changes:
         state, operator = self._world.states[number], self._world.domain.compiled[action.operator].operator
-        scope = {p.name: i for p, i in zip(operator.parameters, action.arguments, strict=True)}
+        scope = operator.scope(action.arguments)
         found: set[Change] = set()
         for check in operator.checks:
             holds = self._flips.holds(check.condition, scope, state)

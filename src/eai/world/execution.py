@@ -148,13 +148,12 @@ def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> 
     """The names of what the reason of a check speaks of without a name, in the state in which it failed."""
     if check.witness is None:
         return ()
-    parameters = domain.compiled[action.operator].operator.parameters
-    scope = {p.name: i for p, i in zip(parameters, action.arguments, strict=True)}
+    scope = domain.compiled[action.operator].operator.scope(action.arguments)
     found = Readings(domain.vocabulary).witnesses(check.witness.variable, check.witness.body, scope, state)
     return tuple([state.scene.objects[i].name for i in found])
 
 
 def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
     """The names of the objects of an action, by the parameters that they stand for."""
-    parameters = domain.compiled[action.operator].operator.parameters
-    return {p.name: scene.objects[i].name for p, i in zip(parameters, action.arguments, strict=True)}
+    scope = domain.compiled[action.operator].operator.scope(action.arguments)
+    return {name: scene.objects[index].name for name, index in scope.items()}

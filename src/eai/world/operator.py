@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import lru_cache
@@ -164,6 +164,10 @@ class Operator:
     def arity(self) -> int:
         """The number of arguments."""
         return len(self.parameters)
+
+    def scope(self, arguments: Sequence[int]) -> dict[str, int]:
+        """The objects of an action, by the names of the parameters that they stand for."""
+        return {p.name: index for p, index in zip(self.parameters, arguments, strict=True)}
 
 
 def conditions_of(operator: Operator) -> Iterator[Formula]:

@@ -10,8 +10,7 @@ from eai.abilities.repair import KINDS, Edit, EditKind, Repair, blame_of
 from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
-from eai.logic.formula import Atom, Constant
-from eai.logic.traversal import walk
+from eai.logic.traversal import objects
 from eai.planning.planner import Planner
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort
@@ -73,7 +72,7 @@ class PlanMender:
             return Repair(why_null="order")
         steps, effort = self.steps(plan), Effort(limit)
         mender = self._mender(steps)
-        at_least, edits = mender.mend(steps, effort, _planner(self.domain))
+        at_least, edits = mender.mend(steps, effort)
         if edits is None:
             return Repair(at_least, effort=effort.used)
         shown = len(steps) if verdict.error is None else verdict.error.step
@@ -93,7 +92,6 @@ class PlanMender:
         """The repair of a plan that one edit mends."""
         names = [o.name for o in self.domain.operators]
         known = self._known(steps)
-
         found = [*mender.singles(steps)]
         needless = {edit.gone for edit in found if edit.action is None}
 
@@ -126,8 +124,7 @@ class PlanMender:
     def _known(self, steps: Plan) -> set[int]:
         """The objects of an answer and of the goals."""
         index = self.task.scene.index
-        atoms = [a for goal in self.task.goals for a in walk(goal.formula) if isinstance(a, Atom)]
-        named = [t.name for atom in atoms for t in atom.arguments if isinstance(t, Constant)]
+        named = [name for goal in self.task.goals for name in objects(goal.formula)]
         found = {index[name] for name in named if name in index}
         return found | {i for step in steps if step is not None for i in step.arguments}
 
@@ -161,8 +158,8 @@ class PlanMender:
 
 
 @lru_cache(maxsize=16)
-def _mender_of(plans: PlanMender, objects: tuple[int, ...]) -> Mender:
-    return Mender(plans.domain, plans.task.initial, planning_goal(plans.task), objects)
+def _mender_of(plans: PlanMender, usable: tuple[int, ...]) -> Mender:
+    return Mender(_planner(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
 
 
 def _away(step: int, shown: int | None, end: int) -> int:

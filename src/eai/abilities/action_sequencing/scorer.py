@@ -61,11 +61,10 @@ class ActionSequencing(Scorer):
         """The verdict on a plan that is carried out from the initial state, where every action works."""
         found = self.assess_course(text, self._execute)
         is_plain = type(self) is ActionSequencing and type(self.goals) is GoalTest
-        return found._replace(look_back=partial(self._mend, text)) if is_plain else found
+        return found._replace(look_back=partial(self._mend, text, found.verdict)) if is_plain else found
 
-    def _mend(self, text: str, limit: int) -> Verdict:
-        """The verdict with the fewest edits that make the plan succeed."""
-        verdict = self.assess_course(text, self._execute).verdict
+    def _mend(self, text: str, verdict: Verdict, limit: int) -> Verdict:
+        """The verdict on a plan with the fewest edits that make it succeed."""
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
         plan = self.notation.read(text)
