@@ -10,17 +10,31 @@ from importlib import resources
 
 from eai.abilities.verdict import Json
 
+_HEAD = """\
+<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{{policy}}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta name="referrer" content="no-referrer">
+<title>eai {{name}}</title>
+<style>{{style}}</style>
+</head>
+"""
+
 
 def build_page(package: str, folder: str, scripts: Sequence[str], data: str) -> str:
-    """The page of a folder with ``page.html``, ``style.css`` and scripts.
+    """The page of a folder with ``page.html``, from its body on, ``style.css`` and scripts.
 
     Its policy allows its own style and program, by digest, and nothing else: no request, no other script.
 
     Args:
         package: the package that the folder is in.
-        folder: the folder.
+        folder: the folder, which is also what the page is called.
         scripts: the parts of the program, in the order in which they need each other.
-        data: from `for_script`.
+        data: what the page is about: from `for_script`, or as HTML.
     """
 
     def read(name: str) -> str:
@@ -37,8 +51,9 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str) -> 
             "form-action 'none'",
         )
     )
-    page = read("page.html")
-    for name, text in (("policy", policy), ("style", style), ("program", program), ("data", data)):
+    parts = {"policy": policy, "name": folder, "style": style, "program": program, "data": data}
+    page = _HEAD + read("page.html")
+    for name, text in parts.items():
         before, _, after = page.partition(f"{{{{{name}}}}}")
         page = f"{before}{text}{after}"
     return page
