@@ -42,6 +42,7 @@ def write_prompts(
     domain: str,
     ability: Ability,
     out: Path,
+    *,
     prompt_set: PromptSet,
     folder: Path | None,
     tasks: str,
@@ -50,7 +51,6 @@ def write_prompts(
     goals: Path | None,
     errata: ErrataChoice,
     data: Path | None,
-    *,
     as_json: bool,
 ) -> None:
     """Write the prompts of a suite as a list, or as a page on which people answer.
