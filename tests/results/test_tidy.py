@@ -83,7 +83,7 @@ def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability,
     told = [record.explanation for record in records if record.explanation is not None]
     steps = [(step.call, step.action) for each in told for step in each.steps]
     goals = [(goal.predicates, goal.goal) for each in told for goal in each.goals]
-    atoms = [(atom, text) for each in told for text, atom in each.atoms.items()]
+    atoms = [(atom, text) for each in told for text, atom in (each.atoms or {}).items()]
     clauses = [
         (content.predicates, clause)
         for record in records
