@@ -243,7 +243,7 @@ def _named(schema: EffectSchema) -> set[str]:
 
 
 def _own(schema: EffectSchema, *, wide: bool) -> list[f.Formula]:
-    """What an effect asks of the objects of its atom; or (``wide``) of the operator's own besides."""
+    """Conditions of an effect on the objects of its atom; or (``wide``) on the operator's own besides."""
     named = _named(schema)
     own = [c for c in schema.given if free_variables(c) <= named]
     if wide:
