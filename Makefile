@@ -97,11 +97,14 @@ audit: $(WITH_RELEASE)
 	$(BIN)/pip-audit --progress-spinner off --skip-editable --path "$$(build/runtime/bin/python -c \
 	  'import sysconfig; print(sysconfig.get_path("purelib"))')"
 
+# The extras that are needed to run. A comma written into a call would end its argument, hence a variable.
+RUN := run,planner,plots,analysis,envs
+
 # An environment with what the package and its extras need to run, and nothing else, in build/runtime.
 define RUNTIME
 rm -rf build/runtime
 $(BIN)/python -m venv build/runtime
-@$(call pip,build/runtime,'.[run,planner,plots,analysis,envs]')
+@$(call pip,build/runtime,'.[$(RUN)]')
 endef
 
 clean:
