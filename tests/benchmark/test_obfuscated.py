@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,7 @@ def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_s
     return str(request.param)
 
 
+@cache
 def cipher(name: str) -> _Cipher:
     return _Cipher.of(find_benchmark(name), find_benchmark(name).tasks(Source()).values())
 

@@ -226,18 +226,22 @@ def test_the_readme_shows_what_the_command_prints(
     assert shown in "\n".join(lines) + "\n"
 
 
-def test_the_readme_shows_what_a_run_prints(data_store: Store) -> None:
+def test_the_readme_shows_what_a_run_prints(data_store: Store, tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
     pattern = r"^\$ eai (run [^\n]*)\n```\n\n```text\n(.*?)^```$"
     command, shown = re.findall(pattern, page, re.MULTILINE | re.DOTALL)[0]
     assert shown in run_eai(*command.split(), "--data", data_store.folder).out
+    assert not (tmp_path / "nothing").exists()  # neither the model nor Inspect fetched the data set there
 
 
-def test_an_answer_and_a_model_with_odd_characters_are_shown_as_their_escapes(eai: Command) -> None:
+def test_an_answer_and_a_model_with_odd_characters_are_shown_as_their_escapes(
+    eai: Command, data_store: Store
+) -> None:
+    here = ("--data", data_store.folder)
     name = "=m\x1b[2J[red]_outputs.json"
     odd = '{"WALK": ["so\ud800ap\\u001b[31m"]}'
     Path(name).write_text(json.dumps([{"identifier": "27_2", "llm_output": odd}]))
-    scored = eai("score", name, *HERE, "--out", "odd")
+    scored = eai("score", name, *HERE, *here, "--out", "odd")
     shown = eai("explain", "odd", "27_2")
     assert (scored.status, shown.status, shown.err) == (0, 0, "")
     assert r"=m\x1b[2J[red]" in scored.out

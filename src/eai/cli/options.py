@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +16,7 @@ from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, ability_of
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
-from eai.data.store import Store
+from eai.data.store import VARIABLE, Store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.scoring.options import ScoringOptions
@@ -61,10 +62,34 @@ Wide = Annotated[
     bool,
     typer.Option("--wide", help="All columns in one table, however wide.", rich_help_panel=OUTPUT),
 ]
+
+
+@contextmanager
+def _data_in(folder: Path) -> Iterator[None]:
+    """The default store is in a folder."""
+    before = os.environ.get(VARIABLE)
+    os.environ[VARIABLE] = str(folder)
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[VARIABLE]
+        else:
+            os.environ[VARIABLE] = before
+
+
+def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
+    """The folder, which is the default for all that a command starts: built-in models, Inspect, workers."""
+    if folder is not None:
+        command.with_resource(_data_in(folder))
+    return folder
+
+
 DataFolder = Annotated[
     Path | None,
     typer.Option(
         "--data",
+        callback=_data_of,
         help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
     ),
 ]

@@ -23,6 +23,9 @@ import platformdirs
 
 from eai.errors import DataError
 
+VARIABLE = "EAI_DATA_DIR"
+"""The variable of the environment that names the folder of packs."""
+
 SCHEMA = 1
 """Version of the pack format; part of the file's name, so that versions of eai can share a folder."""
 
@@ -34,7 +37,7 @@ _REPAIR = "run `eai data fetch --force`"
 
 def default_folder() -> Path:
     """`EAI_DATA_DIR`, or `eai` in the user's cache folder."""
-    configured = os.environ.get("EAI_DATA_DIR")
+    configured = os.environ.get(VARIABLE)
     return Path(configured) if configured else platformdirs.user_cache_path("eai") / "data"
 
 
