@@ -103,8 +103,11 @@ def all_operators(suite: Suite, task_id: str) -> str:
 def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
     """What an answer earns in the mean over the tasks in which something can be earned."""
     texts = list(map(answer, suite.task_ids))
+    of_plans = suite.ability is Ability.ACTION_SEQUENCING
     values = {
-        shaping: Reward(suite, shaping, limit=sys.maxsize).batch(suite.task_ids, texts) for shaping in Shaping
+        shaping: Reward(suite, shaping, limit=sys.maxsize).batch(suite.task_ids, texts)
+        for shaping in Shaping
+        if of_plans or shaping is not Shaping.REPAIR
     }
     return {shaping: mean([each for each in paid if each is not None]) for shaping, paid in values.items()}
 

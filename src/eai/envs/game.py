@@ -29,7 +29,7 @@ from eai.logic.traversal import walk
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
-from eai.scoring.reward import Merit, merit_of_actions, metrics_of, suite_of
+from eai.scoring.reward import Merit, Shaping, merit_of_actions, metrics_of, suite_of
 from eai.tasks.source import TaskReference
 from eai.world.derived import stored_sources
 from eai.world.episode import Episode, Luck, Slip
@@ -41,6 +41,7 @@ from eai.world.slips import Slips, Until
 from eai.world.state import Change, Fact, State, change
 
 if TYPE_CHECKING:
+    from eai.abilities.action_sequencing.mending import PlanMender
     from eai.envs.reference import Reference
 
 Sight: TypeAlias = tuple[int, ...]
@@ -309,6 +310,13 @@ class Stage:
             most.append(self.reference.budget(self.rules.budget))
         return min(most, default=None)
 
+    @cached_property
+    def mender(self) -> PlanMender:
+        """Tells how near actions are to success."""
+        from eai.abilities.action_sequencing.mending import PlanMender
+
+        return PlanMender(self.task, self.domain, self.benchmark.plans)
+
     def endless(self) -> Stage:
         """The same task seen in the same way, without slips or limits, until `DONE`."""
         stage = copy(self)
@@ -366,6 +374,8 @@ class Game:
         self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)
         self.taken: list[str] = []
+        self._worked: list[Action] = []
+        self._last: Action | None = None
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
@@ -419,12 +429,18 @@ class Game:
 
     def _worth(self, *, is_last: bool) -> float:
         earned = self._earned(is_last=is_last)
+        if earned is not None and self._rules.reward is Shaping.REPAIR:
+            last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
+            return self._stage.mender.nearness((*self._worked, *last)) or 0.0
         return 0.0 if earned is None else earned.worth(self._rules.reward)
 
     def _earned(self, *, is_last: bool) -> Merit | None:
-        is_undeclared = is_last and self._rules.until is Until.DONE and self.ended != "done"
-        ended = self._failed or is_undeclared
+        ended = self._failed or self._is_undeclared(is_last=is_last)
         return merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
+
+    def _is_undeclared(self, *, is_last: bool) -> bool:
+        """Whether it lacks the `DONE` that it is to end with."""
+        return is_last and self._rules.until is Until.DONE and self.ended != "done"
 
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
@@ -472,6 +488,7 @@ class Game:
         if command.meant is not None:
             self.tried += 1
             self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
+            self._last = self.action
         if tried.fault is not None:
             self._faults[tried.fault] += 1
         self.reached = self._goals_reached()
@@ -524,6 +541,7 @@ class Game:
         line, outcome = self._stage.commands.write(meant), self._episode.act(meant)
         match outcome:
             case Fault(kind):
+                self._worked += [meant] * (kind is FaultKind.ADDITIONAL_STEP)
                 reason = describe(outcome, self._stage.domain, meant, self._stage.task.scene)
                 failed = "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_words(kind)})"
                 return _Tried(f"{line}: {failed}: {reason}.", kind)
@@ -531,6 +549,7 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
+                self._worked.append(meant)
                 news = "" if self._rules.feedback is Feedback.OUTCOME else f"\n{self._news(outcome)}"
                 return _Tried(f"{line}: done.{news}")
             case _:

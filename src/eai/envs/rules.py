@@ -65,8 +65,8 @@ class Rules(Options):
         Observe.FULL,
     )
     reward: Shaping = option(
-        "What is paid for: success, goals, progress or diagnosis, as by eai.Reward. A turn pays by how "
-        "much it changes what the episode is worth.",
+        "What is paid for: success, goals, progress, diagnosis or repair, as by eai.Reward. A turn pays by "
+        "how much it changes what the episode is worth.",
         Shaping.SUCCESS,
     )
     gamma: float = option(

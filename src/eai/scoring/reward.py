@@ -18,6 +18,7 @@ from functools import cache, partial
 
 from typing_extensions import assert_never
 
+from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member, protocol_of
@@ -25,6 +26,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, PlanVerdict, Verdict, add
 from eai.benchmark.suite import Suite, open_suite
+from eai.errors import InputError
 from eai.pddl.check import Offence
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, TaskReference
@@ -42,6 +44,8 @@ class Shaping(str, Enum):
     """The gain, up to the error that ended it if one did."""
     DIAGNOSIS = "diagnosis"
     """``progress`` divided by one more than the number of faults that were diagnosed."""
+    REPAIR = "repair"
+    """The nearness to success, of plans only: by how few edits they would succeed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +60,7 @@ class Merit:
         faults: how often each kind of fault was diagnosed; kinds that were not are left out.
         added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
             one more, so that the goal copied as a subgoal is not paid for what the search did.
+        nearness: how near a plan is to one that succeeds, 1 for success; worked out where it is paid for.
     """
 
     gain: float
@@ -63,6 +68,7 @@ class Merit:
     ended: bool
     faults: Mapping[FaultKind, int]
     added: int = 0
+    nearness: float = 0.0
 
     def worth(self, shaping: Shaping) -> float:
         """The pay of the answer."""
@@ -79,6 +85,8 @@ class Merit:
                 return self.gain
             case Shaping.DIAGNOSIS:
                 return self.gain / (1 + sum(self.faults.values()))
+            case Shaping.REPAIR:
+                return self.nearness
             case _:
                 assert_never(shaping)
 
@@ -247,17 +255,21 @@ class Reward:
 
     Args:
         suite: the tasks. Under another protocol than ``strict`` what is promised of rewards need not hold.
-        shaping: what an answer is paid for: ``success``, ``goals``, ``progress`` or ``diagnosis``.
+        shaping: what an answer is paid for: ``success``, ``goals``, ``progress``, ``diagnosis`` or, of plans
+            under ``strict``, ``repair``.
         limit: the longest answer that is read, in characters; what is longer is unreadable, so that no text
             takes long. Separate a model's reasoning from its answer first.
 
     Raises:
-        InputError: there is no such shaping.
+        InputError: there is no such shaping, or it is of plans only and the suite is of something else.
     """
 
     def __init__(self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = LIMIT) -> None:
         self.suite = _without_planner(suite)
         self.shaping = member(Shaping, shaping, "shaping")
+        if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
+            plans = Ability.ACTION_SEQUENCING.value
+            raise InputError(f"the shaping repair is of {plans} only, not of {suite.ability.value}")
         self.limit = limit
         self._at_start: dict[str, tuple[bool, ...]] = {}
 
@@ -270,8 +282,7 @@ class Reward:
         Raises:
             InputError: there is no such task.
         """
-        earned = self._merit(task_id, self._verdict(task_id, text))
-        return None if earned is None else earned.worth(self.shaping)
+        return self._paid(task_id, text, self._merit(task_id, self._verdict(task_id, text)))
 
     def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
         """The reward of each answer, in order.
@@ -290,7 +301,16 @@ class Reward:
         """
         verdict = self._verdict(task_id, text)
         earned = self._merit(task_id, verdict)
-        return Grade(None if earned is None else earned.worth(self.shaping), metrics_of(earned), verdict)
+        return Grade(self._paid(task_id, text, earned), metrics_of(earned), verdict)
+
+    def _paid(self, task_id: str, text: str, earned: Merit | None) -> float | None:
+        """The reward of an answer with these merits."""
+        if earned is None or self.shaping is not Shaping.REPAIR:
+            return None if earned is None else earned.worth(self.shaping)
+        scorer = self.suite.scorer(task_id)
+        if not isinstance(scorer, ActionSequencing):
+            raise InputError(f"the shaping repair is not known under {self.suite.protocol.value}")
+        return scorer.nearness(text if len(text) <= self.limit else "")
 
     def _verdict(self, task_id: str, text: str) -> Verdict:
         if len(text) <= self.limit:
@@ -324,7 +344,7 @@ def reward(
     Args:
         task: benchmark, ability and id, as ``lamps:lamps/action_sequencing/light``; see `Suite.reference`.
         text: the answer.
-        shaping: what it is paid for: ``success``, ``goals``, ``progress`` or ``diagnosis``.
+        shaping: what it is paid for, as `Reward` has it.
         protocol: the rules for scoring.
 
     Raises:

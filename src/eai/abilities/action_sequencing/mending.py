@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep
 from eai.abilities.planning import planning_goal
-from eai.abilities.repair import KINDS, Edit, EditKind, Repair, blame_of
+from eai.abilities.repair import EFFORT, KINDS, Edit, EditKind, Repair, blame_of
 from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
@@ -65,11 +65,8 @@ class PlanMender:
         """
         if verdict.success:
             return Repair(at_most=0)
-        if any(goal.is_over_time for goal in self.task.goals):
-            return Repair(why_null="over_time")
-        order = self.domain.precedence
-        if order.index(FaultKind.ADDITIONAL_STEP) > order.index(FaultKind.WRONG_ORDER):
-            return Repair(why_null="order")
+        if self._why_unknown is not None:
+            return Repair(why_null=self._why_unknown)
         steps, effort = self.steps(plan), Effort(limit)
         mender = self._mender(steps)
         at_least, edits = mender.mend(steps, effort)
@@ -80,6 +77,43 @@ class PlanMender:
             return self._single(plan, steps, mender, shown, effort.used)
         told = tuple([self._told(edit, plan, steps) for edit in edits])
         return Repair(at_least, len(told), edits=told, effort=effort.used)
+
+    @property
+    def _why_unknown(self) -> str | None:
+        """Why nothing is known of how far plans of the task are from success; None if something is."""
+        if any(goal.is_over_time for goal in self.task.goals):
+            return "over_time"
+        order = self.domain.precedence
+        return (
+            "order" if order.index(FaultKind.ADDITIONAL_STEP) > order.index(FaultKind.WRONG_ORDER) else None
+        )
+
+    def nearness(self, steps: Plan, limit: int = EFFORT) -> float | None:
+        """How near steps are to success: 1 - d / n for d edits, 0 if there are more than n.
+
+        Every plan of the task has n steps at least, so that no steps at all are as near as 0. The upper bound
+        of d counts, so that effort that runs out never pays. Inserted steps are about the task's objects.
+
+        Args:
+            steps: the steps; None for each that means nothing.
+            limit: how many steps may be tried, about.
+
+        Returns:
+            The nearness, from 0 to 1; None where nothing is known of it.
+        """
+        if self._why_unknown is not None:
+            return None
+        if steps.count(None) >= self._least:
+            return 0.0
+        _, edits = self._mender(()).mend(steps, Effort(limit))
+        if not edits:
+            return float(edits is not None)
+        return max(0.0, 1 - len(edits) / self._least)
+
+    @cached_property
+    def _least(self) -> int:
+        """So many steps every plan of the task has, as far as it is proved."""
+        return self._mender(()).mend((), Effort(EFFORT))[0]
 
     def _mender(self, steps: Plan) -> Mender:
         """Mends plans with the objects of some steps besides those of the task."""

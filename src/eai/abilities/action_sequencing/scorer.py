@@ -21,6 +21,7 @@ from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
+from eai.errors import InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
@@ -60,8 +61,24 @@ class ActionSequencing(Scorer):
     def assess(self, text: str) -> Assessment:
         """The verdict on a plan that is carried out from the initial state, where every action works."""
         found = self.assess_course(text, self._execute)
-        is_plain = type(self) is ActionSequencing and type(self.goals) is GoalTest
-        return found._replace(look_back=partial(self._mend, text, found.verdict)) if is_plain else found
+        mend = partial(self._mend, text, found.verdict)
+        return found._replace(look_back=mend) if self._is_plain else found
+
+    @property
+    def _is_plain(self) -> bool:
+        """Whether plans are carried out and goals tested as repairs take it."""
+        return type(self) is ActionSequencing and type(self.goals) is GoalTest
+
+    def nearness(self, text: str) -> float | None:
+        """How near a plan is to success (`PlanMender.nearness`); 0 if it cannot be read.
+
+        Raises:
+            InputError: plans are carried out, or goals tested, as another protocol has it.
+        """
+        if not self._is_plain:
+            raise InputError("how near a plan is to success is known under the protocol strict only")
+        plan = self.notation.read(text)
+        return 0.0 if isinstance(plan, Unreadable) else self.mender.nearness(self.mender.steps(plan))
 
     def _mend(self, text: str, verdict: Verdict, limit: int) -> Verdict:
         """The verdict on a plan with the fewest edits that make it succeed."""

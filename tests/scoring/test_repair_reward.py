@@ -1,0 +1,125 @@
+"""The reward of plans by how few edits they need: exact at its ends, never paid for nothing or for bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from random import Random
+
+import pytest
+
+import eai
+from eai import InputError, Reward, Suite, Task
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.repair import EFFORT
+from eai.data.store import Store
+from eai.envs import make
+from eai.planning.successor_generator import applicable_actions
+from eai.scoring.reward import Shaping
+from eai.world import Action, Episode
+from suites import answer_book
+from sweeps import examples
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+
+
+@pytest.fixture(autouse=True)
+def there(data_store: Store) -> None:
+    """The households' data is there, or the tests of this module are skipped."""
+
+
+def suite_of(name: str) -> Suite:
+    return eai.open(name, "action_sequencing")
+
+
+def scorer_of(suite: Suite, task_id: str) -> ActionSequencing:
+    scorer = suite.scorer(task_id)
+    assert isinstance(scorer, ActionSequencing)
+    return scorer
+
+
+def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
+    """A task, and possible actions one after the other, or the first of a plan that succeeds, or both."""
+    suite = suite_of(name)
+    task = suite.tasks[random.choice([i for i in suite.task_ids if suite.tasks[i].left_out is None])]
+    gold = answer_book(name, Ability.ACTION_SEQUENCING).gold(task.id)
+    scorer = scorer_of(suite, task.id)
+    read = scorer.notation.read(gold.join(gold.parts))
+    steps = [step for step in scorer.mender.steps(read) if step is not None]  # type: ignore[arg-type]
+    plan = steps[: random.choice((0, 0, 1, len(steps) - 1, len(steps)))]
+    episode = Episode(suite.benchmark.domain, task.initial)
+    episode.run(plan)
+    for _ in range(random.randint(not plan, 3)):
+        can = [a for o in scorer.domain.operators for a in _applicable(scorer, episode, o)]
+        plan.append(random.choice(can))
+        episode.run(plan[-1:])
+    return suite, task, plan
+
+
+def _applicable(scorer: ActionSequencing, episode: Episode, operator: eai.Operator) -> Sequence[Action]:
+    return [*applicable_actions(scorer.domain, operator, episode.state, scorer.task.relevant)]
+
+
+def written(suite: Suite, task: Task, plan: Sequence[Action]) -> str:
+    notation = suite.benchmark.plans
+    return notation.join(notation.write(plan, task.scene))
+
+
+@pytest.mark.parametrize("name", HOUSEHOLDS)
+def test_all_of_it_is_paid_for_success_alone_and_a_step_earns_its_part_at_most(name: str) -> None:
+    random, paid = Random(1), set()
+    for _ in range(examples(12)):
+        suite, task, plan = drawn(name, random)
+        text = written(suite, task, plan)
+        reward = Reward(suite, Shaping.REPAIR)(task.id, text)
+        if reward is None:
+            continue
+        paid.add(reward)
+        assert (reward == 1) == bool(suite.score(task.id, text).success)
+        assert 0 <= reward <= len(plan) / scorer_of(suite, task.id).mender._least + 1e-9
+    assert {0, 1} <= paid
+
+
+@pytest.mark.parametrize("name", HOUSEHOLDS)
+def test_more_effort_never_pays_less(name: str) -> None:
+    random = Random(2)
+    for _ in range(examples(6)):
+        suite, task, plan = drawn(name, random)
+        mender = scorer_of(suite, task.id).mender
+        paid = [mender.nearness(plan, limit) for limit in (1, 100, 1_000, EFFORT)]
+        assert all(before <= after for before, after in pairwise(each or 0 for each in paid))
+
+
+def test_turns_add_up_to_what_the_plan_is_worth() -> None:
+    random, seen = Random(3), set()
+    for _ in range(12):
+        suite, task, plan = drawn("virtualhome", random)
+        reward = Reward(suite, "repair")(task.id, written(suite, task, plan))
+        environment = make("virtualhome", task.id, reward="repair", until="done")
+        environment.reset(seed=0)
+        name = suite.benchmark.observed_wording().object_name
+        commands = [f"{a.operator}({', '.join(name(task, i) for i in a.arguments)})" for a in plan]
+        turns = [float(environment.step(command)[1]) for command in (*commands, "DONE")]
+        assert sum(turns) == pytest.approx(reward or 0.0, abs=1e-9)
+        seen.add(reward)
+    assert {0, 1} < seen, "nothing, all, and something between"
+
+
+@pytest.mark.parametrize("name", HOUSEHOLDS)
+def test_who_does_nothing_or_means_nothing_earns_nothing(name: str) -> None:
+    suite = suite_of(name)
+    for task_id in [i for i in suite.task_ids if suite.tasks[i].left_out is None][::40]:
+        scorer, paid = scorer_of(suite, task_id), Reward(suite, "repair")
+        assert scorer.mender.nearness(()) == scorer.mender.nearness((None,)) == 0
+        assert scorer.mender.nearness((None,) * 300) == 0
+        assert paid(task_id, "All is done.") == paid(task_id, "x" * (paid.limit + 1)) == 0
+
+
+def test_only_plans_under_strict_are_paid_so() -> None:
+    with pytest.raises(InputError, match="repair is of action_sequencing only, not of goal_interpretation"):
+        Reward(eai.open("virtualhome", "goal_interpretation"), "repair")
+    of_reference = eai.open("virtualhome", "action_sequencing", protocol=Protocol("eai-1.0.5"))
+    scored = next(i for i in of_reference.task_ids if of_reference.score(i, "").excluded is None)
+    with pytest.raises(InputError, match="strict only"):
+        Reward(of_reference, "repair")(scored, '{"WALK": ["soap"]}')
