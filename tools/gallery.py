@@ -69,15 +69,14 @@ FIGURES = (
         ("*/*/gpt-4o*",),
         "plots/summary-gpt-4o-2024-05-13-strict",
         "A model on one page",
-        "Main results, goals reached and what goes wrong, with intervals. Ticks are nine models by their "
-        "published answers.",
+        "Main results, goals reached and errors, with intervals. Ticks mark nine models' published answers.",
     ),
     Figure(
         "outcomes",
         REPORT,
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/outcomes-behavior-strict",
-        "What answers came to",
+        "Outcomes of answers",
         "Every answer is in one band, by the first thing that is wrong with it.",
     ),
     Figure(
@@ -86,15 +85,15 @@ FIGURES = (
         tuple(f"{PLANS_V}/{model}" for model in THREE),
         "plots/flow-action_sequencing-virtualhome-strict",
         "From answer to goal",
-        "How many answers are left after each stage, in percent, and what the others were lost to.",
+        "How many answers pass each stage, in percent, and why the others do not.",
     ),
     Figure(
         "difficulty",
         REPORT,
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/difficulty-action_sequencing-behavior-strict",
-        "Success by what a task is like",
-        "Never by what an answer did. Marks of fewer than five tasks are hollow.",
+        "Success by features of a task",
+        "Marks of fewer than five tasks are hollow.",
     ),
     Figure(
         "actions",
@@ -102,25 +101,25 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/actions-subgoal_decomposition-behavior-strict",
         "By action",
-        "The share of steps that are executed, in percent; that of fewer than five is in brackets. By "
-        "predicate there is the same of goals.",
+        "The share of steps that are executed, in percent; in brackets where there are fewer than five. A "
+        "second figure shows goals by predicate.",
     ),
     Figure(
         "curves",
         "eai analyze cofactors scores --out cofactors",
         (f"{PLANS_B}/*",),
         "curves-behavior-action_sequencing-strict",
-        "What success falls with",
-        "All models together with intervals, each as a thin line.",
+        "What lowers success",
+        "All models together, with intervals; each model is a thin line.",
     ),
     Figure(
         "adjusted",
         "eai analyze cofactors scores --out cofactors",
         (f"{PLANS_B}/*",),
         "adjusted-behavior-action_sequencing-strict",
-        "What of that is left beside the others",
-        "The number of objects is length in disguise: it lowers success alone, and is not seen to beside the "
-        "length of plans.",
+        "Each feature, the others held fixed",
+        "Tasks with many objects have long plans. With the length of plans held fixed, the number of objects "
+        "shows no effect.",
     ),
     Figure(
         "leaves",
@@ -135,8 +134,8 @@ FIGURES = (
         "eai analyze errors scores --out errors",
         (f"{PLANS_B}/*",),
         "flow-behavior-action_sequencing-strict",
-        "The same of all models together",
-        "Success, goals missed, errors of grammar and of execution, and what they are made of.",
+        "Errors of all models together",
+        "Success, missed goals, errors of grammar and of execution, with their kinds.",
     ),
     Figure(
         "why",

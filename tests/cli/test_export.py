@@ -82,6 +82,10 @@ def test_each_file_of_a_folder_of_tasks_is_a_split(
     folder = tmp_path / "data"
     assert "2 rows written" in eai("export", "prompts", *asked, "--out", folder, "--format", "hf").out
     assert "- split: fresh_1\n    path: fresh_1.jsonl\n" in (folder / "README.md").read_text()
+    benchmark = (folder / "eval.yaml").read_text()
+    assert 'name: "data"\n' in benchmark
+    tasks = "tasks:\n  - id: lamps-fresh-1_action_sequencing\n    config: default\n    split: fresh_1\n"
+    assert benchmark.endswith(tasks)  # without the split that is trained on
     ((train,), (fresh,)) = read(folder / "train.jsonl"), read(folder / "fresh_1.jsonl")
     assert (train["split"], fresh["split"]) == ("train", "fresh_1")
     assert library.reward(fresh["task"], '[{"action": "GO", "object": "lamp"}]') == 0
@@ -101,6 +105,7 @@ def test_preferences_are_for_the_better_answer(eai: Command, records: Path, tmp_
     done = eai("export", "preference", records, "--out", tmp_path / "data", "--format", "hf")
     assert done.status == 0
     assert "path: train.jsonl" in (tmp_path / "data" / "README.md").read_text()
+    assert not (tmp_path / "data" / "eval.yaml").exists()
     rows = read(tmp_path / "data" / "train.jsonl")
     assert rows
     for row in rows:

@@ -64,7 +64,7 @@ def test_without_experiments_nothing_else_is_different(tmp_path: Path, runs: Pat
 def test_a_report_of_experiments_alone(tmp_path: Path) -> None:
     only = write_runs(tmp_path / "only", [all_right(REPLANNING)])
     assert report(only, tmp_path / "out").keys() >= {"experiments_action_sequencing_trajectory"}
-    assert "## What answers came to" not in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    assert "## Outcomes of answers" not in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
 
 
 def test_leaderboards_leave_experiments_out_and_say_so(runs: Path) -> None:

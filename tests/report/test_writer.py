@@ -68,7 +68,7 @@ def test_markdown_has_success_by_length_of_plan_and_goals_by_predicate(tmp_path:
 
 def test_markdown_has_both_protocols_outcomes_and_what_is_excluded(tmp_path: Path, runs: Path) -> None:
     page = (write_report(tmp_path / "out", runs, "--no-plots") / "report.md").read_text(encoding="utf-8")
-    for words in ("## Both protocols", "## What answers came to", "protocol eai-1.0.5", "drops this task"):
+    for words in ("## Both protocols", "## Outcomes of answers", "protocol eai-1.0.5", "drops this task"):
         assert words in page
     assert "(paper)" not in page
 

@@ -85,7 +85,7 @@ def explain(
     kind: Annotated[
         AnswerOutcome | None,
         typer.Option(
-            parser=_outcome, metavar="KIND", help="Only answers that came to this: missing_step, say."
+            parser=_outcome, metavar="KIND", help="Only answers with this outcome, such as missing_step."
         ),
     ] = None,
     model: Annotated[str | None, typer.Option(help="Only answers of this model.")] = None,

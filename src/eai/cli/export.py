@@ -40,6 +40,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.pictures.drawing import png, svg
 from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.prompts.prompt import PromptSet
+from eai.report.publication import suite_name
 from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping
@@ -89,12 +90,21 @@ TRAIN = "train"
 
 _CARD = """\
 ---
+tags: [eai, embodied-agents, planning]
 configs:
 - config_name: default
   data_files:
 {files}---
 Made by `eai export`. The prompts hold text of the benchmarks they are of, which have licences of their own.
 """
+
+_EVAL = """\
+name: {name}
+description: Household tasks; an answer is executed in a symbolic simulator (eai-bench).
+evaluation_framework: inspect-ai
+tasks:
+{tasks}"""
+"""The file ``eval.yaml``, by which a data set is a benchmark on the Hugging Face Hub."""
 
 
 @app.command(no_args_is_help=True)
@@ -265,6 +275,7 @@ def _splits(domain: str) -> list[tuple[str, str]]:
 def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
     """Write a data set of so many rows; nothing is there under its name before it is whole."""
     parts: dict[Path, Path] = {}
+    asked: dict[tuple[str, str], None] = {}
     number = 0
     try:
         with ExitStack() as stack:
@@ -279,6 +290,8 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
             for row in rows:
                 split = row.get("split", TRAIN) if form is _Format.HF else TRAIN
                 opened(split).write(json.dumps(row) + "\n")
+                if "data_source" in row:
+                    asked[suite_name(*str(row["data_source"]).split("/")), str(split)] = None
                 number += 1
             if not number:
                 opened(TRAIN)
@@ -287,12 +300,21 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
         if form is _Format.HF:
             files = [f"  - split: {file.stem}\n    path: {file.name}\n" for file in parts]
             (out / "README.md").write_text(_CARD.format(files="".join(files)), encoding="utf-8")
+            if asked:
+                (out / "eval.yaml").write_text(_eval_yaml(out, asked), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
     return number
+
+
+def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
+    """The benchmark that a data set is: each suite with its split; what is trained on is no part of it."""
+    held_out = [each for each in asked if each[1] != TRAIN] or list(asked)
+    tasks = [f"  - id: {suite}\n    config: default\n    split: {split}\n" for suite, split in held_out]
+    return _EVAL.format(name=json.dumps(out.resolve().name), tasks="".join(tasks))
 
 
 def _tell(out: Path, number: int, left_out: Counter[LeftOut], *, as_json: bool) -> None:

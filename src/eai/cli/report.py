@@ -29,6 +29,7 @@ from eai.report.board import board_html
 from eai.report.document import Plot, unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.report.plots import draw_plots
+from eai.report.publication import published_files
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
@@ -42,6 +43,7 @@ from eai.tasks.source import Source
 
 PLOTS = "plots"
 EXPLORER = "explorer.html"
+PUBLISHED = "published"
 BOARD = "index.html"
 _OVERVIEW = "overview"
 _LATEX = "Tables for a paper"
@@ -74,6 +76,13 @@ def report(
         Path | None,
         typer.Option(
             help="Prices of tokens for answers that have none: TOML with date, source and models.",
+        ),
+    ] = None,
+    publish: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Also write OUT/published, for Every Eval Ever and Hugging Face, as FILE.toml says.",
         ),
     ] = None,
     board: Annotated[
@@ -136,7 +145,15 @@ def report(
             intervals=intervals,
             prices=listed_prices,
         )
-        write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
+        publication = {} if publish is None else published_files(publish, summaries)
+        write_whole(
+            {
+                out / EXPLORER: explorer_html(explorer.to_json()),
+                **{out / PUBLISHED / name: content for name, content in publication.items()},
+            }
+        )
+    if publish is not None and not publication:
+        note(f"published: nothing, since no model that {publish} names answered a whole suite")
     shown = out / EXPLORER
     if as_json:
         counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}

@@ -251,7 +251,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
         for item in runs
     ]
     header = ["model", "suite", *(label_of(kind.value) for kind in kinds)]
-    yield from _section("What answers came to", header, rows)
+    yield from _section("Outcomes of answers", header, rows)
 
 
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:

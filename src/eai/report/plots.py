@@ -95,7 +95,7 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
         name = file_name(f"{domain}-{protocol.value}")
         whole: Sequence[tuple[str, str, Callable[[Sequence[RunSummary]], Figure | None]]] = (
             ("radar", "Main results by model", draw_radar),
-            ("outcomes", "What answers came to", draw_outcomes),
+            ("outcomes", "Outcomes of answers", draw_outcomes),
         )
         for kind, caption, draw in whole:
             yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group), place)

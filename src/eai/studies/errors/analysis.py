@@ -107,7 +107,7 @@ def _leaves(answers: Sequence[AnswerLine]) -> Table:
             rows += [(*suite, model, *leaf, share) for leaf, share in shares]
     return Table(
         "leaves",
-        "What answers came to",
+        "Outcomes of answers",
         "Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that"
         " of the error that ended it. Of a missed goal the detail says which kinds of goals are not "
         "reached.",

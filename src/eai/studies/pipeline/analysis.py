@@ -196,7 +196,7 @@ class Pipeline:
             rows.append((heading, len(found), Estimate.of(found)))
         return Table(
             "stage_1",
-            "What the first stage came to",
+            "Outcomes of the first stage",
             "How many tasks had such an answer to goal interpretation, and success in the pipeline. All of "
             "them are in every rate above.",
             ("answer", "tasks", "pipeline"),

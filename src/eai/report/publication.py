@@ -1,0 +1,202 @@
+"""Results in the forms of places that collect them.
+
+`Every Eval Ever <https://github.com/evaleval/every_eval_ever>`_ takes one JSON file for each model. A model's
+repository on the Hugging Face Hub takes ``.eval_results/*.yaml``, whose scores appear at the data set that
+they name. The ``eval.yaml`` of that one lists its tasks; ``eai export prompts --format hf`` writes it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import date, datetime, timezone
+from itertools import groupby
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from eai import __version__
+from eai.abilities.declaration import declaration_of, label_of
+from eai.abilities.options import misfit
+from eai.abilities.verdict import Json
+from eai.benchmark.registry import of_the_paper
+from eai.data.files import read_toml
+from eai.errors import InputError
+from eai.report.run_summary import RunSummary
+from eai.scoring.runs import RunKey
+
+SCHEMA = "0.3.0"
+"""The version of Every Eval Ever's schema."""
+
+_PAPER = "https://embodied-agent-interface.github.io"
+
+
+_Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")]
+"""The name of a model or data set elsewhere: OWNER/NAME."""
+
+
+class _Publication(BaseModel):
+    """The content of the file: who evaluated, when, and what others call the models and the data set."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    by: str = Field(min_length=1)
+    date: date
+    relationship: Literal["first_party", "third_party", "collaborative", "other"] = "third_party"
+    url: str = Field("", pattern=r"^(https://\S+)?$")
+    logs: str = Field("", pattern=r"^(https://\S+)?$")
+    dataset: _Name | None = None
+    models: Mapping[str, _Name] = Field(min_length=1)
+
+
+def suite_name(domain: str, ability: str) -> str:
+    """The name of a suite at other places, which is that of its Inspect task."""
+    return f"{domain}_{ability}"
+
+
+def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
+    """The files to publish: relative path -> content. Runs that are not ranked are left out.
+
+    Args:
+        file: TOML with ``by``, ``date`` and ``models``, which says whose results are published; if wanted
+            also ``relationship``, ``url``, ``logs`` and ``dataset``.
+        runs: of any models, suites and protocols, sorted by their keys.
+
+    Raises:
+        InputError: the file cannot be read, or has another form.
+    """
+    try:
+        said = _Publication.model_validate(read_toml(file))
+    except ValidationError as error:
+        raise InputError(f"{file}, {misfit(error, _Publication.model_fields, whole='the file')}") from error
+    plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
+    ranked = [run for run in plain if run.coverage.ranked]
+    ranked.sort(key=lambda run: _row(run.key))
+    written = {}
+    for (protocol, name), of_row in groupby(ranked, key=lambda run: _row(run.key)):
+        suites = list(of_row)
+        record = _eval_record(said, suites)
+        model = suites[0].key.model
+        place = said.models[model]
+        written[f"every_eval_ever/data/eai/{place}/{_unique(record)}.json"] = (
+            f"{json.dumps(record, indent=2)}\n"
+        )
+        if said.dataset:
+            variant = _slug(protocol + name.removeprefix(model))
+            entries = "".join(_hub_entries(said, suites))
+            written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
+    return written
+
+
+def _row(key: RunKey) -> tuple[str, str]:
+    return key.protocol.value, key.name
+
+
+def _slug(text: str) -> str:
+    """A text as a part of the name of a file."""
+    return re.sub(r"[^A-Za-z0-9.]+", "-", text)[:100]
+
+
+def _unique(record: Mapping[str, Any]) -> uuid.UUID:
+    """A name that a file of the same content has again, of the version that is asked for."""
+    return uuid.UUID(bytes=hashlib.sha256(json.dumps(record).encode()).digest()[:16], version=4)
+
+
+def _eval_record(said: _Publication, runs: Sequence[RunSummary]) -> dict[str, Any]:
+    """A model's results as Every Eval Ever has them."""
+    key = runs[0].key
+    model = said.models[key.model]
+    seconds = int(datetime.combine(said.date, datetime.min.time(), timezone.utc).timestamp())
+    source = {
+        "source_name": "eai",
+        "source_type": "evaluation_run",
+        "source_organization_name": said.by,
+        "evaluator_relationship": said.relationship,
+    }
+    return {
+        "schema_version": SCHEMA,
+        "evaluation_id": f"eai-{key.protocol.value}/{model}/{seconds}",
+        "retrieved_timestamp": str(seconds),
+        "source_metadata": {**source, **({"source_organization_url": said.url} if said.url else {})},
+        "eval_library": {"name": "eai", "version": __version__},
+        "model_info": {
+            "name": key.name,
+            "id": model,
+            "additional_details": {"deployment_type": "unknown", "model_availability": "unknown"},
+        },
+        "evaluation_results": [result for run in runs for result in _results(said, run)],
+    }
+
+
+def _results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
+    """A suite's main metrics, each in percent with its interval."""
+    key = run.key
+    for metric in declaration_of(key.ability).main:
+        rate = run.rates.get(metric)
+        if rate is None or rate.percent is None:
+            continue
+        name = suite_name(key.domain, key.ability.value)
+        yield {
+            "evaluation_result_id": f"{name}.{metric}",
+            "evaluation_name": name,
+            "source_data": _source_data(said, run),
+            "metric_config": {
+                "metric_id": metric,
+                "metric_name": label_of(metric),
+                "metric_unit": "percent",
+                "lower_is_better": False,
+                "score_type": "continuous",
+                "min_score": 0,
+                "max_score": 100,
+            },
+            "score_details": {"score": rate.percent, **_uncertainty(run, metric)},
+        }
+
+
+def _source_data(said: _Publication, run: RunSummary) -> dict[str, Json]:
+    """Where the tasks are, and in what form they were scored."""
+    key = run.key
+    details: dict[str, Json] = {
+        "protocol": key.protocol.value,
+        "data_sha256": " ".join(run.data_sha256),
+        "tasks": str(run.coverage.tasks),
+        "answered": str(run.coverage.answered),
+    }
+    place: dict[str, Json] = {"source_type": "other"}
+    if key.domain in of_the_paper():
+        place = {"source_type": "url", "url": [_PAPER]}
+    elif said.dataset:
+        place = {"source_type": "hf_dataset", "hf_repo": said.dataset}
+    return {"dataset_name": key.domain, **place, "additional_details": details}
+
+
+def _uncertainty(run: RunSummary, metric: str) -> dict[str, Json]:
+    sure = run.certainties.get(metric)
+    if sure is None:
+        return {}
+    low, high = sure.interval
+    interval: dict[str, Json] = {"lower": low, "upper": high, "confidence_level": 0.95}
+    interval["method"] = "Wilson, with the tasks of one name as one unit"
+    return {"uncertainty": {"confidence_interval": interval, "num_samples": sure.tasks}}
+
+
+def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The first main metric of each suite, as YAML; texts are quoted as in JSON, which is YAML too."""
+    for run in runs:
+        key = run.key
+        metric = next(iter(declaration_of(key.ability).main))
+        percent = run.rates[metric].percent
+        if percent is None:
+            continue
+        yield (
+            f"- dataset:\n    id: {json.dumps(said.dataset)}\n"
+            f"    task_id: {json.dumps(suite_name(key.domain, key.ability.value))}\n"
+            f'  value: {percent}\n  date: "{said.date}"\n  evaluation_framework: inspect-ai\n'
+        )
+        if said.logs:
+            yield f"  source:\n    url: {json.dumps(said.logs)}\n    name: {json.dumps(said.by)}\n"
+        yield f"  notes: {json.dumps(f'{label_of(metric)}, {key.name}, protocol {key.protocol.value}')}\n"
