@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cache
+from itertools import count, islice, product
 from random import Random
 from typing import Any
 
@@ -23,7 +24,7 @@ from eai.planning.successor_generator import applicable_actions
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from suites import answer_book
-from sweeps import examples
+from sweeps import examples, swept
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 FAR = 3
@@ -124,14 +125,13 @@ def restricted(scorer: ActionSequencing, plan: Plan, actions: Sequence[Action]) 
     return mender
 
 
-@pytest.mark.parametrize("name", HOUSEHOLDS)
-def test_fewest_edits_are_those_of_brute_force(name: str) -> None:
-    random = Random(38)
-    seen = set()
-    for _ in range(examples(100)):
-        scorer, plan, actions = draw(name, random)
-        if len(plan) > 5:
-            continue
+@pytest.mark.parametrize(
+    ("name", "number"), [*product(HOUSEHOLDS, [60]), *swept(*product(HOUSEHOLDS, [1000]))]
+)
+def test_fewest_edits_are_those_of_brute_force(name: str, number: int) -> None:
+    random, seen = Random(38), set()
+    cases = (draw(name, random) for _ in count())
+    for scorer, plan, actions in islice((case for case in cases if len(case[1]) <= 5), number):
         at_least, _ = restricted(scorer, plan, actions).mend(plan, Effort(30_000))
         expected = by_brute_force(scorer.domain, scorer.task, plan, actions)
         assert min(at_least, FAR) == expected, (scorer.task.id, plan, actions)

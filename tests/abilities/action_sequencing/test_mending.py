@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from functools import cache
+from random import Random
+
 import pytest
 
 import eai
 from eai.abilities.action_sequencing import mending
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.planning import planning_goal
+from eai.abilities.protocol import Ability
 from eai.abilities.repair import EFFORT, Repair
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.planning import repair as planning_repair
-from eai.planning.repair import Plan
+from eai.planning.repair import Plan, Told
 from eai.world.execution import Action, execute
 from oracle import MODELS, Oracle
-from sweeps import swept
+from suites import answer_book
+from sweeps import sweep, swept
 
 SLACK = 200
 """By how much the last thing that is done may exceed the effort that is allowed."""
@@ -94,3 +104,100 @@ def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: p
     assert mending._mender_of.cache_info().maxsize
     monkeypatch.setattr(planning_repair, "_KEPT", 0)
     assert repair_of(scorer, text) == first
+
+
+@cache
+def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
+    """Plans that succeed, each with the scorer of its task."""
+    suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
+    found = []
+    for task_id in suite.task_ids:
+        scorer, gold = suite.scorer(task_id), book.gold(task_id)
+        text = gold.join(gold.parts)
+        if isinstance(scorer, ActionSequencing) and getattr(scorer.score(text), "success", None):
+            plan = scorer.notation.read(text)
+            assert not isinstance(plan, Unreadable)
+            steps = [step for step in scorer.mender.steps(plan) if step is not None]
+            found.append((scorer, tuple(steps)))
+    return found
+
+
+Fault = tuple[list[Action], Told]
+"""A plan with a fault, and the edit that undoes it."""
+
+
+def planted(task: Task, plan: Sequence[Action], kind: str, random: Random) -> Fault:
+    """A plan in which a step is dropped, or about another object, or in which there is a step too many."""
+    steps, at = [*plan], random.randrange(len(plan))
+    was = steps[at]
+    if kind == "drop":
+        del steps[at]
+        return steps, Told(at, None, was)
+    if kind == "extra":
+        steps.insert(at, random.choice(plan))
+        return steps, Told(at, at, None)
+    others = [index for step in plan for index in step.arguments if index not in was.arguments]
+    if others and was.arguments:
+        steps[at] = Action(was.operator, (random.choice(others), *was.arguments[1:]))
+    return steps, Told(at, at, was)
+
+
+def is_idle(scorer: ActionSequencing, action: Action) -> bool:
+    """Whether an action changes nothing and no goal asks for it: no repair needs it."""
+    operator = scorer.domain.compiled[action.operator].operator
+    asked = {name for names in planning_goal(scorer.task).actions for name in names}
+    return not (operator.effects or operator.tries or operator.name in asked)
+
+
+@pytest.mark.parametrize("kind", ["drop", "object", "extra"])
+@pytest.mark.parametrize(
+    ("name", "number"), [("virtualhome", 8), *swept(("virtualhome", 200), ("behavior", 20))]
+)
+def test_what_undoes_a_planted_fault_is_among_the_single_edits(name: str, number: int, kind: str) -> None:
+    """One fault takes one edit at most: a theorem."""
+    random, harmful = Random(11), 0
+    notation = eai.open(name, "action_sequencing").benchmark.plans
+    for scorer, plan in random.sample(good_plans(name), number):
+        faulty, undoing = planted(scorer.task, plan, kind, random)
+        text = notation.join(notation.write(faulty, scorer.task.scene)) if faulty else "[]"
+        _, repair = repair_of(scorer, text)
+        assert repair.at_least <= 1
+        if repair.distance != 1 or (undoing.action and is_idle(scorer, undoing.action)):
+            continue
+        harmful += 1
+        singles = {*scorer.mender._mender(faulty).singles(faulty)}
+        assert singles & {undoing, undoing._replace(action=None)}, "a step that was skipped may as well go"
+        assert repair.blame != "step" or repair.blamed == undoing.step
+    assert harmful
+
+
+TOLD_OF_SOME = """
+import sys
+import eai
+from eai.abilities.repair import EFFORT
+from suites import answer_book
+for name, step in (("virtualhome", 60), ("behavior", 50)):
+    suite, book = eai.open(name, "action_sequencing"), answer_book(name, "action_sequencing")
+    told = []
+    for task_id in list(suite.task_ids[::step])[:: int(sys.argv[1])]:
+        gold = book.gold(task_id)
+        look_back = suite.scorer(task_id).assess(gold.join(gold.parts[1:])).look_back
+        told.append(f"{task_id} {look_back(EFFORT).repair}")
+    print(*sorted(told), sep="\\n")
+"""
+
+
+@sweep
+def test_repairs_are_the_same_in_another_order_and_for_other_seeds_of_hashes() -> None:
+    printed = {
+        subprocess.run(
+            [sys.executable, "-c", TOLD_OF_SOME, step],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": os.pathsep.join(sys.path)},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        for seed, step in (("1", "1"), ("2", "-1"))
+    }
+    (told,) = printed
+    assert told.count("Repair(") == 8
