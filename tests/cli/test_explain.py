@@ -189,6 +189,16 @@ def test_what_is_not_there_comes_with_what_is_near(
     assert outcome.err.endswith(f"{hint}\n")
 
 
+def test_one_household_is_at_hand_without_the_other(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    """The first command fetches VirtualHome alone, and its answers are explained in full."""
+    kept = [file for file in data_store.folder.glob("*.zip") if not file.name.startswith("behavior.")]
+    (tmp_path / "store").mkdir()
+    for file in kept:
+        (tmp_path / "store" / file.name).symlink_to(file)
+    done = eai("explain", "out", "27_2", "--data", tmp_path / "store")
+    assert "the data set's plan (14 steps)" in done.out
+
+
 def test_the_data_set_says_what_it_knows_where_it_is_at_hand(eai: Command, data_store: Store) -> None:
     lines = eai("explain", "out", "27_2", "--data", data_store.folder).out.splitlines()
     assert lines[1].startswith("  Walk to the kitchen and find the basket of clothes.")

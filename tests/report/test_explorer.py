@@ -4,14 +4,16 @@ import base64
 import hashlib
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, read_statement
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.results.page import for_script
 from eai.scoring.runs import read_runs
-from report.samples import HOSTILE, all_runs, write_runs
+from report.samples import HOSTILE, action_run, all_runs, write_runs
 
 BACKGROUND = Background(
     prompts={("virtualhome", "action_sequencing"): {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
@@ -65,6 +67,21 @@ def test_prompts_only_of_tasks_that_were_answered(data: str) -> None:
     lines = content["prompts"]["virtualhome/action_sequencing"]["0_1"]
     assert content["texts"][lines[0]] == "Do this."
     assert set(content["prompts"]["virtualhome/action_sequencing"]) == {"0_1"}
+
+
+def test_a_missed_goal_has_what_came_about_instead(tmp_path: Path) -> None:
+    steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=read_statement("PUT(a, b)")),)
+    goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
+    answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))
+    packed = ExplorerData(Background())
+    for run in read_runs([write_runs(tmp_path, [[answer]])]):
+        packed.add(run)
+    content = json.loads(packed.to_json())
+    (row,) = content["runs"][0]["answers"]
+    missed, met = row["G"]
+    said = [content["texts"][number] for number in (missed[1], *missed[3:])]
+    assert said == ["ONTOP(a, b)", "got INSIDE(a, b)"]
+    assert len(met) == 3
 
 
 def test_script_text_is_json() -> None:

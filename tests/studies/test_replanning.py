@@ -143,7 +143,7 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
     assert [row["task success"] for row in written["tables"]["paper"]["rows"]] == [65.2, 77.4]
     assert any("of protocol strict, the paper's figures are not" in each for each in written["remarks"])
     drawn = (out / "success_by_attempt.svg").read_text("utf-8")
-    assert all(text in drawn for text in ("virtualhome action sequencing, strict, m", ", n = 4"))
+    assert all(text in drawn for text in ("VirtualHome action sequencing, strict, m", ", n = 4"))
     assert (out / "mended.csv").exists()
 
 

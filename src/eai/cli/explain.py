@@ -30,10 +30,9 @@ from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, store
-from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError, did_you_mean
-from eai.households.packs import published_packs
+from eai.households.packs import is_at_hand
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.results.breakdown import outcome
@@ -131,7 +130,7 @@ def _background(record: Record, records: Path, store: Store) -> _Background | No
     own = benchmarks_of_runs([records]).get(record.domain)
     if own is None and record.domain not in registered():
         return None
-    if own is None and any(status.problem for status in dataset.info(store, packs=published_packs())):
+    if own is None and not is_at_hand(store, record.domain):
         return None
     try:
         opened_with = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)

@@ -18,11 +18,10 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.cli.console import counted, note, output, print_json, say, tell, writing_to
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, opened_source, store
-from eai.data import dataset
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
-from eai.households.packs import published_packs
+from eai.households.packs import is_at_hand
 from eai.pictures.course import courses
 from eai.prompts.prompt import PromptSet
 from eai.report.board import board_html
@@ -120,7 +119,7 @@ def report(
     own = benchmarks_of_runs(records)
     known = background(store(data), [run.key.domain for run in runs], own) if prompts else Background()
     if pictures:
-        if not _at_hand(store(data)):
+        if not all(is_at_hand(store(data), run.key.domain) for run in runs):
             raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
         known = replace(known, course=courses(Source(store(data))))
     explorer = ExplorerData(known)
@@ -191,8 +190,8 @@ def background(source: Store, domains: Iterable[str], own: Mapping[str, Benchmar
     """
     names = dict.fromkeys(domains)
     known = [own[name] for name in names if name in own]
-    if _at_hand(source):
-        known += [find_benchmark(name) for name in names if name in registered() and name not in own]
+    others = [name for name in names if name in registered() and name not in own]
+    known += [find_benchmark(name) for name in others if is_at_hand(source, name)]
     return Background(
         prompts={
             (benchmark.name, ability.value): _prompts(benchmark, ability, source)
@@ -205,10 +204,6 @@ def background(source: Store, domains: Iterable[str], own: Mapping[str, Benchmar
             for benchmark in known
         },
     )
-
-
-def _at_hand(source: Store) -> bool:
-    return not any(status.problem for status in dataset.info(source, packs=published_packs()))
 
 
 def _prompts(benchmark: Benchmark, ability: Ability, source: Store) -> dict[str, str]:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
-from eai.data.dataset import fetch, open_pack
+from eai.data.dataset import fetch, info, open_pack
 from eai.data.progress import Report, silent
 from eai.data.source import Archive, Bundle, Pack
 from eai.data.store import PackFile, Store
@@ -227,6 +227,18 @@ def all_packs() -> tuple[Pack, ...]:
     from eai.households.behavior_1k.pack import PACK
 
     return (*published_packs(), PACK)
+
+
+def is_at_hand(store: Store, domain: str) -> bool:
+    """Whether all that a household's benchmark reads is in a store, so that opening it fetches nothing.
+
+    Other households need not be there: the first command fetches those alone that it is about.
+    """
+    own = domain.replace("-", "_")
+    households = (BEHAVIOR_1K, BEHAVIOR, VIRTUALHOME)
+    others = {*households} - {next((name for name in households if own.startswith(name)), "")}
+    needed = [pack for pack in all_packs() if pack.name not in others]
+    return not any(status.problem for status in info(store, packs=needed))
 
 
 def fetch_published(

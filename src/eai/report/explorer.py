@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 from urllib.parse import quote
 
-from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.explanation import Explanation, StepReport, near_misses
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.record import Record
 from eai.abilities.repair import repair_lines
@@ -131,11 +131,20 @@ class ExplorerData:
                 "T": self._turns(record),
                 "w": [self._text(note) for note in explanation.notes],
                 "s": [self._step(step) for step in explanation.steps],
-                "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],
+                "G": self._goals(explanation),
                 "A": self._attempts(record),
                 "P": [self._scene(scene) for scene in self._background.course(record)],
             }
         )
+
+    def _goals(self, explanation: Explanation) -> list[Json]:
+        """Each goal; with a missed one, why, and the facts that came about instead, as `eai explain` says."""
+        near, goals = near_misses(explanation), list[Json]()
+        for goal in explanation.goals:
+            got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
+            remarks = [self._text(remark) for remark in (goal.why, got) if remark]
+            goals.append([goal.kind, self._text(goal.goal), int(goal.satisfied), *remarks])
+        return goals
 
     def _turns(self, record: Record) -> list[Json]:
         """Of each turn of an episode the goals reached after it, and the agent's words beside its command."""

@@ -78,10 +78,17 @@ class Study:
         return self.section or self.name
 
 
+def suite_title(suite: SuiteKey) -> str:
+    """A suite in headings, with its benchmark as that spells itself."""
+    from eai.benchmark.registry import title_of  # here alone: an analysis without figures needs no benchmark
+
+    return str(suite).replace(suite.domain, title_of(suite.domain), 1)
+
+
 def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """A figure with the suite that it is of for a title, by the name of its files."""
     if figure is not None:
-        entitle(figure, str(suite))
+        entitle(figure, suite_title(suite))
     return f"{name}-{suite.file_name}", figure
 
 
@@ -89,7 +96,7 @@ def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure |
     """A figure with the suite and the model that it is of for a title, by the name of its files."""
     if figure is not None:
         suite = SuiteKey(key.protocol.value, key.domain, key.ability.value)
-        entitle(figure, f"{suite}, {clipped(key.model)}")
+        entitle(figure, f"{suite_title(suite)}, {clipped(key.model)}")
     return name, figure
 
 

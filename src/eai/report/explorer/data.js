@@ -63,8 +63,8 @@ const tileOf = (number) => {
 const scenesOf = (answer) => (answer.row.P || []).map((number) => packed.scenes[number]);
 const attemptsOf = (answer) => (answer.row.A || []).map((row) => ({ run: answer.run, task: answer.task, outcome: row.o, row }));
 const isActing = (answer) => answer.run.ability === 'acting';
-const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied]) => (
-  { kind, goal: text(goal), satisfied: Boolean(satisfied) }));
+const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied, ...remarks]) => (
+  { kind, goal: text(goal), satisfied: Boolean(satisfied), remarks: remarks.map(text) }));
 const operatorsOf = (answer) => (answer.row.q || []).map((number) => {
   const [name, status, precondition, effect, offences] = packed.operators[number];
   const texts = (side) => side.map((parts) => parts.map(text));

@@ -102,7 +102,8 @@ function goals(answer) {
   const list = (heading, items, mark) => element('div', { class: `goal-list ${mark}` },
     element('h4', {}, `${heading} `, element('span', { class: 'count' }, items.length)),
     items.length ? element('ul', {}, items.map((item) => element('li', {}, element('code', {}, item.goal || item),
-      item.kind && element('span', { class: 'kind' }, item.kind)))) : element('p', { class: 'empty' }, 'none'));
+      item.kind && element('span', { class: 'kind' }, item.kind),
+      (item.remarks || []).map((remark) => element('div', { class: 'reason' }, remark))))) : element('p', { class: 'empty' }, 'none'));
   return element('section', { class: 'goals' }, element('h3', {}, interpretation ? 'Goals' : 'Goals at the end'),
     element('div', { class: 'columns even' }, list(interpretation ? 'Found' : 'Reached', met, 'met'), list('Missed', missed, 'missed'),
       invented.length ? list('Invented', invented, 'invented') : null,

@@ -30,13 +30,14 @@ from eai.errors import InputError
 from eai.planning.search import Limits
 from eai.results.certainty import Case
 from eai.results.comparison import Difference, compare
+from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_setting, paper_table
 from eai.results.rate import rate_of
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Cell, Estimate, Table
 from eai.scoring.runs import Run, RunKey
 from eai.studies.pipeline.stage_one import read_interpretations
-from eai.studies.study import Analysis
+from eai.studies.study import Analysis, suite_title
 from eai.tasks.source import Source
 
 if TYPE_CHECKING:
@@ -383,7 +384,8 @@ def _remarks(found: Pipeline) -> list[str]:
 
 def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
-    heading = f"{title}, {record.domain} {record.ability.value}, protocol {record.protocol.value}"
+    suite = SuiteKey(record.protocol.value, record.domain, record.ability.value)
+    heading = f"{title}, {suite_title(suite)}"
     goals = next(table for table in tables if table.name == "goals")
     return Analysis(tables, (), _remarks(found), folder, [_for_screen(goals, heading)])
 
