@@ -25,7 +25,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
 from eai.pddl.files import read_domain_file
-from eai.pddl.val import installed_val
+from eai.pddl.val import VALID, installed_val, verdict_in
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.prompt import PromptSet
@@ -35,8 +35,6 @@ LIMITS = Limits(300, looks=30_000)
 MUTANTS = 20
 LARGEST = 100_000
 """The longest file of a problem that is looked at, in characters."""
-_REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
-"""The words of VAL on a plan that is not valid; without them it has not come to the plan."""
 NAME = {"domain": r"\(\s*domain\s+([^\s()]+)", "problem": r"\(\s*:domain\s+([^\s()]+)"}
 
 
@@ -98,10 +96,8 @@ def val_accepts(domain: Path, problem: Path, lines: list[str]) -> bool | None:
             done = subprocess.run(words, capture_output=True, text=True, timeout=60, check=False)
         except subprocess.TimeoutExpired:
             return None
-    said = done.stdout + done.stderr
-    if "Plan valid" in said:
-        return True
-    return False if any(each in said for each in _REFUSALS) else None
+    said = verdict_in(done.stdout + done.stderr)
+    return None if said is None else said == VALID
 
 
 def untold(suite: Suite, task_id: str) -> int:

@@ -12,7 +12,9 @@ from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
+from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlanningTask
+from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.search import Limits, SearchEnd
@@ -51,6 +53,14 @@ def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: Store) 
     planning = made(task)
     plan = search(planning.domain, planning.problem, Limits()).plan
     assert val_verdict(val, planning.domain, planning.problem, plan[1:]) == "not valid"
+
+
+def test_a_domain_that_it_cannot_read_is_no_verdict_on_the_plan(val: Path) -> None:
+    """``after`` is a word of its own: a parameter of that name is an error to it."""
+    action = "(:action a :parameters (?after) :precondition (p ?after) :effect (q ?after))"
+    domain = read_domain(f"(define (domain d) (:predicates (p ?x) (q ?x)) {action})")
+    problem = read_problem("(define (problem x) (:domain d) (:objects o) (:init (p o)) (:goal (q o)))")
+    assert val_verdict(val, domain, problem, [PlanStep("a", ("o",))]).startswith("VAL itself failed")
 
 
 def test_where_it_is_missing_it_is_said_how_to_install_it(

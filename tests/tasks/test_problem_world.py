@@ -234,6 +234,10 @@ HEAD = "(define (domain d)\n (:requirements :strips)\n "
             f"{HEAD}(:types a)\n (:predicates (p ?x - b)))",
             "line 4, column 23: expected a declared type, not b",
         ),
+        (
+            f"{HEAD}(:types a - b b - a)\n (:predicates (p ?x - a)))",
+            "line 3, column 10: expected no type above itself, as a is (:types)",
+        ),
     ],
 )
 def test_an_error_names_file_line_and_what_was_expected(tmp_path: Path, text: str, message: str) -> None:
@@ -260,6 +264,22 @@ def test_an_error_in_a_problem_has_its_place_too(tmp_path: Path, old: str, new: 
         open_pddl(FOLDER / "blocksworld" / "domain.pddl", path)
     assert str(error.value).startswith(f"{path}: ")
     assert message in str(error.value)
+
+
+def test_a_constant_that_a_problem_declares_again_is_refused_with_its_place(tmp_path: Path) -> None:
+    domain, problem = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
+    domain.write_text(f"{HEAD}(:constants home)\n (:predicates (at ?x)))")
+    problem.write_text("(define (problem p) (:domain d)\n (:objects home) (:init) (:goal (at home)))")
+    with pytest.raises(InputError, match=r"problem.pddl: line 2, column 12: expected home once only"):
+        open_pddl(domain, problem)
+
+
+def test_a_mark_of_the_byte_order_and_a_length_are_read_over(tmp_path: Path) -> None:
+    domain, path = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
+    domain.write_text((FOLDER / "blocksworld" / "domain.pddl").read_text(), encoding="utf-8-sig")
+    text = (FOLDER / "blocksworld" / "tower.pddl").read_text().rstrip()
+    path.write_text(f"{text[:-1]} (:length (:serial 6) (:parallel 6)))")
+    assert len(open_pddl(domain, path)[1]) == 1
 
 
 def test_another_name_of_the_domain_is_the_reason_only_where_something_else_does_not_fit(

@@ -136,6 +136,12 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
         *_duplicates([predicate.name for predicate in domain.predicates], "predicates"),
         *_duplicates([action.name for action in domain.actions], "operators"),
     ]
+    above = vocabulary.parents
+    findings += [
+        PddlFinding(Offence.MALFORMED, name, ":types")
+        for name in above
+        if above[name] != m.OBJECT and name in m.supertypes(above, above[name])
+    ]
     for predicate in domain.predicates:
         findings += _unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
     for axiom in domain.axioms:

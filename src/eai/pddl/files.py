@@ -18,7 +18,9 @@ from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, read_gro
 _DOMAIN = frozenset(
     ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"],
 )
-_PROBLEM = frozenset({"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric"})
+_PROBLEM = frozenset(
+    {"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric", ":length"},
+)
 _NUMBERS = "numbers or object fluents, but for costs of actions"
 _NUMBERED = frozenset({":init", ":metric", ":functions"})
 _REFUSED = {
@@ -42,6 +44,7 @@ _EXPECTED = {
     Offence.UNBOUND_VARIABLE: "a variable that is a parameter or quantified, not ?{}",
     Offence.UNDECLARED_CONSTANT: "a declared object, not {}",
     Offence.DUPLICATE: "{} once only",
+    Offence.MALFORMED: "no type above itself, as {} is",
 }
 
 
@@ -105,7 +108,9 @@ def problem_in(text: str, path: Path, domain: PddlDomain) -> ProblemFile:
         group = _read_group(text)
         _check(text, group, _PROBLEM, [each.name for each in domain.predicates])
         problem = PddlReader(text, either=True).problem(_without_costs(group))
-        findings = check_problem(problem, domain)
+        again = {each.name for each in domain.constants} & {each.name for each in problem.objects}
+        twice = [PddlFinding(Offence.DUPLICATE, name, ":objects") for name in sorted(again)]
+        findings = (*twice, *check_problem(problem, domain))
         if problem.domain != domain.name and any(each.offence.stops_planner for each in findings):
             place = _offset(text, ":domain", 0)
             raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
@@ -127,7 +132,7 @@ def read_text(path: Path) -> str:
         InputError: it cannot be read.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
         raise InputError(f"{path}: cannot be read ({reason})") from error

