@@ -61,7 +61,7 @@ def convert_activities(files: Bundle, report: Report) -> dict[str, bytes]:
             abilities["removes"] = _number(removers, abilities["removes"])
     values = {"kinds": kinds, "removers": removers}
     lines = [f"{name}\t{text}\n" for name, text in texts.items()]
-    plans = _plans(Scenes(Kinds.of(values, rules), texts), report)
+    plans = _plans(Scenes(Kinds(values, rules), texts), report)
     return {
         ACTIVITIES: "".join(lines).encode(),
         KINDS: _compact(values),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
@@ -132,27 +132,18 @@ class Kinds:
 
     Args:
         values: the content of the member of kinds.
-        rules: the rules.
+        rules: that of the member of rules.
     """
 
-    def __init__(self, values: Mapping[str, Any], rules: _Rules) -> None:
+    def __init__(self, values: Mapping[str, Any], rules: object) -> None:
         self._kinds: Mapping[str, Mapping[str, Any]] = values["kinds"]
         self._removers: Sequence[Mapping[str, Any] | None] = values["removers"]
-        self.rules = rules
-
-    @staticmethod
-    def of(values: Mapping[str, Any], rules: object) -> Kinds:
-        """The kinds of the contents of both members."""
-        return Kinds(values, TypeAdapter(_Rules).validate_python(rules))
+        self.rules = TypeAdapter(_Rules).validate_python(rules)
 
     def has(self, synset: str, *abilities: str) -> bool:
         """Whether a kind has one of these abilities."""
         known = self._kinds.get(synset, {})
         return any(ability in known for ability in abilities)
-
-    def has_slicer(self, synsets: Iterable[str]) -> bool:
-        """Whether one of some kinds cuts."""
-        return any(self.has(synset, "slicer") for synset in synsets)
 
     def threshold(self, synset: str, ability: str) -> float | None:
         """The temperature from which on an ability shows; None without the ability."""

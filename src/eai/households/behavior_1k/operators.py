@@ -23,6 +23,7 @@ from eai.world.vocabulary import Predicate
 READING = "b1k-1"
 """The name of the decisions in force; a changed decision is another reading."""
 
+MOVABLE = affordance(~p.fixed(X), "{x} cannot be moved")
 HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
@@ -106,7 +107,7 @@ def navigate_to() -> Operator:
 def grasp() -> Operator:
     """From primitives GRASP; a hand has no name."""
     checks = (
-        affordance(~p.fixed(X), "{x} cannot be moved"),
+        MOVABLE,
         affordance(~p.floor(X), "{x} is a floor"),
         additional(~p.held(X), "{x} is in a hand already"),
         exists(X),
@@ -288,14 +289,7 @@ def fill() -> Operator:
 
 
 def _pours(*checks: Check) -> tuple[Check, ...]:
-    return (
-        affordance(~p.fixed(X), "{x} cannot be moved"),
-        apart(X, Y),
-        exists(Y),
-        in_hand(X),
-        *checks,
-        reachable(Y),
-    )
+    return MOVABLE, apart(X, Y), exists(Y), in_hand(X), *checks, reachable(Y)
 
 
 def pour() -> Operator:

@@ -25,18 +25,10 @@ ROUNDS = 4
 """How often goals are gone through of which one undoes another."""
 
 _ORDERED = (
-    *("real", "cooked", "covered", "contains filled", "saturated folded unfolded", "frozen hot"),
-    *(
-        "attached draped",
-        "ontop",
-        "inside",
-        "nextto under touching",
-        "overlaid",
-        "toggled_on on_fire",
-        "open",
-    ),
+    "real, cooked, covered, contains filled, saturated folded unfolded, frozen hot, attached draped, "
+    "ontop, inside, nextto under touching, overlaid, toggled_on on_fire, open"
 )
-_ORDER = {name: place for place, names in enumerate(_ORDERED) for name in names.split(" ")}
+_ORDER = {name: place for place, names in enumerate(_ORDERED.split(", ")) for name in names.split(" ")}
 """Which of several goals comes first: what things are made of before where they go, doors last."""
 
 _PLACED_BY: Mapping[str, str] = {
@@ -104,12 +96,12 @@ class _Regression(Products):
             case f.And(parts) | f.Or(parts):
                 each = [(part, scope) for part in sorted(parts, key=_place)]
                 together = isinstance(formula, f.And) == wanted
-                self._achieve_several(each, goal, scope, wanted=wanted, together=together)
+                self._achieve_several(each, wanted=wanted, together=together)
             case f.ForAll(variable, body) | f.Exists(variable, body):
                 things = self._of_category(variable.category)
                 each = [(body, {**scope, variable.name: thing}) for thing in things]
                 together = isinstance(formula, f.ForAll) == wanted
-                self._achieve_several(each, goal, scope, wanted=wanted, together=together)
+                self._achieve_several(each, wanted=wanted, together=together)
             case f.Exactly(number, variable, body):
                 self._achieve_count(number, variable, body, scope)
             case f.ForPairs(first, second, body):
@@ -126,13 +118,7 @@ class _Regression(Products):
         return sorted(found[:: -1 if self._backwards else 1], key=lambda name: name in self._placed)
 
     def _achieve_several(
-        self,
-        parts: Sequence[tuple[f.Formula, Scope]],
-        goal: f.Formula,
-        scope: Scope,
-        *,
-        wanted: bool,
-        together: bool,
+        self, parts: Sequence[tuple[f.Formula, Scope]], *, wanted: bool, together: bool
     ) -> None:
         """Make all parts true, or false; or one of them."""
         if not together:
@@ -145,7 +131,7 @@ class _Regression(Products):
                 for part, its_scope in parts:
                     self.achieve(part, its_scope, wanted=wanted)
                     self._reached.append((part if wanted else f.Not(part), its_scope))
-                if self._holds(goal, scope):
+                if all(self._holds(*each) for each in self._reached[before:]):
                     return
                 del self._reached[before:]
         finally:
@@ -178,12 +164,12 @@ class _Regression(Products):
 
     def _bring_about(self, predicate: str, names: Sequence[str]) -> None:
         """Make an atom true."""
-        for name in names if predicate != "real" else ():
-            if not self._is_substance(name) and not self._is("real", name):
+        for name in names:
+            if predicate == "real" or not self._has(p.substance, name):
                 self._produce(name)
         match predicate, *names:
-            case "real", name:
-                self._produce(name)
+            case "real", _:
+                pass
             case "inside", name, place:
                 self._bring_inside(name, place)
             case (("nextto" | "touching"), name, other):
@@ -266,17 +252,13 @@ class _Regression(Products):
                 places = [*self._those(p.sink), *self._vessels(name), *self._those(p.floor)]
                 self._with_any(partial(self._empty, name), places, f"{name} cannot be emptied")
             case "saturated", name, _:
-                dryers = [partial(self._dry, name, machine) for machine in self._those(p.dryer)]
+                dryers = [partial(self._run_closed, "DRY", name, machine) for machine in self._those(p.dryer)]
                 self._first_of((*dryers, lambda: self._do("WAIT")), f"{name} cannot be dried")
             case "attached", name, other:
                 self._free_hand()
                 self._reach(name)
                 self._do("DETACH", name, other)
-            case (
-                ("inside" | "ontop" | "overlaid" | "draped" | "nextto" | "touching" | "under"),
-                name,
-                place,
-            ):
+            case relation, name, place if relation in ("inside", "nextto", "touching", *_PLACED_BY):
                 self._take_away(name, place)
             case "hot", _:
                 self._do("WAIT")
@@ -305,7 +287,7 @@ class _Regression(Products):
                 partial(self._do, "PLACE_ONTOP", name), places, f"there is nowhere else to put {name}"
             )
         else:
-            self._put_down(name)
+            self._do("RELEASE", name)
 
 
 def _place(formula: f.Formula) -> float:

@@ -7,6 +7,7 @@ from functools import partial
 
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.ways import NoWayError, Way, Ways
+from eai.world.vocabulary import Predicate
 
 
 class Products(Ways):
@@ -14,7 +15,7 @@ class Products(Ways):
 
     def _produce(self, name: str, inside: str | None = None) -> None:
         """Make what is not there yet, a substance in some vessel, if it matters in which."""
-        if self._is_substance(name):
+        if self._has(p.substance, name):
             if self._holders(name, movable=False) and (inside is None or self._has(p.has_in, inside, name)):
                 return
         elif self._is("real", name):
@@ -31,27 +32,25 @@ class Products(Ways):
         for recipe in self._to(p.makes, name):
             yield from self._follow(recipe, inside)
 
-    def _knife(self) -> str:
-        found = [tool for tool in self._those(p.slicer) if self._is("real", tool)]
+    def _tool(self, ability: Predicate) -> str:
+        found = [tool for tool in self._those(ability) if self._is("real", tool)]
         if not found:
-            raise NoWayError("there is nothing to cut with")
+            raise NoWayError(f"there is no {ability.name}")
         return found[0]
 
     def _cut(self, operator: str, name: str) -> None:
-        knife = self._knife()
+        knife = self._tool(p.slicer)
         self._reach(name)
         self._get(knife)
         self._reach(name, knife)
         self._do(operator, name, knife)
 
     def _slice(self, whole: str) -> None:
-        if not self._is("real", whole):
-            self._produce(whole)
+        self._produce(whole)
         self._cut("SLICE", whole)
 
     def _dice(self, whole: str, inside: str | None, *, cooked: bool) -> None:
-        if not self._is("real", whole):
-            self._produce(whole)
+        self._produce(whole)
         if cooked and not self._has(p.is_cooked, whole):
             self._heat(whole, self._to(p.cooks, whole))
         vessels = [v for v in (inside, *self._vessels()) if v and not self._is("carried_by", v, whole)]
@@ -118,11 +117,8 @@ class Products(Ways):
             if not (self._has(p.has_in, place, made) or self._has(p.has_cover, place, made)):
                 raise NoWayError(f"there is no {made} in or on {place}")
 
-        trays = [
-            o
-            for o in self._category
-            if not self._has(p.fixed, o) and not self._is_substance(o) and o != thing
-        ]
+        unfit = (*self._those(p.fixed), *self._those(p.substance), thing)
+        trays = [o for o in self._category if o not in unfit]
         places = list(dict.fromkeys((*self._pots(None, inside), *trays)))
         ordered = places[::-1] if self._backwards else places
         self._with_any(melt, ordered, f"no pot for {thing}")
@@ -142,21 +138,21 @@ class Products(Ways):
         """Have everything that a recipe takes in its vessel, and nothing else that is in its way."""
         things, toppings = self._of(p.ingredient, recipe), self._of(p.topping, recipe)
         for each in (*things, *toppings):
-            if not self._is_substance(each) and not self._is("real", each):
+            if not self._has(p.substance, each):
                 self._produce(each)
             if self._has(p.cooked_first, recipe, each) and not self._has(p.is_cooked, each):
                 self._heat(each, self._to(p.cooks, each))
         for each in (*things, *toppings):
-            if self._is_substance(each) and not (self._holders(each, movable=False) or self._taps(each)):
+            if self._has(p.substance, each) and not (self._holders(each, movable=False) or self._taps(each)):
                 self._produce(each)
         for each in things:
-            if self._is_substance(each):
+            if self._has(p.substance, each):
                 self._have_in(vessel, each)
             elif not self._is("carried_by", each, vessel):
                 self._put_into(each, vessel)
         bases = self._of(p.base, recipe)
         for each in toppings:
-            if self._is_substance(each):
+            if self._has(p.substance, each):
                 self._cover(bases[0], each)
             elif not any(self._has(p.lies_on, each, base) for base in bases):
                 self._put_with("PLACE_ONTOP", each, bases[0])
@@ -168,11 +164,9 @@ class Products(Ways):
 
     def _stir(self, recipe: str, vessel: str) -> None:
         self._prepare(recipe, vessel)
-        tools = [tool for tool in self._those(p.mixing_tool) if self._is("real", tool)]
-        if not tools:
-            raise NoWayError("there is nothing to stir with")
-        self._get(tools[0])
-        self._do("STIR", vessel, tools[0])
+        tool = self._tool(p.mixing_tool)
+        self._get(tool)
+        self._do("STIR", vessel, tool)
 
     def _bake(self, recipe: str, vessel: str, source: str) -> None:
         self._prepare(recipe, vessel)

@@ -151,19 +151,14 @@ class _Setting:
     nameable: int
 
 
-def set_up(activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> _Setting:
-    """Make the scene of an activity.
+class _SceneMaker:
+    """Makes one scene.
 
     Args:
         activity: the definition.
         kinds: the kinds and rules.
         containers: kinds that some definition puts something into.
     """
-    return _SceneMaker(activity, kinds, containers).setting()
-
-
-class _SceneMaker:
-    """Makes one scene."""
 
     def __init__(self, activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> None:
         self._activity = activity
@@ -255,7 +250,7 @@ class _SceneMaker:
             if kind not in there or kind in {self._all[name] for name in self._future}:
                 self._add_instances(kind, found)
         for name, kind in list(self._kind.items()):
-            if kind in self._kinds.rules.slice and self._kinds.has_slicer(self._kind.values()):
+            if kind in self._kinds.rules.slice and self._is_equipped("slicer", there):
                 self._add_halves(name, kind)
 
     def _add_instances(self, kind: str, ways: Sequence[Making]) -> None:
@@ -485,4 +480,4 @@ class Scenes:
             KeyError: there is no such activity.
         """
         activity = self.activities[name]
-        return activity, set_up(activity, self._kinds, self._containers)
+        return activity, _SceneMaker(activity, self._kinds, self._containers).setting()

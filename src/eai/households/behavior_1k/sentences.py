@@ -75,16 +75,13 @@ class Sentences:
     def _quantified(self, goal: f.Formula, names: Names) -> str:
         """A goal about all, some, a number or pairs of things."""
         match goal:
-            case f.ForAll(variable, f.Atom() as atom):
-                return self._sentence(atom, {**names, variable.name: f"every {_noun(variable)}"})
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
                 return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
-            case f.ForAll(variable, body):
-                return f"for every {_noun(variable)}, {self._within(body, names, variable)}"
-            case f.Exists(variable, f.Atom() as atom):
-                return self._sentence(atom, {**names, variable.name: f"at least one {_noun(variable)}"})
-            case f.Exists(variable, body):
-                return f"for at least one {_noun(variable)}, {self._within(body, names, variable)}"
+            case f.ForAll(variable, body) | f.Exists(variable, body):
+                which = f"{'every' if isinstance(goal, f.ForAll) else 'at least one'} {_noun(variable)}"
+                if isinstance(body, f.Atom):
+                    return self._sentence(body, {**names, variable.name: which})
+                return f"for {which}, {self._within(body, names, variable)}"
             case f.Exactly(count, variable, body):
                 noun = _noun(variable) if count == 1 else plural(_noun(variable))
                 number = NUMBERS.get(count, str(count))

@@ -69,7 +69,7 @@ class _ActivityTasks(TaskSet[Task]):
 
     @cached_property
     def _scenes(self) -> Scenes:
-        kinds = Kinds.of(self._pack.read_json(KINDS), self._pack.read_json(RULES))
+        kinds = Kinds(self._pack.read_json(KINDS), self._pack.read_json(RULES))
         return Scenes(kinds, self._texts)
 
     @cached_property

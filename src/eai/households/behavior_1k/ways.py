@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
@@ -26,12 +26,8 @@ MAX_DEPTH, MAX_STEPS = 40, 6_000
 """How deep ways may be tried within each other, and how many actions in all."""
 
 
-class _Moment(NamedTuple):
-    """To where a writer goes back from a way that fails."""
-
-    state: State
-    plan: tuple[Action, ...]
-    placed: frozenset[str]
+_Moment: TypeAlias = tuple[State, tuple[Action, ...], frozenset[str]]
+"""To where a writer goes back from a way that fails: the state, the plan, and what has been placed."""
 
 
 class NoWayError(Exception):
@@ -85,9 +81,6 @@ class Ways(Facts):
                 return self._names[row.bit_length() - 1]
         return None
 
-    def _is_substance(self, name: str) -> bool:
-        return self._has(p.substance, name)
-
     # Acting.
 
     def _do(self, operator: str, *names: str) -> None:
@@ -130,10 +123,11 @@ class Ways(Facts):
         self._go_back(undoing)
 
     def _moment(self) -> _Moment:
-        return _Moment(self._state, tuple(self.plan), frozenset(self._placed))
+        return self._state, tuple(self.plan), frozenset(self._placed)
 
     def _go_back(self, moment: _Moment) -> None:
-        self._state, self.plan, self._placed = moment.state, list(moment.plan), set(moment.placed)
+        state, plan, placed = moment
+        self._state, self.plan, self._placed = state, list(plan), set(placed)
 
     def _kept_goals(self) -> set[int]:
         """Which of the goals that have been reached hold."""
@@ -152,10 +146,7 @@ class Ways(Facts):
         free = [name for name in holding if name not in keep]
         if not free:
             raise NoWayError("both hands are needed")
-        self._put_down(free[0])
-
-    def _put_down(self, name: str) -> None:
-        self._do("RELEASE", name)
+        self._do("RELEASE", free[0])
 
     def _reach(self, name: str, *keep: str) -> None:
         """Open whatever the thing is shut in, from the outside."""
@@ -173,8 +164,7 @@ class Ways(Facts):
         """Have the thing in a hand."""
         if self._has(p.held, name):
             return
-        if not self._is("real", name):
-            self._produce(name)
+        self._produce(name)
         self._reach(name, *keep)
         self._free_hand(*keep)
         attached = self._of(p.attached_to, name)
@@ -217,11 +207,7 @@ class Ways(Facts):
 
     def _holders(self, substance: str, *, movable: bool = True) -> list[str]:
         """The things from which a substance can be taken: sources and vessels before what it lies on."""
-        filled = [
-            *self._to(p.gives, substance),
-            *self._to(p.full_of, substance),
-            *self._to(p.has_in, substance),
-        ]
+        filled = [o for how in (p.gives, p.full_of, p.has_in) for o in self._to(how, substance)]
         if movable and not self._has(p.visual, substance):
             filled += self._to(p.has_cover, substance)
         found = dict.fromkeys(filled)
@@ -232,12 +218,8 @@ class Ways(Facts):
 
     def _vessels(self, *without: str) -> list[str]:
         """The empty vessels."""
-        return [
-            name
-            for name in self._those(p.fillable)
-            if not (self._has(p.fixed, name) or name in without or self._of(p.has_in, name))
-            and self._is("real", name)
-        ]
+        empty = [v for v in self._those(p.fillable) if not self._of(p.has_in, v)]
+        return [v for v in empty if self._is("real", v) and not self._has(p.fixed, v) and v not in without]
 
     def _supply(self, substance: str, *without: str) -> str:
         """Something movable that holds a substance."""
@@ -305,7 +287,7 @@ class Ways(Facts):
         if not self._has(p.fixed, name):
             ways += [partial(self._wash, name, substance, machine) for machine in self._those(p.washer)]
             ways += [partial(self._rinse, name, substance, sink) for sink in self._those(p.sink)]
-            ways += [partial(self._dry, name, machine) for machine in self._those(p.dryer)]
+            ways += [partial(self._run_closed, "DRY", name, machine) for machine in self._those(p.dryer)]
         self._first_of(ways, f"nothing here removes {substance}")
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
@@ -321,14 +303,13 @@ class Ways(Facts):
             self._switch_on(tool, tool)
         self._reach(name, tool)
         if self._has(p.held, name):
-            self._put_down(name)
+            self._do("RELEASE", name)
         self._do("WIPE", name, tool)
 
     def _wash(self, name: str, substance: str, machine: str) -> None:
         if not self._has(p.washes_off, machine, substance):
             self._with_solvent(substance, partial(self._have_in, machine))
-        self._put_into(name, machine)
-        self._run_closed(machine, "WASH")
+        self._run_closed("WASH", name, machine)
 
     def _rinse(self, name: str, substance: str, sink: str) -> None:
         if not self._has(p.washes_off, sink, substance):
@@ -337,11 +318,9 @@ class Ways(Facts):
         self._switch_on(sink, name)
         self._do("RINSE", name, sink)
 
-    def _dry(self, name: str, machine: str) -> None:
+    def _run_closed(self, operator: str, name: str, machine: str) -> None:
+        """Have a washer or dryer, which is to be closed, work on a thing."""
         self._put_into(name, machine)
-        self._run_closed(machine, "DRY")
-
-    def _run_closed(self, machine: str, operator: str) -> None:
         self._shut(machine)
         self._switch_on(machine)
         self._do(operator, machine)
@@ -359,12 +338,10 @@ class Ways(Facts):
         def water() -> None:
             self._put_with("APPLY", self._supply(substance, name), name)
 
-        def make() -> None:
-            under(self._supply(substance, name))
-
         near = [o for o in self._holders(substance, movable=False) if o != name]
         sources = [partial(under, source) for source in dict.fromkeys((*self._taps(substance), *near))]
-        self._first_of((*sources, make, water), f"{name} cannot be soaked with {substance}")
+        ways: tuple[Way, ...] = (*sources, lambda: under(self._supply(substance, name)), water)
+        self._first_of(ways, f"{name} cannot be soaked with {substance}")
         if not self._has(p.soaked_with, name, substance):
             raise NoWayError(f"{name} is not soaked with {substance}")
 
@@ -392,7 +369,7 @@ class Ways(Facts):
     def _thaw(self, name: str) -> None:
         if any(self._is("exposed_to", name, source) for source in self._those(p.cold_source)):
             self._get(name)
-            self._put_down(name)
+            self._do("RELEASE", name)
         self._do("WAIT")
 
     def _produce(self, name: str, inside: str | None = None) -> None:
