@@ -7,9 +7,14 @@ import pytest
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
 from eai.planning.greedy_search import _PreferredOperators
+from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.subgoal import Subgoal
 from eai.world import Add, ForEach, Operator
+from eai.world.domain import Domain
 from eai.world.execution import Action
+from eai.world.operator import affordance, missing
+from eai.world.state import Fact, Scene, State
+from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 from world.toy import X, Y, at, holding
 
@@ -106,3 +111,27 @@ def test_numbers_and_pairs_are_chosen_cheaply() -> None:
     pairs = estimates.chosen(subgoal(ForPairs(BOX, PLACE, at(X, Y))))
     places = [SCENE.index[name] for name in ("hall", "shed")]
     assert [(each.scope["x"], each.scope["y"]) for each in pairs] == list(zip(boxes, places, strict=True))
+
+
+def chain(length: int) -> tuple[Domain, State, Formula]:
+    """A domain in which each thing but the first is made of the one before; all are wanted to the last."""
+    made, following = Predicate("made", 1), Predicate("following", 2, static=True)
+    a, b = Variable("a"), Variable("b")
+    checks = (affordance(following(a, b), "{b} does not follow"), missing(made(a), "{a} is not made"))
+    make = Operator("MAKE", (a, b), checks, (Add(made(b)),))
+    domain = Domain("chain", Vocabulary((made, following)), (make,))
+    scene = Scene(domain.vocabulary, {f"t{i}": "thing" for i in range(length + 1)})
+    order = [Fact("following", (i, i + 1)) for i in range(length)]
+    return domain, scene.state([Fact("made", (0,)), *order]), made(Constant(f"t{length}"))
+
+
+def test_what_takes_a_long_chain_looks_out_of_reach() -> None:
+    """Estimates of 300 actions, each for the next, would end in a traceback."""
+    for length, near in ((40, True), (300, False)):
+        domain, state, goal = chain(length)
+        assert Planner(domain).looks_reachable(state, goal, range(length + 1)) is near
+
+
+def test_what_looks_out_of_reach_is_found_by_trying() -> None:
+    domain, state, goal = chain(70)
+    assert len(Planner(domain).plan(state, PlanningGoal((goal,)), range(71)).plan) == 70

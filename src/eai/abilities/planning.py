@@ -26,4 +26,4 @@ def planning_goal(task: Task) -> PlanningGoal:
 
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
-    return planner.plan(task.initial, planning_goal(task), task.relevant, limits)
+    return planner.plan(task.initial, planning_goal(task), task.planned_with, limits)

@@ -60,6 +60,7 @@ class Task:
         temporal_goal: the goal as a text in temporal logic, or None if the task has none.
         annotated_final: the state that the data set's own annotation ends in, or None if it has none.
         unsolvable: why no plan reaches its goals, where that is known; else None.
+        unnamed: objects of which operators speak but no answer: recipes, say.
     """
 
     id: str
@@ -72,6 +73,12 @@ class Task:
     temporal_goal: str | None = None
     annotated_final: State | None = None
     unsolvable: str | None = None
+    unnamed: tuple[int, ...] = ()
+
+    @property
+    def planned_with(self) -> tuple[int, ...]:
+        """The objects that a search for a plan needs: those of the task, and what no answer names."""
+        return self.relevant + self.unnamed
 
     @property
     def scene(self) -> Scene:

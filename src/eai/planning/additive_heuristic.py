@@ -82,6 +82,9 @@ def _horizon(most: float) -> float:
 _LEAST = 1.0
 """No condition that does not hold costs less."""
 
+_DEEPEST = 60
+"""How many atoms may be brought about for one another: what takes more looks out of reach."""
+
 
 class _Instance(NamedTuple):
     """A formula, by identity, with the objects of its free variables, and whether it shall hold."""
@@ -210,7 +213,7 @@ class Estimates:
         known, tried = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if known.cost < most:
             return known
-        if known.action is not None or tried >= most or atom in self._open:
+        if known.action is not None or tried >= most or self._is_open(atom):
             return _NO_SUPPORTER
         if atom.predicate in self._heuristic.static:
             return _NO_SUPPORTER
@@ -256,7 +259,7 @@ class Estimates:
         known, tried = self._costs.get(key, (INFINITE, 0.0))
         if known < most:
             return known
-        if known < INFINITE or tried >= most or key in self._open:
+        if known < INFINITE or tried >= most or self._is_open(key):
             return INFINITE
         self._open.add(key)
         far = _horizon(most)
@@ -264,6 +267,10 @@ class Estimates:
         self._open.discard(key)
         self._costs[key] = (cost, far)
         return cost if cost < most else INFINITE
+
+    def _is_open(self, key: _Key) -> bool:
+        """Whether a condition is needed to bring itself about, or for one that lies too deep."""
+        return key in self._open or len(self._open) >= _DEEPEST
 
     def _cost_of_parts(self, subgoal: Subgoal, most: float) -> float:
         if isinstance(subgoal.formula, Atom):

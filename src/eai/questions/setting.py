@@ -213,7 +213,7 @@ def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action,
 def _search_plan(task: Task, planner: Planner) -> Sequence[Action]:
     """A plan that search finds; nothing where there are no goals, or where one looks out of reach."""
     goals = [goal.formula for goal in task.goals]
-    if goals and all(planner.looks_reachable(task.initial, goal, task.relevant) for goal in goals):
+    if goals and all(planner.looks_reachable(task.initial, goal, task.planned_with) for goal in goals):
         return find_plan(task, planner, _LIMITS).plan
     return ()
 

@@ -108,6 +108,16 @@ def test_the_planner_puts_into_a_washer_what_is_to_be_washed(
     assert "WASH" in {action.operator for action in found.plan}
 
 
+def test_the_planner_follows_a_recipe_which_no_answer_names(
+    activities: TaskSet[Task], domain: Domain
+) -> None:
+    task = activities["make_coffee"]
+    assert {task.scene.objects[i].category for i in task.unnamed} == {"recipe"}
+    assert set(task.relevant).isdisjoint(task.unnamed)
+    plan = find_plan(task, Planner(domain), Limits(60, looks=10_000)).plan
+    assert "RUN" in [action.operator for action in plan]
+
+
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:
     library, task_id = Library(PromptSet.EAI, source=Source(store=activity_store)), "clean_a_patio"
     told, silent = (

@@ -92,6 +92,7 @@ class _ActivityTasks(TaskSet[Task]):
             relevant=tuple(range(setting.nameable)),
             script=read_plan(self._plans.get(task_id, "")),
             unsolvable=self._evidence.left_out.get(task_id),
+            unnamed=tuple(range(setting.nameable, len(setting.state.scene.objects))),
         )
 
 
