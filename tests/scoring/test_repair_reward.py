@@ -9,7 +9,7 @@ from random import Random
 import pytest
 
 import eai
-from eai import InputError, Reward, Suite, Task
+from eai import Benchmark, InputError, Reward, Suite, Task, given, make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.repair import EFFORT
@@ -18,6 +18,7 @@ from eai.envs import make
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import Shaping
 from eai.world import Action, Episode
+from envs.switches import DOMAIN, as_plan, initial
 from suites import answer_book
 from sweeps import examples
 
@@ -123,3 +124,13 @@ def test_only_plans_under_strict_are_paid_so() -> None:
     scored = next(i for i in of_reference.task_ids if of_reference.score(i, "").excluded is None)
     with pytest.raises(InputError, match="strict only"):
         Reward(of_reference, "repair")(scored, '{"WALK": ["soap"]}')
+
+
+def test_nothing_is_paid_where_goals_over_time_say_more_than_the_state() -> None:
+    asked = make_task(
+        "t", "Only the lamp.", initial(), "lit(lamp)", "always (not (lit(torch)))", domain=DOMAIN
+    )
+    suite = eai.open(Benchmark("switches", DOMAIN, given(asked)), "action_sequencing")
+    text = as_plan(["PRESS(lamp)"])
+    assert Reward(suite, "success")("t", text) == 1
+    assert Reward(suite, "repair")("t", text) is None
