@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from itertools import islice
+from pathlib import Path
 from typing import Any
 
 import example
@@ -123,6 +127,19 @@ def test_every_ability_pays_what_the_library_pays(ability: str) -> None:
     for task in HouseholdTaskset(config):
         for answer in (PLAN, '{"output": ["lit(lamp_1)"]}', '{"node goals": [["lit", "lamp_1"]]}', ""):
             assert task.grade(answer).value == eai.reward(task.data.task, answer, "progress")
+
+
+def test_the_validator_of_verifiers_finds_every_task_valid(tmp_path: Path) -> None:
+    """The gold answer earns everything, and an untouched task nothing."""
+    validator = Path(sys.executable).with_name("vf-validate")
+    options = ("--rich", "False", "--taskset.domain", LAMPS, "--runtime.type", "subprocess")
+    command = [validator, "eai-verifiers", *options, "--output-dir", tmp_path]
+    env = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3] / "examples" / "lamps")}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300, env=env)
+    assert done.returncode == 0, done.stderr
+    (summary,) = tmp_path.rglob("summary.json")
+    found = json.loads(summary.read_text(encoding="utf-8"))
+    assert found["outcomes"]["valid"] == found["total"] > 0
 
 
 def new(**options: Any) -> HouseholdTaskset:

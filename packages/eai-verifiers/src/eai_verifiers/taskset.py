@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
+from eai.benchmark.gold_answers import open_answer_book
 from eai.envs.rewards import answer_of
 from eai.generator.spec import Split, Tier
 from eai.prompts.prompt import PromptSet
@@ -62,14 +63,22 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
         """How often each kind of fault was diagnosed, success and progress."""
         return dict(self.grade(trace.last_reply).metrics)
 
+    async def validate(self, runtime: vf.Runtime) -> bool:
+        """Whether the gold answer earns everything, as ``vf-validate`` asks."""
+        task, suite = TaskReference.parse(self.data.task), self.paid().suite
+        book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+        return self.grade(book.gold(task.task_id).text).value == 1
+
     def grade(self, reply: str) -> Grade:
         """What a reply is worth, and why."""
+        return self.paid().grade(TaskReference.parse(self.data.task).task_id, answer_of(reply))
+
+    def paid(self) -> Reward:
+        """What is paid for, of the benchmark's suite or that of the task alone."""
         task, shaping = TaskReference.parse(self.data.task), self.config.shaping
         if self.data.line is None:
-            reward = reward_of(task, shaping)
-        else:
-            reward = Reward(suite_of_one(self.data.line, task.ability), shaping)
-        return reward.grade(task.task_id, answer_of(reply))
+            return reward_of(task, shaping)
+        return Reward(suite_of_one(self.data.line, task.ability), shaping)
 
 
 class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
