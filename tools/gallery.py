@@ -159,7 +159,7 @@ FIGURES = (
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
         "Tasks and models on one scale",
-        "A test tells models apart where its tasks are: this one has hardly any where most models are.",
+        "Tasks distinguish best the models near their difficulty. This test has few tasks near most models.",
     ),
 )
 

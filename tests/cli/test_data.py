@@ -42,6 +42,16 @@ def test_info_is_not_cut_where_there_is_little_room(
     assert max(map(len, out.splitlines()[1:])) <= 60
 
 
+def test_info_says_in_full_what_to_do_about_data_that_is_not_there(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    out = eai("data", "info", "--data", tmp_path).out
+    assert "missing" in out
+    assert "ready" not in out
+    assert f"{tmp_path / 'virtualhome.1.zip'}: no such data; run `eai data fetch`" in out
+
+
 def test_stats_prints_the_papers_counts(eai: Command, data_store: Store) -> None:
     outcome = eai("data", "stats", "--data", data_store.folder)
     assert outcome.status == 0

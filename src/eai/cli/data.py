@@ -110,10 +110,18 @@ def info(
             (_number("size"), [f"{status.size / 1e3:,.0f} kB" for status in packs]),
             (_number("made from"), ["\n".join(status.archives) for status in packs]),
             (_number("sha256"), [(status.sha256 or "-")[:12] for status in packs]),
-            (_number("state"), [status.problem or "ready" for status in packs]),
+            (_number("state"), [_state(status.problem, status.size) for status in packs]),
         ],
     )
     print_table(output(), table)
+    for status in packs:
+        if status.problem:
+            say(status.problem)
+
+
+def _state(problem: str | None, size: int) -> str:
+    """A word for the table; below it stand the problems in whole."""
+    return "ready" if problem is None else "damaged" if size else "missing"
 
 
 @app.command()
