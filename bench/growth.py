@@ -1,0 +1,270 @@
+"""How processor time grows with the size of what is scored and read: a table; with ``--out``, a picture.
+
+    .venv/bin/python bench/growth.py [CURVE ...] [--most N] [--out docs/images/growth.png]
+
+Each curve is the least time of a few runs at sizes that double or more; its exponent is the slope of the
+logarithms over the upper half of the sizes, in which what is done once weighs least. One that is well above
+1 has its reason in bench/README.md. The world is that of ``examples/lamps``, with more lamps.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle, islice
+from pathlib import Path
+from typing import NamedTuple
+
+import eai.world as w
+from eai import Benchmark, given, make_task
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import read_responses
+from eai.benchmark.gold_answers import noisy_answer, open_answer_book
+from eai.benchmark.suite import open_suite
+from eai.results.plots import LINES, styled
+from eai.scoring.batch import Scoring, Settings
+from eai.scoring.records import write_parts
+from eai.tasks.source import Source
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "lamps"))
+
+from lamps import domain
+
+Work = Callable[[], object]
+"""What is timed, and may be done again."""
+
+PLANS, SUBGOALS = Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION
+OPERATORS = Ability.TRANSITION_MODELING
+
+
+class Curve(NamedTuple):
+    """What grows, how to prepare work of one size, and the sizes, the smallest first."""
+
+    title: str
+    prepare: Callable[[int, Path], Work]
+    sizes: Sequence[int]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("curves", nargs="*", metavar="CURVE", help=f"of {', '.join(CURVES)}; all if none")
+    parser.add_argument("--most", type=int, default=10**9, help="no size above this one")
+    parser.add_argument("--runs", type=int, default=3)
+    parser.add_argument("--out", type=Path, help="the picture to write")
+    arguments = parser.parse_args()
+    if unknown := set(arguments.curves) - CURVES.keys():
+        parser.error(f"no such curve: {', '.join(sorted(unknown))}")
+    taken = {}
+    for name in arguments.curves or CURVES:
+        sizes = [size for size in CURVES[name].sizes if size <= arguments.most]
+        taken[name] = {size: least(CURVES[name], size, arguments.runs) for size in sizes}
+        print(row(name, taken[name]), flush=True)
+    if arguments.out is not None:
+        draw(taken, arguments.out)
+
+
+def least(curve: Curve, size: int, runs: int) -> float:
+    """The least processor seconds of some runs, those of programs that they start included."""
+    with tempfile.TemporaryDirectory() as folder:
+        work = curve.prepare(size, Path(folder))
+        found = [timed(work)]
+        while len(found) < runs and sum(found) < 10:
+            found.append(timed(work))
+    return min(found)
+
+
+def timed(work: Work) -> float:
+    before = time.process_time() + of_children()
+    work()
+    return time.process_time() + of_children() - before
+
+
+def of_children() -> float:
+    import resource
+
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def exponent(taken: Mapping[int, float]) -> float:
+    """The slope of the logarithms over the upper half of the sizes."""
+    import numpy as np
+
+    upper = [*taken.items()][len(taken) // 2 - (len(taken) < 4) :]
+    sizes, seconds = np.log(upper).T
+    return float(np.polyfit(sizes, seconds, 1)[0])
+
+
+def row(name: str, taken: Mapping[int, float]) -> str:
+    told = ", ".join(f"{size:,}: {1000 * seconds:,.3g}" for size, seconds in taken.items())
+    return f"| {CURVES[name].title} | {told} | {exponent(taken):.2f} |"
+
+
+def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
+    """Draw all curves on one pair of logarithmic axes, each with its exponent."""
+    with styled():
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(6.4, 3.6), layout="constrained")
+        axes = figure.subplots()
+        for color, (name, of_size) in zip(cycle(LINES), taken.items(), strict=False):
+            label = f"{CURVES[name].title}: {exponent(of_size):.2f}"
+            axes.plot(list(of_size), [1000 * s for s in of_size.values()], "o-", color=color, label=label)
+        axes.set(xscale="log", yscale="log", xlabel="size", ylabel="CPU ms")
+        figure.legend(loc="outside right upper", title="exponents", frameon=False)
+        figure.savefig(path, dpi=150, metadata={"Software": None})
+
+
+def lamps(number: int) -> Benchmark:
+    """A robot among so many lamps, which it is to switch on."""
+    kinds = {"robot": "robot", **{f"lamp_{n}": "lamp" for n in range(number)}}
+    start = w.Scene(domain.vocabulary, kinds, agent="robot").state([])
+    task = make_task("light", "Switch all lamps on.", start, "forall l: lamp. (lit(l))")
+    return Benchmark("many-lamps", domain, given(task))
+
+
+def scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bool = False) -> Work:
+    """Score an answer to the only task of a benchmark, which is made before."""
+    suite, text = open_suite(benchmark, ability), json.dumps(answer)
+    (task_id,) = suite.task_ids
+    suite.score(task_id, "[]")
+
+    def work() -> None:
+        if (suite.score(task_id, text).error is not None) != fails:
+            raise SystemExit(f"another verdict than the one that is measured: {text[:200]}")
+
+    return work
+
+
+def plan(names: Sequence[str]) -> list[dict[str, str]]:
+    return [{"action": "GO", "object": name} for name in names]
+
+
+def length(size: int, _: Path) -> Work:
+    """Steps of a plan that goes to and fro between two lamps."""
+    return scoring(lamps(2), PLANS, plan([*islice(cycle(["lamp_0", "lamp_1"]), size)]))
+
+
+def touched(size: int, _: Path) -> Work:
+    """Steps of a plan of which each goes to another lamp."""
+    return scoring(lamps(size), PLANS, plan([f"lamp_{n}" for n in range(size)]))
+
+
+def objects(size: int, _: Path) -> Work:
+    """Objects of a scene in which a plan has ten steps."""
+    return scoring(lamps(size), PLANS, plan([*islice(cycle(["lamp_0", "lamp_1"]), 10)]))
+
+
+def subgoals(size: int, _: Path) -> Work:
+    """Subgoals of which each takes an action."""
+    lines = [*islice(cycle(["at(robot, lamp_0)", "at(robot, lamp_1)"]), size)]
+    return scoring(lamps(2), SUBGOALS, {"output": lines})
+
+
+def conjuncts(size: int, _: Path) -> Work:
+    """Conjuncts of a subgoal that two actions reach."""
+    others = [f"not lit(lamp_{n})" for n in range(1, size)]
+    return scoring(lamps(size), SUBGOALS, {"output": [" and ".join(["lit(lamp_0)", *others])]})
+
+
+def far(size: int, _: Path) -> Work:
+    """Conjuncts of a subgoal that takes more actions than one may."""
+    line = " and ".join(f"lit(lamp_{n})" for n in range(size))
+    return scoring(lamps(size), SUBGOALS, {"output": [line]}, fails=True)
+
+
+def nesting(size: int, _: Path) -> Work:
+    """Parentheses around a subgoal."""
+    return scoring(lamps(2), SUBGOALS, {"output": [f"{'(' * size}at(robot, lamp_0){')' * size}"]})
+
+
+def operators(size: int, _: Path) -> Work:
+    """Operators that are asked for, compared and planned with."""
+    x = w.Variable("x")
+    done = [w.Predicate(f"done_{n}", 1) for n in range(size)]
+    made = w.Domain(
+        "chores",
+        w.Vocabulary(tuple(done)),
+        tuple(w.Operator(f"DO_{n}", (x,), (), (w.Add(each(x)),)) for n, each in enumerate(done)),
+    )
+    start = w.Scene(made.vocabulary, {"robot": "robot", "house": "house"}, agent="robot").state([])
+    goal = " and ".join(f"{each.name}(house)" for each in done)
+    benchmark = Benchmark("chores", made, given(make_task("all", "Do all chores.", start, goal)))
+    gold = open_answer_book(benchmark, OPERATORS).gold("all").text
+    return scoring(benchmark, OPERATORS, json.loads(gold))
+
+
+def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
+    """A benchmark with equal tasks, and a file with samples of answers to them."""
+    (only,) = lamps(3).tasks(Source()).values()
+    start = only.initial
+    made = [make_task(str(n), "Switch on.", start, "forall l: lamp. (lit(l))") for n in range(tasks)]
+    path = folder / "m_outputs.jsonl"
+    text = json.dumps(plan(["lamp_0", "lamp_1"]))
+    rows = (
+        {"identifier": str(n), "sample": s, "llm_output": text} for s in range(samples) for n in range(tasks)
+    )
+    with path.open("w") as file:
+        file.writelines(f"{json.dumps(each)}\n" for each in rows)
+    return Benchmark("many-tasks", domain, given(*made)), path
+
+
+def scored(benchmark: Benchmark, answers: Path) -> Work:
+    def work() -> None:
+        suite = open_suite(benchmark, PLANS)
+        file = read_responses(answers, suite.task_ids, samples=True)
+        write_parts(answers.with_name("out"), Scoring().parts(suite, file, {}, Settings(explanations=False)))
+
+    return work
+
+
+def tasks(size: int, folder: Path) -> Work:
+    """Tasks of a file of answers, one of each."""
+    return scored(*many(size, 1, folder))
+
+
+def answers(size: int, folder: Path) -> Work:
+    """Answers of a file, a hundred tasks."""
+    return scored(*many(100, size // 100, folder))
+
+
+def models(size: int, folder: Path) -> Work:
+    """Models of a report, which is made with its start."""
+    (folder / "runs").mkdir()
+    benchmark = lamps(3)
+    book = open_answer_book(benchmark, PLANS)
+    suite = open_suite(benchmark, PLANS)
+    for number in range(size):
+        path = folder / f"model-{number:03}_outputs.json"
+        text = noisy_answer(book, "light", 0.3, str(number)).text
+        path.write_text(json.dumps([{"identifier": "light", "llm_output": text}]))
+        file = read_responses(path, suite.task_ids)
+        parts = Scoring().parts(suite, file, {}, Settings(explanations=True))
+        write_parts(folder / "runs" / path.stem, parts)
+    command = [sys.executable, "-m", "eai", "report", "runs", "--out", "report", "--no-prompts"]
+    return lambda: subprocess.run(command, cwd=folder, check=True, capture_output=True)
+
+
+CURVES = {
+    "length": Curve("steps of a plan", length, (10, 100, 1_000, 10_000)),
+    "touched": Curve("steps, each to another object", touched, (10, 100, 1_000, 10_000)),
+    "objects": Curve("objects of a scene", objects, (10, 100, 1_000, 10_000)),
+    "subgoals": Curve("subgoals", subgoals, (10, 100, 1_000)),
+    "conjuncts": Curve("conjuncts of a subgoal", conjuncts, (2, 4, 8, 16, 32)),
+    "far": Curve("conjuncts out of reach", far, (2, 4, 8, 16, 32)),
+    "nesting": Curve("parentheses", nesting, (10, 100, 1_000)),
+    "operators": Curve("operators", operators, (2, 4, 8, 16, 32, 64)),
+    "tasks": Curve("tasks of a file", tasks, (100, 1_000, 10_000, 100_000)),
+    "answers": Curve("answers of a file", answers, (1_000, 10_000, 100_000, 1_000_000)),
+    "models": Curve("models of a report", models, (2, 20, 200)),
+}
+
+if __name__ == "__main__":
+    main()

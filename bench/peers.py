@@ -1,0 +1,151 @@
+"""Other libraries and ours on the same work, in one run: milliseconds of processor time, as a table.
+
+    .venv/bin/python bench/peers.py --python PYTHON [--steps 10 100 1000]
+
+PYTHON has `unified-planning`, `pyperplan` and `flloat`. A plan of so many steps of a ferry is judged, and a
+formula with ten operators on a trace of so many states. Ours is told twice: the verdict of `strict` from the
+text of the answer, with its diagnosis, and execution of steps that are read already, which is what the others
+do; VAL is a program that reads its files each time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from itertools import cycle, islice
+from pathlib import Path
+
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.logic.ltl import parse
+from eai.logic.semantics import holds
+from eai.logic.signature import Signature
+from eai.logic.trace import Trace
+from eai.pddl.val import installed_val
+from eai.world.execution import Action, execute
+
+WORLDS = Path(__file__).parents[1] / "tests" / "worlds"
+DOMAIN, PROBLEM = WORLDS / "ferry.pddl", WORLDS / "ferry-1.pddl"
+ROUND = ("sail home north", "sail north south", "sail south home")
+END = (
+    *("sail home north", "board red north", "sail north south", "debark red south", "sail south home"),
+    *("board big home", "sail home north", "debark big north"),
+)
+FORMULA = "G(a -> F b) & (c U d | X X X e) & F G(!f | X g) & G F(h & !i | j)"
+OURS = (
+    "always (a() implies eventually b()) and (c() until d() or next next next e()) and "
+    "eventually always (not f() or next g()) and always eventually (h() and not i() or j())"
+)
+LETTERS = "abcdefghij"
+
+
+class Facts:
+    """A state of the trace: the letters that are true."""
+
+    def __init__(self, number: int) -> None:
+        self.true = {letter for n, letter in enumerate(LETTERS) if number % (n + 2) == 0}
+
+    def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
+        return predicate in self.true
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        return []
+
+
+def milliseconds(work: Callable[[], bool]) -> float:
+    """The least processor time of five runs with one outcome, that of programs which they start included."""
+    found, outcomes = [], set()
+    for _ in range(5):
+        start = used()
+        outcomes.add(work())
+        found.append(1000 * (used() - start))
+    (_,) = outcomes
+    return min(found)
+
+
+def succeeds(verdict: Verdict) -> bool:
+    return isinstance(verdict, PlanVerdict) and bool(verdict.success)
+
+
+def valid(found: bool) -> bool:
+    """That a plan was found valid, as all of these are."""
+    if not found:
+        raise SystemExit("a valid plan was refused")
+    return found
+
+
+def used() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
+
+
+def plan_of(length: int) -> list[str]:
+    """A plan of some such length that ends at the goal."""
+    before = (length - len(END)) // len(ROUND) * len(ROUND)
+    return [*islice(cycle(ROUND), max(0, before)), *END]
+
+
+def judging(steps: list[str]) -> dict[str, float]:
+    """What ours and VAL take for a plan."""
+    suite = open_suite(find_benchmark(f"pddl:{DOMAIN},{PROBLEM}"), Ability.ACTION_SEQUENCING)
+    ((task_id, task),) = suite.tasks.items()
+    text = "\n".join(f"({step})" for step in steps)
+    scorer, domain = suite.scorer(task_id), suite.benchmark.domain
+    place = {each.name: number for number, each in enumerate(task.scene.objects)}
+    actions = [
+        Action(name, tuple(place[each] for each in objects)) for name, *objects in map(str.split, steps)
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        plan = Path(folder) / "plan"
+        plan.write_text(text + "\n")
+        words = [str(installed_val()), str(DOMAIN), str(PROBLEM), str(plan)]
+        return {
+            "verdict": milliseconds(lambda: valid(succeeds(scorer.score(text)))),
+            "execution": milliseconds(lambda: valid(execute(domain, task.initial, actions).failure is None)),
+            "VAL": milliseconds(lambda: valid("Plan valid" in subprocess.check_output(words, text=True))),
+        }
+
+
+def evaluating(length: int) -> dict[str, float]:
+    """What ours takes for a formula."""
+    formula = parse(OURS, Signature(dict.fromkeys(LETTERS, 0), {})).formula
+    states = [Facts(number) for number in range(length)]
+    return {"formula": milliseconds(lambda: holds(formula, Trace(states)))}
+
+
+def of_others(python: str, steps: list[str]) -> dict[str, float]:
+    """What the other libraries take, each in the environment of PYTHON."""
+    trace = [{letter: letter in Facts(number).true for letter in LETTERS} for number in range(len(steps))]
+    work = {"domain": str(DOMAIN), "problem": str(PROBLEM), "formula": FORMULA, "trace": trace}
+    work["plan"] = "\n".join(f"({step})" for step in steps)
+    child = [python, str(Path(__file__).with_name("peers_child.py"))]
+    done = subprocess.run(child, input=json.dumps(work), capture_output=True, text=True, check=True)
+    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--python", required=True)
+    parser.add_argument("--steps", type=int, nargs="+", default=[10, 100, 1_000])
+    arguments = parser.parse_args()
+    print("| steps | verdict | execution | VAL | unified-planning | pyperplan | formula | flloat |")
+    print("|---:|---:|---:|---:|---:|---:|---:|---:|")
+    for length in arguments.steps:
+        steps = plan_of(length)
+        took = {**judging(steps), **evaluating(len(steps)), **of_others(arguments.python, steps)}
+        order = ("verdict", "execution", "VAL", "unified-planning", "pyperplan", "formula", "flloat")
+        print(f"| {len(steps)} | {' | '.join(f'{took[name]:.3g}' for name in order)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
