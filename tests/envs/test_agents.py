@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import pytest
 
@@ -48,6 +49,18 @@ def test_the_explorer_finds_what_is_hidden_and_says_so(task_id: str) -> None:
     assert (game.won, game.ended, commands[-1]) == (True, "done", DONE)
     if task_id == "both":
         assert commands == ["GO(shed)", "OPEN(box)", "PRESS(torch)", "GO(hall)", "PRESS(lamp)", DONE]
+
+
+def test_after_it_has_opened_things_the_explorer_looks_once_more_where_it_was() -> None:
+    """The torch, in the box in the shed, is seen from the hall: generated scenes have such things."""
+    scene, both = TASKS["both"].scene, TASKS["both"]
+    facts = [
+        fact for fact in both.initial.facts() if fact != ("at", (scene.index["torch"], scene.index["shed"]))
+    ]
+    start = scene.state([*facts, ("at", (scene.index["torch"], scene.index["hall"]))])
+    game, commands = played("explorer", Stage(replace(both, initial=start), SWITCHES, STANDARD))
+    assert game.won
+    assert commands == ["GO(shed)", "OPEN(box)", "GO(hall)", "PRESS(lamp)", "PRESS(torch)", DONE]
 
 
 def test_the_explorer_makes_what_is_not_there_yet() -> None:

@@ -11,8 +11,8 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
 from eai.benchmark.benchmark import Benchmark
-from eai.generator.generator import _Objections
-from eai.generator.spec import Reason
+from eai.generator.generator import Generator, _Objections
+from eai.generator.spec import Reason, Spec
 from eai.generator.words import Words
 from eai.tasks.source import Source
 from eai.world.execution import Action
@@ -92,3 +92,17 @@ def test_without_names_a_thing_must_be_told_by_its_place(lamps: Benchmark) -> No
     assert _Objections(lamps.domain, (), by_place=False).to(task, words, 0, 9) is None
     alone = made(lamps, OPEN, way="GO box; OPEN box")
     assert by_place.to(alone, words, 0, 9) is None
+
+
+@pytest.mark.parametrize(("where", "is_seen"), [("box", True), ("lamp_1", False)])
+def test_what_goals_name_must_come_into_sight(lamps: Benchmark, where: str, is_seen: bool) -> None:
+    """A box can be opened, and a lamp cannot."""
+    x, y = map(f.Variable, "xy")
+    hidden = f.Exists(y, f.And((f.Atom("inside", (x, y)), f.Not(f.Atom("is_open", (y,))))))
+    world = replace(lamps, domain=replace(lamps.domain, visible=f.Not(hidden)))
+    generator = Generator(world, Spec("lamps", ""), Source())
+    index = made(lamps, LIT).scene.index
+    put_away = (Fact("inside", (index["ball"], index[where])),)
+    assert generator._can_be_seen(made(lamps, of("at", "robot", "ball"), facts=put_away)) is is_seen
+    assert generator._can_be_seen(made(lamps, LIT, facts=put_away))
+    assert Generator(lamps, Spec("lamps", ""), Source())._can_be_seen(made(lamps, LIT, facts=put_away))

@@ -175,6 +175,7 @@ class _Explorer:
         self._planned = set[tuple[Limits, int]]()
         self._been: set[int] = set()
         self._opened: tuple[str, int] | None = None
+        self._has_opened = False
         self._fruitless: Counter[str] = Counter()
         self._tried: set[tuple[Formula, bool]] = set()
         self._lids = tuple(dict.fromkeys(lids(self._domain)))
@@ -189,18 +190,36 @@ class _Explorer:
         if self._expected != game.state:
             self._plan.clear()
         if not self._plan:
-            self._plan.extend(
-                self._to_goals()
-                or self._to_sight(self._places())
-                or self._to_goals(_MORE)
-                or self._to_sight(self._shut())
-                or self._to_goals(_LAST)
-            )
+            self._plan.extend(self._further() or self._once_more())
         if not self._plan:
             return DONE
         action = self._plan.popleft()
         self._expected = _after(self._domain, game.state, action)
         return game.stage.commands.write(action)
+
+    def _further(self) -> Sequence[Action]:
+        """A plan to the goals, or to see more."""
+        return (
+            self._to_goals()
+            or self._to_sight(self._places())
+            or self._to_goals(_MORE)
+            or self._to_open()
+            or self._to_goals(_LAST)
+        )
+
+    def _to_open(self) -> Sequence[Action]:
+        plan = self._to_sight(self._shut())
+        self._has_opened |= bool(plan)
+        return plan
+
+    def _once_more(self) -> Sequence[Action]:
+        """The same from the beginning, if something was opened: what was in it may be seen from elsewhere."""
+        if not self._has_opened:
+            return ()
+        self._has_opened = False
+        self._been = {*self._game.look.sight}
+        self._tried.clear()
+        return self._further()
 
     def _kind(self, index: int) -> str:
         return self._game.task.scene.objects[index].category

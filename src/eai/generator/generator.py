@@ -243,7 +243,19 @@ class Generator:
                 reason = Reason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = Reason.KNOWN_PLAN
+        if reason is None and not self._can_be_seen(task):
+            reason = Reason.NEVER_SEEN
         return self._judged(task, seed, walk, about) if reason is None else reason
+
+    def _can_be_seen(self, task: Task) -> bool:
+        """Whether all that its goals name is in sight, or looks as if it could be brought there."""
+        domain, start, scene = self.benchmark.domain, task.initial, task.scene
+        named = {scene.index[name] for each in task.goals for name in objects(each.formula)}
+        return domain.visible is None or all(
+            domain.sees(start, i)
+            or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
+            for i in sorted(named)
+        )
 
     def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
         """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""

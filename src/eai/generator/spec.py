@@ -25,6 +25,7 @@ class Reason(str, Enum):
     TOO_SHORT = "the certificate is too short"
     TOO_LONG = "the certificate is too long"
     HOLDS_ALREADY = "a goal holds at the start"
+    NEVER_SEEN = "something that its goals name can never be seen"
     ONE_ACTION = "one action solves it"
     NO_CERTIFICATE = "the certificate does not solve it"
     AMBIGUOUS = "the instruction does not say exactly the goals"
@@ -50,7 +51,7 @@ class Generated:
 Outcome: TypeAlias = "Generated | Reason"
 
 
-VERSION = 5
+VERSION = 6
 """Of the generator: an equal specification and seed make other tasks in another version."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"

@@ -101,13 +101,14 @@ class Planner:
         """Whether a closed condition holds in a state. It is read once, and kept as long as the planner."""
         return self.heuristic.readings.holds(condition, {}, state)
 
-    def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int]) -> bool:
-        """Whether a closed condition may be brought about by actions on some objects, at first sight.
+    def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int], **scope: int) -> bool:
+        """Whether a condition may be brought about by actions on some objects, at first sight.
 
-        That it looks out of reach is no proof that it is; but no search is spent on it.
+        That it looks out of reach is no proof that it is; but no search is spent on it. ``scope`` gives its
+        free variables their objects.
         """
         estimates = Estimates(self.heuristic, state, objects)
-        return estimates.to(Subgoal(condition, {}, True)) < INFINITE
+        return estimates.to(Subgoal(condition, scope, True)) < INFINITE
 
     def plan(
         self,
