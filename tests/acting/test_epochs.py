@@ -64,6 +64,14 @@ def test_a_task_counts_by_the_mean_over_its_episodes(tmp_path: Path) -> None:
     assert written["coverage"]["answered"] == 2
 
 
+def test_success_by_goals_and_length_is_the_mean_over_episodes(tmp_path: Path) -> None:
+    result = settled(tmp_path, "lw", "ww", "lw", "ww")
+    found = break_down(result.records, ACTING)
+    by_task = {case.task: case.share for cases in found.by_goals.values() for case in cases}
+    assert by_task == {TASK: Share(0.5, 1), OTHER: Share(1, 1)}
+    assert sum(found.outcomes.values()) == 2
+
+
 def test_records_keep_the_mean_and_name_the_epoch_they_show(tmp_path: Path) -> None:
     result = settled(tmp_path, "cw", "lw", "ww")
     runs = {run.key.model: run.records for run in read_runs([tmp_path])}

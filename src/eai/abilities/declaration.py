@@ -86,7 +86,7 @@ def none_void(verdict: Verdict) -> Collection[str]:
     return ()
 
 
-def no_harness(verdict: Verdict) -> str | None:
+def no_harness(answer: str) -> str | None:
     """Single answers to questions are made in no harness."""
     return None
 
@@ -217,7 +217,7 @@ class AbilityDeclaration(Generic[V]):
             answer counts for all, which says what most of them say.
         void: the metrics of which a run has nothing at all, as this one of its verdicts says.
         alike: whether two verdicts on tasks of one id are on the same task.
-        harness: what an answer was made in; None where it does not say so.
+        harness: what the text of an answer says that it was made in; None where it does not say so.
     """
 
     ability: Ability
@@ -236,7 +236,7 @@ class AbilityDeclaration(Generic[V]):
     of_epochs: Callable[[Sequence[V]], V] | None = None
     void: Callable[[V], Collection[str]] = field(default=none_void)
     alike: Callable[[V, V], bool] = field(default=always)
-    harness: Callable[[V], str | None] = field(default=no_harness)
+    harness: Callable[[str], str | None] = field(default=no_harness)
 
     @property
     def has_plans(self) -> bool:

@@ -191,6 +191,14 @@ def _pose(world: AskedWorld, task: Task) -> Posed:
     return pose(world, task)
 
 
+def _harness(answer: str) -> str | None:
+    """What an episode says that it was acted in, imported where it is needed."""
+    from eai.acting.play import Episode, read_episode
+
+    episode = read_episode(answer)
+    return episode.harness or None if isinstance(episode, Episode) else None
+
+
 _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for name, most in WITHIN.items())
 
 ACTING = AbilityDeclaration(
@@ -225,5 +233,5 @@ ACTING = AbilityDeclaration(
     averaged=(),
     yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", "lost_for_good"}),
     of_epochs=averaged,
-    harness=lambda verdict: verdict.harness or None,
+    harness=_harness,
 )

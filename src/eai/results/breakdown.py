@@ -14,6 +14,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict, Share
 from eai.results.certainty import Case
 from eai.results.rate import Rate
+from eai.results.repeats import repeated_metric
 from eai.results.summary import name_of
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ class Breakdown:
         flow: how many scored answers came how far, by stage: answers, readable, known (without unknown
             names), well_formed (each action has as many arguments as it takes), executed, reached; None for
             abilities without plans.
-        by_goals: number of goals of the task -> success of each answer to such a task.
+        by_goals: number of goals of the task -> success of each answer to such a task; where a record stands
+            for several answers, their mean.
         by_length: number of steps of the data set's own plan -> the same. How many steps of an answer were
             tried is an outcome: a plan that fails early would count as a short one.
         by_action: operator -> share of its steps that were executed, of all that were tried, additional ones
@@ -67,6 +69,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     what their tasks are like are in none of the breakdowns by task.
     """
     declared = declaration_of(ability)
+    metric = None if declared.of_epochs is None else repeated_metric(ability)
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
     by_length: dict[int, list[Case]] = {}
@@ -77,7 +80,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         outcomes[came_to] += 1
         if came_to in _NO_ANSWER:
             continue
-        success = Case(record.task_id, name_of(record), Share(came_to is AnswerOutcome.SUCCESS, 1))
+        success = Case(record.task_id, name_of(record), _success(record, came_to, metric))
         if record.task is not None:
             by_goals.setdefault(record.task.goals, []).append(success)
             if declared.has_plans and record.task.annotated_steps is not None:
@@ -97,6 +100,13 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         _ordered(by_action),
         _ordered(by_predicate),
     )
+
+
+def _success(record: Record, came_to: AnswerOutcome, metric: str | None) -> Share:
+    """Whether an answer is right; by a metric that answers add their means to, if there is one."""
+    if metric is None:
+        return Share(came_to is AnswerOutcome.SUCCESS, 1)
+    return declaration_of(record.ability).contributions(record.verdict)[metric]
 
 
 def _flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:

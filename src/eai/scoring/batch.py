@@ -124,7 +124,7 @@ class Scoring(Workers):
         if settings.shard is not None:
             items, number = settings.shard.of_these(items), -(-number // settings.shard.of)
         judge = _Judge(suite, settings.explanations, settings.allow_missing, settings.look_back)
-        work = _Finish(judge, answers.model, _harness(suite, answers), finish)
+        work = _Finish(judge, answers.model, _harness(suite.ability, answers), finish)
         if self._number < 2 or not suite.portable:
             at_a_time = (1, 1) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, AT_A_TIME)
             return (part for batch in batches(items, 1, *at_a_time) for part in work(batch))
@@ -213,9 +213,7 @@ class _Finish:
         return [part_of([self._finished(*each) for each in zip(items, self.judge(items), strict=True)])]
 
     def _finished(self, item: Response | _Missing, judged: _Judged) -> Record:
-        record = _record(self.judge.suite, self.model, item, judged)
-        own = declaration_of(record.ability).harness(record.verdict)
-        record = record.varied(harness=own or self.harness)
+        record = _with_harness(_record(self.judge.suite, self.model, item, judged), self.harness)
         return record if self.finish is None else self.finish(record)
 
 
@@ -248,13 +246,17 @@ def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
     return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)
 
 
-def _harness(suite: Suite, answers: ResponseFile) -> str | None:
-    """The harness of the first answer that says one, which tasks without an answer have, too."""
-    declared = declaration_of(suite.ability).harness
+def _harness(ability: Ability, answers: ResponseFile) -> str | None:
+    """The harness of the first answer that says one."""
+    declared = declaration_of(ability).harness
     if declared is no_harness:
         return None
-    known = (declared(suite.score(response.task_id, response.text)) for response in answers.responses)
-    return next(filter(None, known), None)
+    return next(filter(None, (declared(response.text) for response in answers.responses)), None)
+
+
+def _with_harness(record: Record, first: str | None) -> Record:
+    """The record with the harness that its answer says, or else with that of the first one which does."""
+    return record.varied(harness=declaration_of(record.ability).harness(record.response) or first)
 
 
 def score_run(
@@ -279,6 +281,7 @@ def score_run(
         for item in _items_of(suite, answers, unanswered)
     ]
     found: list[Record] = []
+    harness = _harness(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
         for record in scoring.records(
             suite,
@@ -288,18 +291,10 @@ def score_run(
             allow_missing=settings.allow_missing,
             look_back=settings.look_back,
         ):
-            found.append(record)
+            found.append(_with_harness(record, harness))
             if progressed is not None:
                 progressed(len(found))
-    return _with_harness(suite.ability, found)
-
-
-def _with_harness(ability: Ability, records: list[Record]) -> list[Record]:
-    """The records of a run with the harness that answers name; tasks without an answer have the first."""
-    harness_of = declaration_of(ability).harness
-    harnesses = [harness_of(record.verdict) for record in records]
-    first = next(filter(None, harnesses), None)
-    return [record.varied(harness=own or first) for record, own in zip(records, harnesses, strict=True)]
+    return found
 
 
 def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged) -> Record:

@@ -179,8 +179,7 @@ def _log_beside(records: Path) -> LogPlace | None:
 
 def address_of(record: Record) -> str:
     """The part of an address that shows a record in the explorer of a report."""
-    harness = declaration_of(record.ability).harness(record.verdict)
-    key = _key(record.varied(harness=harness))
+    key = _key(record.varied(harness=declaration_of(record.ability).harness(record.response)))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
 
