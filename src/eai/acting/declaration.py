@@ -192,7 +192,7 @@ def _pose(world: AskedWorld, task: Task) -> Posed:
 
 
 def _harness(answer: str) -> str | None:
-    """What an episode says that it was acted in, imported where it is needed."""
+    """The harness that an episode says, whose reader is imported where it is needed."""
     from eai.acting.play import Episode, read_episode
 
     episode = read_episode(answer)
