@@ -155,7 +155,7 @@ def test_the_documentation_says_how_many_answers_were_compared_and_what_is_left_
     page = PAGE.read_text(encoding="utf-8")
     assert f"every one of {sum(map(len, files)) - stopped:,} answers" in page
     assert (
-        f"{stopped + len(unread)} are left out: {stopped} stop that package\nitself, and {len(unread)} have"
+        f"Another {stopped + len(unread)} cannot be compared: {stopped} stop the reference\nitself, and {len(unread)} have"
         in page
     )
 

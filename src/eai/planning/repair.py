@@ -299,6 +299,10 @@ class _Edit(NamedTuple):
     action: Action | None
 
 
+_Edits: TypeAlias = tuple[int, tuple[Action | None, ...]]
+"""The edits at one place."""
+
+
 class _Conflicts:
     """The conflicts of edited plans, and the edits that may help them.
 
@@ -312,17 +316,22 @@ class _Conflicts:
         self._fatal: dict[tuple[int, Action], Changes] = {}
         self._lacking: dict[int, list[Changes]] = {}
 
-    def edits(self, plan: Edited, course: _Course) -> list[_Edit]:
+    def edits(self, plan: Edited, course: _Course) -> Iterator[_Edit]:
         """The edits one of which every repair of a plan has, as far as those of others are none of it."""
+        for place, actions in self._fewest(plan, course):
+            for action in actions:
+                yield _Edit(place, action)
+
+    def _fewest(self, plan: Edited, course: _Course) -> list[_Edits]:
         at = len(course.states) - 1
         if at < len(plan) and (action := plan[at].action) is not None:
-            own = [_Edit(at, None)] if plan[at].is_kept else []
+            own: list[_Edits] = [(at, (None,))] if plan[at].is_kept else []
             return own + self._helping(plan, course, self._unblocking(course.states[at], action), frozenset())
         choices = [self._helping(plan, course, c, frozenset()) for c in self._reaching(course.states[at])]
         if course.taken[at] < len(self._world.goal.actions):
             names = [n for names in self._world.goal.actions[: course.taken[at] + 1] for n in names]
             choices.append(self._helping(plan, course, frozenset(), frozenset(names)))
-        return min(choices, key=len)
+        return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
     def _unblocking(self, number: int, action: Action) -> Changes:
         """The changes one of which makes a fatal step possible, or one to be skipped."""
@@ -358,15 +367,18 @@ class _Conflicts:
             self._lacking[number] = found
         return found
 
-    def _helping(self, plan: Edited, course: _Course, changes: Changes, names: frozenset[str]) -> list[_Edit]:
+    def _helping(
+        self, plan: Edited, course: _Course, changes: Changes, names: frozenset[str]
+    ) -> list[_Edits]:
         """The edits before the conflict that may make one of some changes, or take one of some operators."""
-        found: list[_Edit] = []
+        found: list[_Edits] = []
         actions = {
             **self._flips.actions(changes),
             **{a: None for n in sorted(names) for a in self._flips.taking(n)},
         }
+        listed = tuple(actions)
         for place in range(len(course.states) - 1, -1, -1):
-            found += [_Edit(place, action) for action in actions]
+            found.append((place, listed))
             if place == 0:
                 break
             entry = plan[place - 1]
@@ -374,9 +386,10 @@ class _Conflicts:
                 continue
             behind, undoes = self._behind(course.states[place - 1], entry.action, changes, names)
             if entry.is_kept and undoes:
-                found.append(_Edit(place - 1, None))
+                found.append((place - 1, (None,)))
             if not behind <= changes:
                 actions |= self._flips.actions(behind - changes)
+                listed = tuple(actions)
                 changes |= behind
         return found
 
