@@ -374,7 +374,6 @@ class Game:
         self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)
         self.taken: list[str] = []
-        self._worked: list[Action] = []
         self._last: Action | None = None
         self._turns = 0
         self._failed = False
@@ -431,8 +430,17 @@ class Game:
         earned = self._earned(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
-            return self._stage.mender.nearness((*self._worked, *last)) or 0.0
+            return self._stage.mender.nearness((*self._worked(), *last)) or 0.0
         return 0.0 if earned is None else earned.worth(self._rules.reward)
+
+    def _worked(self) -> list[Action]:
+        """The actions that were carried out, or not needed."""
+        steps = self._episode.trajectory.steps
+        return [
+            step.action
+            for step in steps
+            if step.executed or (step.fault is not None and step.fault.kind is FaultKind.ADDITIONAL_STEP)
+        ]
 
     def _earned(self, *, is_last: bool) -> Merit | None:
         ended = self._failed or self._is_undeclared(is_last=is_last)
@@ -541,7 +549,6 @@ class Game:
         line, outcome = self._stage.commands.write(meant), self._episode.act(meant)
         match outcome:
             case Fault(kind):
-                self._worked += [meant] * (kind is FaultKind.ADDITIONAL_STEP)
                 reason = describe(outcome, self._stage.domain, meant, self._stage.task.scene)
                 failed = "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_words(kind)})"
                 return _Tried(f"{line}: {failed}: {reason}.", kind)
@@ -549,7 +556,6 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
-                self._worked.append(meant)
                 news = "" if self._rules.feedback is Feedback.OUTCOME else f"\n{self._news(outcome)}"
                 return _Tried(f"{line}: done.{news}")
             case _:

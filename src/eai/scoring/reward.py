@@ -60,7 +60,6 @@ class Merit:
         faults: how often each kind of fault was diagnosed; kinds that were not are left out.
         added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
             one more, so that the goal copied as a subgoal is not paid for what the search did.
-        nearness: how near a plan is to one that succeeds, 1 for success; worked out where it is paid for.
     """
 
     gain: float
@@ -68,10 +67,13 @@ class Merit:
     ended: bool
     faults: Mapping[FaultKind, int]
     added: int = 0
-    nearness: float = 0.0
 
     def worth(self, shaping: Shaping) -> float:
-        """The pay of the answer."""
+        """The pay of the answer, by all that is paid for but repairs: those need its steps.
+
+        Raises:
+            ValueError: it is to be paid by its repair.
+        """
         return self._earned(shaping) / (1 + self.added)
 
     def _earned(self, shaping: Shaping) -> float:
@@ -86,7 +88,7 @@ class Merit:
             case Shaping.DIAGNOSIS:
                 return self.gain / (1 + sum(self.faults.values()))
             case Shaping.REPAIR:
-                return self.nearness
+                raise ValueError("how near a plan is to success is not told by its merits")
             case _:
                 assert_never(shaping)
 

@@ -65,8 +65,8 @@ class PlanMender:
         """
         if verdict.success:
             return Repair(at_most=0)
-        if self._why_unknown is not None:
-            return Repair(why_null=self._why_unknown)
+        if (why := self._why_unknown) is not None:
+            return Repair(why_null=why)
         steps, effort = self.steps(plan), Effort(limit)
         mender = self._mender(steps)
         at_least, edits = mender.mend(steps, effort)
@@ -84,9 +84,9 @@ class PlanMender:
         if any(goal.is_over_time for goal in self.task.goals):
             return "over_time"
         order = self.domain.precedence
-        return (
-            "order" if order.index(FaultKind.ADDITIONAL_STEP) > order.index(FaultKind.WRONG_ORDER) else None
-        )
+        if order.index(FaultKind.ADDITIONAL_STEP) > order.index(FaultKind.WRONG_ORDER):
+            return "order"
+        return None
 
     def nearness(self, steps: Plan, limit: int = EFFORT) -> float | None:
         """How near steps are to success: 1 - d / n for d edits, 0 if there are more than n.
