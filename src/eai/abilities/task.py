@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from eai.errors import InputError
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.traversal import is_state_formula, walk
+from eai.logic.traversal import is_state_formula, objects, walk
 
 if TYPE_CHECKING:
     from eai.world.domain import Domain
@@ -95,6 +96,10 @@ class Task:
     def left_out(self) -> str | None:
         """Why it is in no statistics of plans, to which every answer would be right or none; else None."""
         return self.unsolvable if self.goals else NO_GOALS
+
+    def named_by(self, goals: Iterable[Goal]) -> set[int]:
+        """The objects that some of its goals name, by index."""
+        return {self.scene.index[name] for goal in goals for name in objects(goal.formula)}
 
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
         """The goals of one kind, in order."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TypeAlias
@@ -22,7 +22,6 @@ from eai.envs.game import Game
 from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
-from eai.logic.traversal import objects
 from eai.planning.greedy_search import GreedySearch, Target
 from eai.planning.planner import Planner, PlanningGoal, alone
 from eai.planning.search import Limits, Node
@@ -229,10 +228,6 @@ class _Explorer:
         goals = zip(self._game.task.goals, self._game.reached, strict=True)
         return [goal for goal, reached in goals if not reached]
 
-    def _named(self, goals: Iterable[Goal]) -> set[int]:
-        """The objects that goals name."""
-        return {self._game.task.scene.index[name] for goal in goals for name in objects(goal.formula)}
-
     def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
         """A plan to the goals, if all that they name and do not have yet has been seen or is to be made.
 
@@ -240,11 +235,11 @@ class _Explorer:
         """
         game, task = self._game, self._game.task
         things, effort = game.known | self._absent(), (limits, len(game.known))
-        if not self._named(self._pending()) <= things or effort in self._planned:
+        if not self._game.task.named_by(self._pending()) <= things or effort in self._planned:
             return ()
         self._planned.add(effort)
         now = replace(task, initial=game.state, goals=remaining_goals(task, game.taken))
-        for usable in (self._named(task.goals) & things, things):
+        for usable in (self._game.task.named_by(task.goals) & things, things):
             plan = find_plan(replace(now, relevant=tuple(sorted(usable))), self._planner, limits).plan
             if plan:
                 return plan
@@ -289,7 +284,7 @@ class _Explorer:
         """
         game, names = self._game, self._game.task.scene.objects
         near = set(game.look.sight)
-        named = self._named(game.task.goals)
+        named = self._game.task.named_by(game.task.goals)
 
         def rank(index: int) -> tuple[bool, int, bool, int]:
             return index not in named, self._fruitless[self._kind(index)], index not in near, index
@@ -328,7 +323,7 @@ class _Greedy(_Explorer):
         """The action that seems best, if all that the goals name and do not have yet has been seen."""
         game = self._game
         self._visited.add(game.state)
-        if not self._named(self._pending()) <= game.known:
+        if not self._game.task.named_by(self._pending()) <= game.known:
             return ()
         successors = SuccessorGenerator(self._domain, alone, sorted(game.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))

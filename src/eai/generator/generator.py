@@ -250,11 +250,10 @@ class Generator:
     def _can_be_seen(self, task: Task) -> bool:
         """Whether all that its goals name is in sight, or looks as if it could be brought there."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
-        named = {scene.index[name] for each in task.goals for name in objects(each.formula)}
         return domain.visible is None or all(
             domain.sees(start, i)
             or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
-            for i in sorted(named)
+            for i in sorted(task.named_by(task.goals))
         )
 
     def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
