@@ -25,7 +25,7 @@ from eai.prompts.feedback import Asker
 from eai.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import Source, TaskSet, suite_name
 
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
@@ -177,7 +177,7 @@ class Library:
     ) -> Mapping[str, Prompt]:
         if self.folder is None:
             return prompts
-        name = f"{benchmark.name}_{ability.value}"
+        name = suite_name(benchmark.name, ability)
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
         if file.exists():
             own = {benchmark.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
@@ -214,7 +214,7 @@ def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*registered(), benchmark.name))
-    of_suites = {f"{name}_{ability.value}" for name in names for ability in registered_abilities()}
+    of_suites = {suite_name(name, ability) for name in names for ability in registered_abilities()}
     known = {
         *template_names(),
         *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),

@@ -40,13 +40,12 @@ from eai.pddl.planning import PlannerChoice
 from eai.pictures.drawing import png, svg
 from eai.pictures.picture import Clutter, picture_of, picture_words
 from eai.prompts.prompt import PromptSet
-from eai.report.publication import suite_name
 from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping
 from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import LeftOut, Rewarded, Row
-from eai.tasks.source import ErrataChoice
+from eai.tasks.source import ErrataChoice, suite_name
 from eai.tasks.task_files import task_files_in
 
 app = typer.Typer(
@@ -291,7 +290,8 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
                 split = row.get("split", TRAIN) if form is _Format.HF else TRAIN
                 opened(split).write(json.dumps(row) + "\n")
                 if "data_source" in row:
-                    asked[suite_name(*str(row["data_source"]).split("/")), str(split)] = None
+                    domain, _, ability = str(row["data_source"]).rpartition("/")
+                    asked[suite_name(domain, Ability(ability)), str(split)] = None
                 number += 1
             if not number:
                 opened(TRAIN)

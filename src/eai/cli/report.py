@@ -119,7 +119,7 @@ def report(
     own = benchmarks_of_runs(records)
     known = background(store(data), [run.key.domain for run in runs], own) if prompts else Background()
     if pictures:
-        if not all(is_at_hand(store(data), run.key.domain) for run in runs):
+        if not all(is_at_hand(store(data), domain) for domain in {run.key.domain for run in runs}):
             raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
         known = replace(known, course=courses(Source(store(data))))
     explorer = ExplorerData(known)
@@ -128,6 +128,7 @@ def report(
         summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
         explorer.add(run)
     summaries.sort(key=lambda item: item.key.order)
+    publication = {} if publish is None else published_files(publish, summaries)
     plain = plain_runs(summaries)
     tables = rankings(plain, with_paper=paper)
     with writing_to(out):
@@ -144,7 +145,6 @@ def report(
             intervals=intervals,
             prices=listed_prices,
         )
-        publication = {} if publish is None else published_files(publish, summaries)
         write_whole(
             {
                 out / EXPLORER: explorer_html(explorer.to_json()),

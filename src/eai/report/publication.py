@@ -28,6 +28,7 @@ from eai.data.files import read_toml
 from eai.errors import InputError
 from eai.report.run_summary import RunSummary
 from eai.scoring.runs import RunKey
+from eai.tasks.source import suite_name
 
 SCHEMA = "0.3.0"
 """The version of Every Eval Ever's schema."""
@@ -51,11 +52,6 @@ class _Publication(BaseModel):
     logs: str = Field("", pattern=r"^(https://\S+)?$")
     dataset: _Name | None = None
     models: Mapping[str, _Name] = Field(min_length=1)
-
-
-def suite_name(domain: str, ability: str) -> str:
-    """The name of a suite at other places, which is that of its Inspect task."""
-    return f"{domain}_{ability}"
 
 
 def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
@@ -139,7 +135,7 @@ def _results(said: _Publication, run: RunSummary) -> Iterator[dict[str, Json]]:
         rate = run.rates.get(metric)
         if rate is None or rate.percent is None:
             continue
-        name = suite_name(key.domain, key.ability.value)
+        name = suite_name(key.domain, key.ability)
         yield {
             "evaluation_result_id": f"{name}.{metric}",
             "evaluation_name": name,
@@ -194,7 +190,7 @@ def _hub_entries(said: _Publication, runs: Sequence[RunSummary]) -> Iterator[str
             continue
         yield (
             f"- dataset:\n    id: {json.dumps(said.dataset)}\n"
-            f"    task_id: {json.dumps(suite_name(key.domain, key.ability.value))}\n"
+            f"    task_id: {json.dumps(suite_name(key.domain, key.ability))}\n"
             f'  value: {percent}\n  date: "{said.date}"\n  evaluation_framework: inspect-ai\n'
         )
         if said.logs:

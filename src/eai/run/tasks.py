@@ -42,7 +42,7 @@ from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
 from eai.studies.variation import Endpoint, Stage
-from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.source import ErrataChoice, Source, suite_name
 
 
 class _RefusalError(InputError, click.ClickException):
@@ -115,7 +115,7 @@ def build_task(
         experiment: what it is an experiment of, if answers are carried out in one.
         about: what the built-in models are to know of questions besides, by task.
     """
-    name = f"{benchmark.name}_{ability.value}"
+    name = suite_name(benchmark.name, ability)
     source = source or Source()
     corrected = source.errata if protocol is DEFAULT_PROTOCOL else ErrataChoice.NONE
     book = open_answer_book(benchmark, ability, replace(source, errata=corrected))
@@ -201,7 +201,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         task.setup = enter() if ability is ACTING else None
         return task
 
-    name = f"{reference}_{ability.value}".lstrip("_")
+    name = suite_name(reference, ability).lstrip("_")
     registered = inspect_ai.task(name=name)(suite)
     if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)

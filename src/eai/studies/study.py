@@ -82,7 +82,7 @@ def suite_title(suite: SuiteKey) -> str:
     """A suite in headings, with its benchmark as that spells itself."""
     from eai.benchmark.registry import title_of  # here alone: an analysis without figures needs no benchmark
 
-    return str(suite).replace(suite.domain, title_of(suite.domain), 1)
+    return str(suite._replace(domain=title_of(suite.domain)))
 
 
 def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:

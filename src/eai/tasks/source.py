@@ -48,6 +48,11 @@ class TaskReference(NamedTuple):
         raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")
 
 
+def suite_name(domain: str, ability: Ability) -> str:
+    """The name of a suite as a task of Inspect's, as a file of prompts, and at other places."""
+    return f"{domain}_{ability.value}"
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One thing that is not as it should be.
