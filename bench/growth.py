@@ -14,7 +14,6 @@ import json
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable, Mapping, Sequence
 from itertools import cycle, islice
 from pathlib import Path
@@ -29,7 +28,8 @@ from eai.benchmark.suite import open_suite
 from eai.results.plots import LINES, styled
 from eai.scoring.batch import Scoring, Settings
 from eai.scoring.records import write_parts
-from eai.tasks.source import Source
+from eai.world import State
+from reference_child import cpu_seconds
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples" / "lamps"))
 
@@ -81,16 +81,9 @@ def least(curve: Curve, size: int, runs: int) -> float:
 
 
 def timed(work: Work) -> float:
-    before = time.process_time() + of_children()
+    before = cpu_seconds()
     work()
-    return time.process_time() + of_children() - before
-
-
-def of_children() -> float:
-    import resource
-
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    return cpu_seconds() - before
 
 
 def exponent(taken: Mapping[int, float]) -> float:
@@ -124,10 +117,14 @@ def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
 
 def lamps(number: int) -> Benchmark:
     """A robot among so many lamps, which it is to switch on."""
-    kinds = {"robot": "robot", **{f"lamp_{n}": "lamp" for n in range(number)}}
-    start = w.Scene(domain.vocabulary, kinds, agent="robot").state([])
-    task = make_task("light", "Switch all lamps on.", start, "forall l: lamp. (lit(l))")
+    task = make_task("light", "Switch all lamps on.", dark(number), "forall l: lamp. (lit(l))")
     return Benchmark("many-lamps", domain, given(task))
+
+
+def dark(number: int) -> State:
+    """The state in which none of so many lamps is lit."""
+    kinds = {"robot": "robot", **{f"lamp_{n}": "lamp" for n in range(number)}}
+    return w.Scene(domain.vocabulary, kinds, agent="robot").state([])
 
 
 def scoring(benchmark: Benchmark, ability: Ability, answer: object, *, fails: bool = False) -> Work:
@@ -203,8 +200,7 @@ def operators(size: int, _: Path) -> Work:
 
 def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
     """A benchmark with equal tasks, and a file with samples of answers to them."""
-    (only,) = lamps(3).tasks(Source()).values()
-    start = only.initial
+    start = dark(3)
     made = [make_task(str(n), "Switch on.", start, "forall l: lamp. (lit(l))") for n in range(tasks)]
     path = folder / "m_outputs.jsonl"
     text = json.dumps(plan(["lamp_0", "lamp_1"]))

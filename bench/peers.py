@@ -12,10 +12,8 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from itertools import cycle, islice
 from pathlib import Path
@@ -30,6 +28,7 @@ from eai.logic.signature import Signature
 from eai.logic.trace import Trace
 from eai.pddl.val import installed_val
 from eai.world.execution import Action, execute
+from reference_child import cpu_seconds
 
 WORLDS = Path(__file__).parents[1] / "tests" / "worlds"
 DOMAIN, PROBLEM = WORLDS / "ferry.pddl", WORLDS / "ferry-1.pddl"
@@ -63,9 +62,9 @@ def milliseconds(work: Callable[[], bool]) -> float:
     """The least processor time of five runs with one outcome, that of programs which they start included."""
     found, outcomes = [], set()
     for _ in range(5):
-        start = used()
+        start = cpu_seconds()
         outcomes.add(work())
-        found.append(1000 * (used() - start))
+        found.append(1000 * (cpu_seconds() - start))
     (_,) = outcomes
     return min(found)
 
@@ -79,11 +78,6 @@ def valid(found: bool) -> bool:
     if not found:
         raise SystemExit("a valid plan was refused")
     return found
-
-
-def used() -> float:
-    children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def plan_of(length: int) -> list[str]:
