@@ -145,7 +145,9 @@ def test_what_is_carried_out_is_paid_for_what_it_gains(
 def paid(earned: Merit | None) -> Worth | None:
     if earned is None:
         return None
-    success, goals, progress, diagnosis = [earned.worth(shaping) for shaping in Shaping][:4]
+    success, goals, progress, diagnosis = [
+        earned.worth(shaping) for shaping in Shaping if shaping is not Shaping.REPAIR
+    ]
     return success, goals, progress, diagnosis
 
 
