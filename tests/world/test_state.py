@@ -5,7 +5,7 @@ import pytest
 from eai.errors import InputError
 from eai.logic.formula import Variable
 from eai.world.derived import Defined
-from eai.world.state import Fact, Scene, WorldObject
+from eai.world.state import Fact, Scene, WorldObject, change
 from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
@@ -74,3 +74,16 @@ def test_a_mistake_in_a_scene_is_named(objects: object, agent: int | str | None,
     with pytest.raises(InputError) as error:
         Scene(VOCABULARY, objects, agent)  # type: ignore[arg-type]
     assert str(error.value) == problem
+
+
+def test_other_facts_make_a_state_of_the_same_episode() -> None:
+    between = Predicate("between", 3)
+    vocabulary = Vocabulary((AT, OPEN, DARK, between))
+    scene = Scene(vocabulary, {"robot": "robot", "dock": "place", "bay": "place"}, agent="robot")
+    before = scene.state(["at(robot, dock)", "between(robot, dock, bay)", "open(bay)"])
+    after = before.with_exactly(["dark()", "at(robot, bay)", "between(dock, robot, bay)"])
+    assert [*map(str, after.facts())] == [
+        *map(str, scene.state(["dark()", "at(robot, bay)", "between(dock, robot, bay)"]).facts())
+    ]
+    assert after.with_exactly(before.facts()) == before != after
+    assert len(change(before, after).added) == len(change(before, after).removed) == 3

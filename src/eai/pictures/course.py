@@ -24,7 +24,8 @@ from eai.pictures.scene_graph import SceneWords
 from eai.pictures.tiles import Tile, tiles_of
 from eai.tasks.source import ErrataChoice, Source
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.episode import Episode
+from eai.world.execution import Action
 from eai.world.state import Scene, State
 
 Course: TypeAlias = "Sequence[Sequence[Tile]]"
@@ -75,15 +76,14 @@ def course_of(record: Record, suite: Suite) -> Course:
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
     """The state at the start and after each step; None where a step that was carried out is not possible."""
-    states = [initial]
+    episode = Episode(domain, initial)
+    states = [episode.state]
     for step in steps:
-        now = states[-1]
         if step.outcome == EXECUTED and step.call.name in domain.arities:
-            after = execute(domain, now, [_action(step, now.scene)])
-            if not after.executed:
+            after = episode.act(_action(step, initial.scene))
+            if not isinstance(after, State):
                 return None
-            now = after.final
-        states.append(now)
+        states.append(episode.state)
     return states
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from eai.world.frame import AGENT
     from eai.world.history import Past, each_held_before, was_possible_before
     from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
+    from eai.world.simulator import Simulator
     from eai.world.slips import Notice, Slips
     from eai.world.state import Change, Fact, Scene, State, WorldObject, change
     from eai.world.vocabulary import Predicate, Vocabulary
@@ -52,6 +53,7 @@ _MODULES = (
     "eai.world.frame",
     "eai.world.history",
     "eai.world.operator",
+    "eai.world.simulator",
     "eai.world.slips",
     "eai.world.state",
     "eai.world.vocabulary",
@@ -99,6 +101,7 @@ __all__ = [
     "Predicate",
     "Role",
     "Scene",
+    "Simulator",
     "Slip",
     "Slips",
     "State",

@@ -1,4 +1,4 @@
-"""The conformance suite for domains: what the engine, the prompts and the reports rely on.
+"""The conformance suite for domains and their simulators: what the engine, the prompts and reports rely on.
 
 Run it over a domain of your own with a few of its initial states::
 
@@ -17,7 +17,8 @@ faces.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 
 from eai.logic.formula import And, Atom, Formula, Not, Or
@@ -28,7 +29,7 @@ from eai.world.execution import Action, Fault, attempt, describe
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from eai.world.operator import Operator
-from eai.world.state import State
+from eai.world.state import State, change
 from eai.world.vocabulary import Vocabulary
 
 
@@ -43,26 +44,42 @@ class Defect:
         return f"{self.subject}: {self.problem}"
 
 
-def check(domain: Domain, states: Iterable[State], *, seed: int = 0, steps: int = 200) -> tuple[Defect, ...]:
-    """All defects of a domain; none if it conforms.
+def check(
+    domain: Domain,
+    states: Iterable[State],
+    *,
+    seed: int = 0,
+    steps: int = 200,
+    measured: Collection[str] | None = None,
+) -> tuple[Defect, ...]:
+    """All defects of a domain and its simulator; none if they conform.
 
     Args:
         domain: the domain.
         states: initial states to walk from.
         seed: of the random walks.
         steps: how many actions to try from each state.
+        measured: the stored predicates of which the simulator decides what holds; all others are to follow
+            the declaration. None if it decides all.
     """
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
-    walks = (defect for state in states for defect in _walk(domain, state, rng, steps))
+    names = {each.name for each in domain.vocabulary.predicates}
+    follow = frozenset() if measured is None else names.difference(measured)
+    walks = (defect for state in states for defect in _walk(domain, state, rng, steps, follow))
     return tuple(dict.fromkeys(walks))
 
 
-def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Iterator[Defect]:
+def _walk(
+    domain: Domain, initial: State, rng: random.Random, steps: int, follow: AbstractSet[str]
+) -> Iterator[Defect]:
     """Try random actions, keep those that are possible, and compare what happens with what must."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield Defect(domain.name, "a state belongs to another vocabulary")
         return
-    past = Past(initial)
+    simulator, twin = domain.begin(initial), domain.begin(initial)
+    if lost := set(initial.facts()).difference(simulator.state.facts()):
+        yield Defect(domain.name, f"the simulator begins without {min(lost).predicate} of the initial state")
+    past = Past(simulator.state)
     for _ in range(steps):
         action = _random_action(domain.operators, initial, rng)
         before = _fingerprint(past.state)
@@ -74,7 +91,40 @@ def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Ite
         if isinstance(outcome, Fault):
             yield from _fault(domain, past, action, outcome)
             continue
-        past = past.then(outcome)
+        after = simulator.act(action, outcome)
+        if twin.act(action, outcome) != after:
+            yield Defect(action.operator, "the simulator makes two outcomes of equal worlds and actions")
+        if _fingerprint(simulator.state) != (before if isinstance(after, Fault) else _fingerprint(after)):
+            yield Defect(action.operator, "the simulator's state is not that which its outcome tells")
+        if isinstance(after, State):
+            yield from _simulated(domain, past.state, action, outcome, after, follow)
+            past = past.then(after)
+
+
+def _simulated(
+    domain: Domain, before: State, action: Action, declared: State, after: State, follow: AbstractSet[str]
+) -> Iterator[Defect]:
+    """The laws that a simulator has broken in carrying an action out."""
+    for effect in _brought_about(domain, before, action, declared):
+        if not domain.holds(effect, after, _arguments(domain, action)):
+            yield Defect(action.operator, f"carried out without bringing about {print_ltl(effect)}")
+    for name in sorted(change(declared, after).predicates & follow):
+        yield Defect(action.operator, f"the simulator decides {name}, which is to follow the declaration")
+
+
+def _arguments(domain: Domain, action: Action) -> dict[str, int]:
+    """The objects of an action by the names of its operator's parameters."""
+    parameters = domain.compiled[action.operator].operator.parameters
+    names = [parameter.name for parameter in parameters]
+    return dict(zip(names, action.arguments, strict=True))
+
+
+def _brought_about(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
+    """The intended effects of an action that hold after it and did not before."""
+    arguments = _arguments(domain, action)
+    for effect in _intended(domain.compiled[action.operator].operator.effects, domain.vocabulary):
+        if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
+            yield effect
 
 
 def _fingerprint(state: State) -> int:
@@ -96,12 +146,9 @@ def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator
 def _needed(domain: Domain, before: State, action: Action) -> Iterator[Defect]:
     """The changes that an action which counts as an additional step would still make."""
     compiled = domain.compiled[action.operator]
-    names = [parameter.name for parameter in compiled.operator.parameters]
-    arguments = dict(zip(names, action.arguments, strict=True))
     after = compiled.apply(before, compiled.bind(before, action.arguments))
-    for effect in _intended(compiled.operator.effects, domain.vocabulary):
-        if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
-            yield Defect(action.operator, f"an additional step that would bring about {print_ltl(effect)}")
+    for effect in _brought_about(domain, before, action, after):
+        yield Defect(action.operator, f"an additional step that would bring about {print_ltl(effect)}")
 
 
 def _intended(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:

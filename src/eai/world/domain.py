@@ -15,6 +15,7 @@ from eai.world.fault import FaultKind
 from eai.world.frame import UNBOUND, Frame
 from eai.world.history import HistoryRule, each_held_before
 from eai.world.operator import Operator
+from eai.world.simulator import Begin, as_declared
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary, several
 
@@ -52,6 +53,7 @@ class Domain:
         landmarks: what such an agent knows of from the start without seeing it: the objects that make this
             true as ``x``. None where there is nothing.
         egocentric: the relations that such an agent perceives of itself alone, not between other things.
+        begin: begins the world of an episode; by default one in which actions have their declared effects.
 
     Raises:
         DomainError: two operators have one name, or a formula or effect uses what is not declared. All of
@@ -66,6 +68,7 @@ class Domain:
     visible: Formula | None = None
     landmarks: Formula | None = None
     egocentric: tuple[Predicate, ...] = ()
+    begin: Begin = as_declared
 
     def __post_init__(self) -> None:
         several("operators", self.operators, Operator)

@@ -55,14 +55,15 @@ class Episode:
 
     Args:
         domain: the world.
-        initial: the state to begin in.
+        initial: the state to begin in, as `Domain.begin` may complete it.
         luck: which possible actions slip; none if None.
     """
 
     def __init__(self, domain: Domain, initial: State, luck: Luck | None = None) -> None:
         self.domain = domain
         self._luck = luck
-        self._past = Past(initial)
+        self._simulator = domain.begin(initial)
+        self._past = Past(self._simulator.state)
         self._steps: list[Step] = []
 
     @property
@@ -88,11 +89,13 @@ class Episode:
     def act(self, action: Action) -> Outcome:
         """Try one action; it must name an operator of the domain and have as many arguments."""
         tried = attempt(self.domain, self._past, action)
+        if isinstance(tried, State):
+            if self._luck is not None and self._luck.strikes():
+                return self.slip(action)
+            tried = self._simulator.act(action, tried)
         if isinstance(tried, Fault):
             self._steps.append(Step(action, tried))
             return tried
-        if self._luck is not None and self._luck.strikes():
-            return self.slip(action)
         self._past = self._past.then(tried)
         self._steps.append(Step(action, None))
         return tried

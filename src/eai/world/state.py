@@ -219,6 +219,18 @@ class State:
         for name, slot in vocabulary.tuple_slots.items():
             yield from [Fact(name, each) for each in sorted(self.tuples[slot].members)]
 
+    def with_exactly(self, facts: Iterable[StatedFact]) -> State:
+        """The state of the same episode in which exactly these facts about stored predicates hold.
+
+        Raises:
+            InputError: one is no fact; says what was expected.
+        """
+        told, draft = self.scene.state(facts), Draft(self)
+        for slot, relation in enumerate(told.binary):
+            for source in range(len(self.scene.objects)):
+                draft.set_row(slot, source, relation.row(source))
+        return State(self.scene, told.unary, tuple(draft.binary), told.tuples)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
@@ -303,8 +315,12 @@ class Draft:
 
     def clear_row(self, slot: int, source: int) -> None:
         """Remove all pairs of ``source``."""
-        if self.binary[slot].row(source):
-            self._own(slot).set_row(source, 0)
+        self.set_row(slot, source, 0)
+
+    def set_row(self, slot: int, source: int, targets: int) -> None:
+        """Relate ``source`` to exactly these targets, a mask."""
+        if self.binary[slot].row(source) != targets:
+            self._own(slot).set_row(source, targets)
 
     def clear_column(self, slot: int, target: int) -> None:
         """Remove all pairs with ``target``."""

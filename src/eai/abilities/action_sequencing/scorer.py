@@ -23,8 +23,10 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.errors import InputError
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.episode import Episode
+from eai.world.execution import Action
 from eai.world.fault import FaultKind
+from eai.world.simulator import as_declared
 
 if TYPE_CHECKING:
     from eai.abilities.action_sequencing.mending import PlanMender
@@ -67,6 +69,8 @@ class ActionSequencing(Scorer):
     @property
     def _is_plain(self) -> bool:
         """Whether plans are carried out and goals tested as repairs take it."""
+        if self.domain.begin is not as_declared:
+            return False
         return type(self) is ActionSequencing and type(self.goals) is GoalTest
 
     def nearness(self, text: str) -> float | None:
@@ -155,7 +159,9 @@ class ActionSequencing(Scorer):
 
     def _execute(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan from the initial state, where every action works."""
-        return Course(execute(self.domain, self.task.initial, actions))
+        episode = Episode(self.domain, self.task.initial)
+        episode.run(actions)
+        return Course(episode.trajectory)
 
     def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
         """The assessment of a plan that can be run, as written and as ground actions."""

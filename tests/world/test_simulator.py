@@ -1,0 +1,139 @@
+"""Worlds of another make behind a declaration: who carries actions out, and which laws that keeps to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import count
+
+import pytest
+
+from abilities.action_sequencing.test_scorer import TASK
+from eai.abilities.action_sequencing.notation import JsonPlans
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.world.conformance import check
+from eai.world.domain import Domain
+from eai.world.episode import Episode, Luck, Slip
+from eai.world.execution import Action, Fault
+from eai.world.fault import FaultKind
+from eai.world.operator import missing
+from eai.world.simulator import as_declared
+from eai.world.slips import Slips
+from eai.world.state import State
+from world import toy
+from world.test_execution import plan
+
+STUCK = Fault(FaultKind.MISSING_STEP, missing(toy.lit(toy.X), "it is too dark for {x}"))
+"""A fault that no declaration knows."""
+
+
+class Simulated:
+    """The toy world, carried out by a function of the state, the action and the declared state."""
+
+    def __init__(
+        self,
+        initial: State,
+        carry_out: Callable[[State, Action, State], State | Fault] = lambda before, action, after: after,
+    ) -> None:
+        self.state = initial
+        self._carry_out = carry_out
+
+    def act(self, action: Action, declared: State) -> State | Fault:
+        after = self._carry_out(self.state, action, declared)
+        if isinstance(after, State):
+            self.state = after
+        return after
+
+
+def with_facts(state: State, added: Sequence[str] = (), without: Sequence[str] = ()) -> State:
+    facts = set(state.facts()).union(map(state.scene.fact, added))
+    return state.with_exactly(sorted(facts.difference(map(state.scene.fact, without))))
+
+
+def world(carry_out: Callable[[State, Action, State], State | Fault]) -> Domain:
+    return replace(toy.DOMAIN, begin=lambda initial: Simulated(initial, carry_out))
+
+
+DARK = world(lambda before, action, after: STUCK if action.operator == "LIFT" else after)
+LAMP_LIGHTS = world(lambda before, action, after: with_facts(after, ["lit(lamp)"]))
+
+
+def test_a_simulator_refuses_what_the_declaration_permits_and_diagnoses_nothing_else() -> None:
+    episode = Episode(DARK, toy.initial())
+    assert episode.run(plan("PRESS lamp")) != STUCK
+    assert episode.run(plan("LIFT red")) == STUCK
+    assert isinstance(episode.act(*plan("GO shed")), State)
+    assert [step.fault is STUCK for step in episode.trajectory.steps] == [False, True, False]
+
+
+def test_an_action_that_slips_does_not_reach_the_simulator() -> None:
+    episode = Episode(DARK, toy.initial(), Luck(Slips(1.0), "task"))
+    assert episode.act(*plan("LIFT red")) == Slip()
+
+
+def test_an_episode_has_the_states_that_its_simulator_tells() -> None:
+    episode = Episode(LAMP_LIGHTS, toy.initial())
+    assert episode.run(plan("GO shed")) is None
+    assert episode.state.has("lit", episode.state.scene.index["lamp"])
+
+
+def test_plans_are_scored_in_the_simulator_and_not_mended() -> None:
+    answer = '[{"action": "LIFT", "object": "red"}]'
+    scorer = ActionSequencing(TASK, DARK, JsonPlans())
+    assessment = scorer.assess(answer)
+    assert getattr(assessment.verdict, "error", None) is not None
+    assert [step.reason for step in assessment.explain().steps] == ["it is too dark for red"]
+    assert assessment.look_back is None
+    assert ActionSequencing(TASK, toy.DOMAIN, JsonPlans()).assess(answer).look_back is not None
+
+
+NUMBERS = count()
+
+
+@pytest.mark.parametrize(
+    ("domain", "defect"),
+    [
+        (toy.DOMAIN, None),
+        (DARK, None),
+        (LAMP_LIGHTS, None),
+        (
+            world(lambda before, action, after: after.scene.state(after.facts())),
+            "GO: the simulator makes two outcomes of equal worlds and actions",
+        ),
+        (
+            world(lambda before, action, after: before if action.operator == "LIFT" else after),
+            "LIFT: carried out without bringing about holding(x)",
+        ),
+        (
+            world(lambda before, action, after: STUCK if next(NUMBERS) % 3 else after),
+            "GO: the simulator makes two outcomes of equal worlds and actions",
+        ),
+        (
+            replace(toy.DOMAIN, begin=lambda initial: Simulated(with_facts(initial, (), ["at(blue, shed)"]))),
+            "toy: the simulator begins without at of the initial state",
+        ),
+    ],
+)
+def test_what_breaks_a_law_of_simulators_is_found(domain: Domain, defect: str | None) -> None:
+    found = {str(each) for each in check(domain, [toy.initial()])}
+    assert found == set() if defect is None else defect in found
+
+
+def test_a_state_beside_the_outcome_is_found() -> None:
+    class Late(Simulated):
+        def act(self, action: Action, declared: State) -> State | Fault:
+            return declared
+
+    found = check(replace(toy.DOMAIN, begin=Late), [toy.initial()])
+    assert "GO: the simulator's state is not that which its outcome tells" in {*map(str, found)}
+
+
+def test_what_is_not_measured_follows_the_declaration() -> None:
+    found = {each.problem for each in check(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))}
+    assert "the simulator decides lit, which is to follow the declaration" in found
+    moved = world(lambda before, action, after: with_facts(after, ["at(lamp, hall)"]))
+    assert check(moved, [toy.initial()], measured=("at",)) == ()
+
+
+def test_declared_worlds_are_begun_by_default() -> None:
+    assert toy.DOMAIN.begin is as_declared
