@@ -15,6 +15,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.repair import EFFORT
 from eai.data.store import Store
 from eai.envs import make
+from eai.planning.repair import Mender, Plan, Told
+from eai.planning.search import Effort
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import Shaping
 from eai.world import Action, Episode
@@ -134,3 +136,25 @@ def test_nothing_is_paid_where_goals_over_time_say_more_than_the_state() -> None
     text = as_plan(["PRESS(lamp)"])
     assert Reward(suite, "success")("t", text) == 1
     assert Reward(suite, "repair")("t", text) is None
+
+
+def test_effort_is_bounded_and_what_was_seen_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    suite = suite_of("behavior")
+    scorer = scorer_of(suite, suite.task_ids[3])
+    mender, limits = scorer.mender, list[float]()
+    mend = Mender.mend
+
+    def counted(self: Mender, plan: Plan, effort: Effort) -> tuple[int, tuple[Told, ...] | None]:
+        limits.append(effort.limit)
+        found = mend(self, plan, effort)
+        assert effort.used < 2 * effort.limit + 1_000
+        return found
+
+    monkeypatch.setattr(Mender, "mend", counted)
+    plan = tuple(scorer.task.script)
+    paid = [mender.nearness(plan[:n]) for n in (0, 1, 2, 1, 0)]
+    assert paid[:2] == paid[:2:-1]
+    assert mender.nearness((*plan, *plan)) is not None
+    assert len(limits) == 4
+    assert limits == sorted(limits)
+    assert limits[-1] <= EFFORT / 4

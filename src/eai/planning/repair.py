@@ -141,6 +141,12 @@ class Mender:
         best = min(found, key=lambda each: cost(each).edits, default=None)
         return exact.at_least, None if best is None else told(best)
 
+    def least(self, effort: Effort) -> int:
+        """So many steps every plan has that succeeds, as far as so much effort proves."""
+        found = _Search(self, ()).run(Effort(effort.limit * _EXACT))
+        effort.used += found.effort
+        return found.at_least
+
     def _finished(self, plan: Plan, looks: int) -> Iterator[Edited]:
         """Plans that a planner finds: from where the steps that do not fail lead, and from the start.
 

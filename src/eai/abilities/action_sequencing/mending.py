@@ -21,6 +21,12 @@ from eai.world.fault import FaultKind
 _COSTS: dict[EditKind, int] = {"insert": 0, "object": 1, "hand": 1, "action": 2, "delete": 3, "step": 4}
 """Which kind of edit is told first."""
 
+_PER_STEP, _MOST = 200, 5_000
+"""How many steps may be tried for the nearness of a plan: for each step that it has or lacks, and in all."""
+
+_REMEMBERED = 10_000
+"""Of so many plans for a task it is remembered how near they are."""
+
 _HANDS = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
 
 
@@ -43,6 +49,7 @@ class PlanMender:
         self.domain = domain
         self._notation = notation
         self._object = notation.objects(task)
+        self._known_nearness: dict[tuple[Action | None, ...], float] = {}
 
     def steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """The steps of a plan; None for each that means nothing."""
@@ -88,7 +95,7 @@ class PlanMender:
             return "order"
         return None
 
-    def nearness(self, steps: Plan, limit: int = EFFORT) -> float | None:
+    def nearness(self, steps: Plan, limit: int | None = None) -> float | None:
         """How near steps are to success: 1 - d / n for d edits, 0 if there are more than n.
 
         Every plan of the task has n steps at least, so that no steps at all are as near as 0. The upper bound
@@ -96,13 +103,29 @@ class PlanMender:
 
         Args:
             steps: the steps; None for each that means nothing.
-            limit: how many steps may be tried, about.
+            limit: how many steps may be tried, about; by default so many for each of the steps and of n, and
+                what comes of it is remembered.
 
         Returns:
             The nearness, from 0 to 1; None where nothing is known of it.
         """
         if self._why_unknown is not None:
             return None
+        if limit is not None:
+            return self._near(steps, limit)
+        key, known = tuple(steps), self._known_nearness
+        if key not in known:
+            if len(known) == _REMEMBERED:
+                known.clear()
+            known[key] = self._near(steps, self._effort_for(len(steps) + self._least))
+        return known[key]
+
+    def _effort_for(self, number: int) -> int:
+        """The effort for so many steps: one of a few, as a plan from the start is looked for with each."""
+        return min(_MOST, _PER_STEP << number.bit_length())
+
+    def _near(self, steps: Plan, limit: int) -> float:
+        """The nearness of steps, by so much effort."""
         if steps.count(None) >= self._least:
             return 0.0
         _, edits = self._mender(()).mend(steps, Effort(limit))
@@ -113,7 +136,7 @@ class PlanMender:
     @cached_property
     def _least(self) -> int:
         """So many steps every plan of the task has, as far as it is proved."""
-        return self._mender(()).mend((), Effort(EFFORT))[0]
+        return self._mender(()).least(Effort(EFFORT))
 
     def _mender(self, steps: Plan) -> Mender:
         """Mends plans with the objects of some steps besides those of the task."""
