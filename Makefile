@@ -24,7 +24,7 @@ WITH_RELEASE := $(VENV)/.with-release
 WITH_SITE := $(VENV)/.with-site
 
 # The extras that tests need.
-DEV := run,plots,analysis,planner,envs,mcp,croissant,dev
+DEV := run,plots,analysis,planner,envs,mcp,croissant,physics,dev
 
 # As many processes as there are processors, which take over what another has left (ARGS="-n 0": just one).
 PYTEST := pytest -n logical --dist worksteal

@@ -38,6 +38,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "generator households",
         "questions",
         "scoring",
+        "bodies",
         "pictures",
         "reference",
         "studies",
@@ -51,7 +52,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
 ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
 IMPORTED_BY_NONE = frozenset({"reference"})
 """Packages that are found by an entry point, so that the rest works without them."""
-ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "mcp": "acting", "ray": "envs"}
+ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "mcp": "acting", "mujoco": "bodies", "ray": "envs"}
 OF_EXTRAS = frozenset({*ONLY_IMPORTER.values(), "acting", "harbor"})
 """Packages that load a library that not everybody installs, be it through another one of them."""
 

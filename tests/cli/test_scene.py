@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from bodies.rooms import kitchen, task_of
 from cli.conftest import Command
 from eai.abilities.codec import record_from_json
+from eai.abilities.protocol import Ability
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
+from eai.errors import EaiError
+from eai.pictures.rendered import photographs_of
+from eai.prompts.template import Templates
+from eai.studies.perception.scenes import shown_scenes
+from eai.studies.perception.study import Perception
 from processes import eai as run_eai
 from studies.told import told_tables
 
@@ -71,10 +80,13 @@ def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None
         assert line["perceived"] == seen["seen"]
 
 
-@pytest.mark.parametrize("scene", ["image", "both"])
+@pytest.mark.parametrize("scene", ["image", "both", "rendered", "numbered"])
 def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
     """The gold answers stay right: pictures change what is asked, not what is scored."""
-    pytest.importorskip("matplotlib")
+    if scene in ("rendered", "numbered"):
+        can_draw()
+    else:
+        pytest.importorskip("matplotlib")
     asked = ("eai/oracle", "--ability", "goal_interpretation", *with_options(f"scene={scene}"))
     assert run_eai(*HOW, *asked, "--out", tmp_path).status == 0
     folder = tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / f"scene-{scene}"
@@ -135,6 +147,37 @@ def test_what_makes_no_sense_is_said_in_one_line(
     assert done.status == 2
     assert done.err.startswith(f"eai: {why}")
     assert done.err.count("\n") == 1
+
+
+def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    can_draw()
+    command = ("export", "pictures", "--domain", "behavior", "--tasks", JARS, "--out", tmp_path)
+    assert eai(*command, "--format", "rendered").status == eai(*command, "--format", "gif").status == 0
+    endings = ("_head.png", "_near.png", "_top.png", ".gif", ".json")
+    assert {path.name for path in tmp_path.iterdir()} == {f"{JARS}{end}" for end in endings}
+    refused = eai(*command[:3], "virtualhome", "--tasks", "27_2", "--format", "rendered", "--out", tmp_path)
+    assert (refused.status, refused.err[:16]) == (2, "eai: no bodies: ")
+
+
+def test_what_numbers_stand_for_is_told(data_store: Store) -> None:
+    can_draw()
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
+    tasks = {JARS: suite.tasks[JARS]}
+    believed = shown_scenes(Perception(scene="numbered"), suite.benchmark, tasks, Templates())
+    belief = believed.beliefs[JARS]
+    assert belief.initial is not None
+    assert "\n0 strawberry_0, 1 fridge_97, 2 peach_0, " in belief.initial
+    assert len(belief.images) == 2
+
+
+def can_draw() -> None:
+    """Skip where scenes with bodies cannot be drawn."""
+    if find_spec("mujoco") is None:
+        pytest.skip("the extra physics is not installed")
+    try:
+        photographs_of(task_of(kitchen()), ("near",))
+    except EaiError as error:
+        pytest.skip(str(error))
 
 
 def test_the_captioner_only_lists_scenes(eai: Command, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ import typer
 
 from eai.abilities.protocol import FOUR, Ability, ability_of
 from eai.abilities.record import Record
+from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
@@ -37,8 +38,9 @@ from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
-from eai.pictures.drawing import png, svg
+from eai.pictures.drawing import Drawing, png, svg
 from eai.pictures.picture import Clutter, picture_of, picture_words
+from eai.pictures.rendered import VIEWS, film_of, photographs_of
 from eai.prompts.prompt import PromptSet
 from eai.scoring import training_data
 from eai.scoring.records import read_records
@@ -47,6 +49,8 @@ from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import LeftOut, Rewarded, Row
 from eai.tasks.source import ErrataChoice, suite_name
 from eai.tasks.task_files import task_files_in
+from eai.world.domain import Domain
+from eai.world.execution import execute
 
 app = typer.Typer(
     help="Prompts, data sets for training, task files, world-model questions, pictures, challenge files.",
@@ -64,6 +68,8 @@ class _Format(str, Enum):
 class _ImageFormat(str, Enum):
     PNG = "png"
     SVG = "svg"
+    RENDERED = "rendered"
+    GIF = "gif"
 
 
 _Out = Annotated[Path, typer.Option(metavar="FILE", help="The file to write; of --format hf, the folder.")]
@@ -334,7 +340,12 @@ def pictures(
     limit: Annotated[int | None, typer.Option(min=1, help="So many, at most.")] = None,
     clutter: Annotated[Clutter, typer.Option(help="How much else is shown.")] = Clutter.NONE,
     form: Annotated[
-        _ImageFormat, typer.Option("--format", help="PNG needs the extra 'plots'.")
+        _ImageFormat,
+        typer.Option(
+            "--format",
+            help="png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; "
+            "gif: the data set's plan in it (extra 'physics').",
+        ),
     ] = _ImageFormat.PNG,
     out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("pictures"),
     as_json: AsJson = False,
@@ -343,6 +354,8 @@ def pictures(
     """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
 
     Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
+
+    Scenes with bodies are BEHAVIOR's.
 
     Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
     """
@@ -353,11 +366,27 @@ def pictures(
     chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
     for task_id in chosen:
         drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
-        drawn = png(drawing) if form is _ImageFormat.PNG else svg(drawing)
+        drawn = _drawn(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
         beside = out / f"{task_id}.json"
-        write_whole({out / f"{task_id}.{form.value}": drawn, beside: f"{truth.text}\n"})
+        write_whole(
+            {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.text}\n"}
+        )
     message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
     tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)
+
+
+def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
+    """The files of a picture by how their names end."""
+    match form:
+        case _ImageFormat.PNG:
+            return {".png": png(drawing)}
+        case _ImageFormat.SVG:
+            return {".svg": svg(drawing)}
+        case _ImageFormat.RENDERED:
+            taken = zip(VIEWS, photographs_of(task), strict=True)
+            return {f"_{view}.png": image.data for view, image in taken}
+        case _ImageFormat.GIF:
+            return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}
 
 
 @app.command(no_args_is_help=True)

@@ -6,7 +6,7 @@ import random
 import string
 from collections.abc import Container, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 from gymnasium.error import ResetNeeded
@@ -20,7 +20,11 @@ from eai.envs.game import Game, Stage, manual, staged
 from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.pictures.picture import pixels
+from eai.pictures.rendered import camera_of
 from eai.tasks.source import Source
+
+if TYPE_CHECKING:
+    from eai.bodies.camera import Camera
 
 
 class RandomAgent:
@@ -89,7 +93,10 @@ class AnyText(gymnasium.Space[str]):
         return f"AnyText({self.max_length})"
 
 
-RENDER_MODE = "rgb_array"
+RENDER_MODE, CAMERA = "rgb_array", "camera"
+"""Render modes: a diagram of what is seen, or a camera near the place of work in a scene with bodies."""
+
+_MODES = (RENDER_MODE, CAMERA)
 
 
 class TextEnvironment(gymnasium.Env[str, str]):
@@ -103,7 +110,8 @@ class TextEnvironment(gymnasium.Env[str, str]):
         task_ids: the tasks of which each reset chooses one.
         rules: how they are played.
         tasks: all tasks by id.
-        render_mode: ``rgb_array`` for pictures of what is seen (`render`), or None.
+        render_mode: ``rgb_array`` for diagrams of what is seen (`render`), ``camera`` for rendered
+            pictures, or None.
 
     Attributes:
         benchmark: the benchmark.
@@ -121,8 +129,11 @@ class TextEnvironment(gymnasium.Env[str, str]):
         tasks: Mapping[str, Task],
         render_mode: str | None = None,
     ) -> None:
-        if render_mode not in (None, RENDER_MODE):
-            raise InputError(f"render_mode: expected {RENDER_MODE!r} or None, not {render_mode!r}")
+        if render_mode is not None and render_mode not in _MODES:
+            known = ", ".join(map(repr, _MODES))
+            raise InputError(f"render_mode: expected {known} or None, not {render_mode!r}")
+        if render_mode == CAMERA:  # which not every world has
+            self.metadata = {**self.metadata, "render_modes": [*_MODES]}
         self.render_mode = render_mode
         self.benchmark = benchmark
         self.rules = rules
@@ -132,6 +143,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self.task_ids = tuple(task_ids)
         self._game: Game | None = None
         self._epoch = -1
+        self._camera: Camera | None = None
 
     @cached_property
     def manual(self) -> str:
@@ -181,19 +193,38 @@ class TextEnvironment(gymnasium.Env[str, str]):
         return observation, reward, terminated, truncated, {**info}
 
     def render(self) -> Any:
-        """A schematic picture of what is seen now: an array of height, width and 3 colours, 8 bits each.
+        """A picture of the world now: an array of height, width and 3 colours, 8 bits each.
+
+        A diagram shows what the agent sees; a camera stands in the room, and shuts out what is behind doors.
 
         Returns:
             the array; None where no render mode was chosen.
 
         Raises:
             ResetNeeded: no game has begun.
-            EaiError: what draws the picture is not installed.
+            EaiError: what draws the picture is not installed, or the scene has no bodies.
         """
         if self.render_mode is None:
             return None
+        if self.render_mode == CAMERA:
+            camera = self._watching()
+            camera.scene.show(self.game.state)
+            return camera.colours("near")
         look = self.game.look
         return pixels(self.game.task, self.benchmark, look.state, look.sight)
+
+    def close(self) -> None:
+        """Free what pictures are drawn with."""
+        if self._camera is not None:
+            self._camera.close()
+            self._camera = None
+
+    def _watching(self) -> Camera:
+        """The camera in the scene of the task that is played."""
+        if self._camera is None or self._camera.scene.task is not self.game.task:
+            self.close()
+            self._camera = camera_of(self.game.task)
+        return self._camera
 
     def _chosen(self) -> str:
         """One of the tasks at random; those without goals are passed over where there are others."""
@@ -219,7 +250,7 @@ def make(
     Args:
         benchmark: its name, ``module:object``, or a `Benchmark`.
         task_id: the task; or several, of which each reset chooses one; or None for all that have goals.
-        render_mode: ``rgb_array`` for pictures of what is seen, or None.
+        render_mode: ``rgb_array`` for diagrams of what is seen, ``camera`` for rendered pictures, or None.
         source: where the data comes from; the user's default store if None. It is fetched on first use.
         rules: how tasks are played, such as `eai.envs.rules.STANDARD`; `Rules()` if None.
         options: those of `Rules` that are others, by name, such as ``slip=0.1, until="done"``.

@@ -11,11 +11,13 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import SCENE_GRAPH, Ability
 from eai.abilities.task import Task
+from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
 from eai.pictures.picture import Clutter, drawn_images, images_in
+from eai.pictures.rendered import photographed
 from eai.pictures.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
 from eai.prompts.prompt import Belief, Image, PromptSet
 from eai.prompts.template import Templates
@@ -73,11 +75,20 @@ def shown_scenes(
         words = scene_words(benchmark)
         seen = {i: ReadGraph(perceive(task, words, choice.noise)) for i, task in tasks.items()}
         return perceived_scenes(choice.label, tasks, words, seen)
-    initial = templates.text(f"scene_{choice.scene.value}.txt")
     images = _pictures(choice, benchmark, tasks)
+    said = {i: _said(choice.scene, tasks[i], benchmark, templates) for i in images}
     return _believed(
-        choice.label, {i: Belief(tasks[i], initial=initial, images=shown) for i, shown in images.items()}
+        choice.label, {i: Belief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
     )
+
+
+def _said(scene: Scene, task: Task, benchmark: Benchmark, templates: Templates) -> str:
+    """The words of the question about its pictures."""
+    text = templates.text(f"scene_{scene.value}.txt")
+    if scene is not Scene.NUMBERED:
+        return text
+    names = scene_words(benchmark).names(task)
+    return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
 
 
 def _pictures(
@@ -85,6 +96,8 @@ def _pictures(
 ) -> Mapping[str, tuple[Image, ...]]:
     if choice.images is not None:
         return images_in(choice.images, tasks)
+    if choice.scene in (Scene.RENDERED, Scene.NUMBERED):
+        return photographed(tasks, numbered=choice.scene is Scene.NUMBERED)
     return drawn_images(benchmark, tasks, choice.clutter or Clutter.NONE)
 
 
@@ -96,7 +109,7 @@ def scene_abilities(abilities: Collection[Ability], scene: Scene) -> list[Abilit
     Raises:
         InputError: the questions of one that is named tell of none.
     """
-    known = (*ABILITIES, SCENE_GRAPH) if scene is Scene.IMAGE else ABILITIES
+    known = (*ABILITIES, SCENE_GRAPH) if scene.is_pictured else ABILITIES
     for each in abilities:
         if each not in known:
             raise InputError(f"perception.scene {scene.value}: questions of {each.value} tell of no scene")

@@ -37,7 +37,8 @@ class Scene(str, Enum):
     """How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).
 
     ``text``: as a list of what holds. ``image``: in pictures alone. ``both``: in both. ``predicted``: as the
-    list that a second model made from pictures. ``noisy``: as a list with seeded errors.
+    list that a second model made from pictures. ``noisy``: as a list with seeded errors. Ours are
+    ``rendered``: in pictures of things with bodies; and ``numbered``: in these, with a number at each thing.
     """
 
     TEXT = "text"
@@ -45,6 +46,13 @@ class Scene(str, Enum):
     BOTH = "both"
     PREDICTED = "predicted"
     NOISY = "noisy"
+    RENDERED = "rendered"
+    NUMBERED = "numbered"
+
+    @property
+    def is_pictured(self) -> bool:
+        """Whether it is shown in pictures alone."""
+        return self in (Scene.IMAGE, Scene.RENDERED, Scene.NUMBERED)
 
 
 def _noise(given: object) -> object:
@@ -64,8 +72,8 @@ class Perception(Variation):
     """
 
     scene: Scene = option(
-        "How questions show the scene: text, image, both, predicted (as a second model lists it) "
-        "or noisy (with seeded errors).",
+        "How questions show the scene: text, image, both, predicted (as a second model lists it), "
+        "noisy (with seeded errors), rendered (with bodies) or numbered (with a number at each thing).",
         Scene.TEXT,
     )
     images: Path | None = option(

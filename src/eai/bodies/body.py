@@ -1,0 +1,261 @@
+"""The bodies of things: sizes and colours by kind, and families of shapes made of a few simple parts."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+
+from eai.data.files import parse_toml
+from eai.errors import InputError
+
+Vector: TypeAlias = tuple[float, float, float]
+"""Three numbers: to the right, to the back, up, in metres; or red, green and blue from 0 to 1."""
+
+Array: TypeAlias = "np.ndarray[Any, np.dtype[np.float64]]"
+
+Box: TypeAlias = Array
+"""A box along the axes in metres, two rows of three: its low corner and its high one."""
+
+HALF = "half_"
+"""The beginning of the category of half a thing."""
+
+_SHAPES, _KINDS = "shapes.toml", "kinds.txt"
+_FORMS = ("box", "ball", "post", "pipe", "bar")
+_SHADES = {"own": 1.0, "light": 1.25, "dark": 0.72, "deep": 0.5}
+_STATES = ("open", "closed", "on", "off")
+_STANDS = ("free", "wall", "high", "door", "window", "middle")
+_NUMBER = re.compile(r"(_part)?[._]\d+$")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A part of a body.
+
+    Attributes:
+        form: box; ball (an ellipsoid); post, pipe or bar: a cylinder upright, from front to back, or across.
+        box: the box around it before it is turned, from the middle of the body.
+        turn: the angle by which it is turned about its own upright axis, in radians.
+        colour: red, green and blue from 0 to 1.
+        is_solid: whether other things touch it.
+        when: the state in which it is there; empty for always.
+    """
+
+    form: str
+    box: Box
+    turn: float
+    colour: Vector
+    is_solid: bool = True
+    when: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """The shape of a thing, about its middle; its front is towards negative y.
+
+    Attributes:
+        size: width, depth and height.
+        parts: its parts.
+        stand: where it stands in a room if nothing carries it: free, wall, high, door, window, middle.
+        tops: the surfaces on which things lie, the best first; flat boxes.
+        spaces: the spaces in which things lie, the best first.
+        below: the space under it, if there is one.
+        slack: how much higher than a space its contents may rise, as a share of its height.
+    """
+
+    size: Vector
+    parts: tuple[Part, ...]
+    stand: str = "free"
+    tops: tuple[Box, ...] = ()
+    spaces: tuple[Box, ...] = ()
+    below: tuple[Box, ...] = ()
+    slack: float = 0.0
+
+
+def kind_of(name: str, category: str) -> str:
+    """The kind of a thing: its name without a number if there is such a kind, else its category's word."""
+    kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF) else category
+    return kind if body_of(kind) is not None else category.partition(".")[0]
+
+
+@cache
+def body_of(kind: str) -> Body | None:
+    """The body of a kind of things, or of half a thing; None where the table has none."""
+    if kind.startswith(HALF):
+        whole = body_of(kind.removeprefix(HALF))
+        return None if whole is None else _half(whole)
+    known = kinds().get(kind)
+    return None if known is None else _made(_families()[known.family], known)
+
+
+class _Kind(NamedTuple):
+    """A line of the table of kinds: family of shape, size, colour, and where the size is from."""
+
+    family: str
+    size: Vector
+    colour: Vector
+    source: str
+
+
+@cache
+def kinds() -> Mapping[str, _Kind]:
+    """The table of kinds.
+
+    Raises:
+        InputError: a line of it is none; says which.
+    """
+    text = (files("eai.bodies") / _KINDS).read_text(encoding="utf-8")
+    return read_kinds(text, _KINDS)
+
+
+def read_kinds(text: str, place: str) -> Mapping[str, _Kind]:
+    """The kinds in a text: a line each with kind, family, width, depth, height, colour and source.
+
+    Raises:
+        InputError: a line is none; says which.
+    """
+    found: dict[str, _Kind] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        try:
+            kind, family, width, depth, height, colour, source = line.split()
+            size = (float(width), float(depth), float(height))
+            found[kind] = _Kind(family, size, _rgb(colour), source)
+        except ValueError:
+            expected = "kind, family, width, depth, height, colour as rrggbb, source"
+            raise InputError(f"{place}:{number}: expected {expected}; found {line!r}") from None
+        if family not in _families():
+            raise InputError(f"{place}:{number}: there is no family {family!r}")
+    return found
+
+
+@cache
+def _families() -> Mapping[str, Any]:
+    """The families of shapes as written; `[colours]` among them."""
+    text = (files("eai.bodies") / _SHAPES).read_text(encoding="utf-8")
+    return parse_toml(text)
+
+
+def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
+    """The body of a kind."""
+    size = kind.size
+    return Body(
+        size,
+        tuple([part for line in family["parts"] for part in _parts(line, kind)]),
+        _one_of(family.get("stand", "free"), _STANDS),
+        tuple([_flat(line, size) for line in family.get("tops", ())]),
+        tuple([_box(_numbers(line, 6), size) for line in family.get("spaces", ())]),
+        (_box(_numbers(family["below"], 6), size),) if "below" in family else (),
+        float(family.get("slack", 1.0)),
+    )
+
+
+def _half(whole: Body) -> Body:
+    """Half of a thing that was cut: its left half, with the cut pale on the right."""
+    width, depth, height = whole.size
+    half = np.array([width / 2, depth, height])
+    form = "box" if whole.parts[0].form == "box" else "ball"
+    colour = whole.parts[0].colour
+    red, green, blue = (0.4 * share + 0.6 for share in colour)
+    cut = np.array(
+        [[half[0] / 2, -0.4 * depth, -0.4 * height], [half[0] / 2 + 0.004, 0.4 * depth, 0.4 * height]]
+    )
+    parts = (
+        Part(form, np.array([-half / 2, half / 2]), 0.0, colour),
+        Part(form, cut, 0.0, (red, green, blue), is_solid=False),
+    )
+    return Body((width / 2, depth, height), parts)
+
+
+def _parts(line: str, kind: _Kind) -> Iterator[Part]:
+    """The parts that a line of a family stands for."""
+    form, *rest = line.split()
+    fractions, words = _numbers(" ".join(rest[:6]), 6), rest[6:]
+    part = Part(_one_of(form, _FORMS), _box(fractions, kind.size), 0.0, kind.colour)
+    copies = ""
+    for word in words:
+        if word == "ghost":
+            part = replace(part, is_solid=False)
+        elif word in _STATES:
+            part = replace(part, when=word)
+        elif word.startswith(("mirror-", "ring-")):
+            copies = word
+        else:
+            part = replace(part, colour=_colour(word, kind.colour))
+    yield from _copies(part, copies)
+
+
+def _copies(part: Part, word: str) -> Iterator[Part]:
+    """A part and its mirror images, or a ring of it."""
+    if word.startswith("ring-"):
+        number = int(word.removeprefix("ring-"))
+        yield from [_turned(part, 2 * math.pi * i / number) for i in range(number)]
+        return
+    found = [part]
+    for axis, letter in enumerate("xy"):
+        if word.startswith("mirror-") and letter in word.removeprefix("mirror-"):
+            found += [_mirrored(each, axis) for each in found]
+    yield from found
+
+
+def _turned(part: Part, angle: float) -> Part:
+    """A part turned about the upright axis of its body."""
+    x, y, z = part.box.mean(0)
+    middle = np.array(
+        [x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z]
+    )
+    return replace(part, box=part.box - part.box.mean(0) + middle, turn=angle)
+
+
+def _mirrored(part: Part, axis: int) -> Part:
+    box = part.box.copy()
+    box[:, axis] = -box[::-1, axis]
+    return replace(part, box=box)
+
+
+def _box(fractions: Sequence[float], size: Vector) -> Box:
+    """The box that six fractions of a size make, about its middle."""
+    box: Box = (np.array(fractions).reshape(3, 2).T - 0.5) * size
+    return box
+
+
+def _flat(line: str, size: Vector) -> Box:
+    fractions = _numbers(line, 5)
+    return _box((*fractions, fractions[-1]), size)
+
+
+def _numbers(line: str, many: int) -> tuple[float, ...]:
+    numbers = tuple(map(float, line.split()))
+    if len(numbers) != many:
+        raise InputError(f"{_SHAPES}: expected {many} numbers; found {line!r}")
+    return numbers
+
+
+def _one_of(word: str, known: Sequence[str]) -> str:
+    if word not in known:
+        raise InputError(f"{_SHAPES}: expected one of {', '.join(known)}; found {word!r}")
+    return word
+
+
+def _colour(word: str, own: Vector) -> Vector:
+    """The colour that a word names."""
+    if word in _SHADES:
+        red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
+        return (red, green, blue)
+    named = _families()["colours"].get(word, word.removeprefix("#"))
+    try:
+        return _rgb(named)
+    except ValueError:
+        raise InputError(f"{_SHAPES}: there is no colour {word!r}") from None
+
+
+def _rgb(digits: str) -> Vector:
+    red, green, blue = (int(digits[i : i + 2], 16) / 255 for i in (0, 2, 4))
+    return (red, green, blue)

@@ -1,0 +1,82 @@
+"""Pictures of scenes with bodies as files: photographs, with numbered boxes if asked for, and moving ones."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from eai.abilities.task import Task
+from eai.bodies.camera import SIZE, Camera, View
+from eai.bodies.scene import BodyScene
+from eai.world.state import State
+
+_LEAST = 12
+"""How many pixels of a thing must be seen for a box around it."""
+
+_INK, _PAPER = (20, 20, 20), (255, 235, 60)
+
+
+def photographs(task: Task, views: Collection[View], seed: int = 0, *, numbered: bool = False) -> list[bytes]:
+    """Pictures of the initial state of a task as PNG, one a view; with numbered boxes if asked for.
+
+    The number of a thing is its index.
+
+    Raises:
+        InputError: its things find no places, or have no bodies.
+        EaiError: nothing can be drawn; says what to install.
+    """
+    with Camera(BodyScene(task, seed)) as camera:
+        drawn = [Image.fromarray(camera.colours(view)) for view in views]
+        if numbered:
+            for image, view in zip(drawn, views, strict=True):
+                _number(image, camera.objects(view))
+    return [_file(image, "PNG") for image in drawn]
+
+
+def film(task: Task, states: Sequence[State], view: View = "near", seed: int = 0) -> bytes:
+    """The states of an episode as a moving picture (GIF), the first of them the task's initial state.
+
+    Raises:
+        InputError: its things find no places, or have no bodies.
+        EaiError: nothing can be drawn; says what to install.
+    """
+    first, *others = [Image.fromarray(frame).quantize(128) for frame in frames(task, states, view, seed)]
+    return _file(first, "GIF", save_all=True, append_images=others, duration=700, loop=0)
+
+
+def frames(task: Task, states: Iterable[State], view: View, seed: int = 0) -> Iterator[Any]:
+    """Pictures of each of some states: arrays of half the height and width of pictures.
+
+    Raises:
+        InputError: its things find no places, or have no bodies.
+        EaiError: nothing can be drawn; says what to install.
+    """
+    scene = BodyScene(task, seed)
+    with Camera(scene, (SIZE[0] // 2, SIZE[1] // 2), shadows=False) as camera:
+        for state in states:
+            scene.show(state)
+            yield camera.colours(view)
+
+
+def _number(image: Image.Image, objects: Any) -> None:
+    """Draw a box around each thing that is seen, with its number."""
+    draw = ImageDraw.Draw(image)
+    for thing in np.unique(objects[objects >= 0]).tolist():
+        rows, columns = np.nonzero(objects == thing)
+        if len(rows) < _LEAST:
+            continue
+        left, top = int(columns.min()), int(rows.min())
+        draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
+        around = draw.textbbox((left, max(0, top - 11)), str(thing))
+        draw.rectangle(around, fill=_PAPER)
+        draw.text((left, max(0, top - 11)), str(thing), fill=_INK)
+
+
+def _file(image: Image.Image, form: str, **options: Any) -> bytes:
+    file = io.BytesIO()
+    image.save(file, form, **options)
+    return file.getvalue()

@@ -1,0 +1,73 @@
+"""The door to scenes with bodies, which take an extra: it says in a line what is not installed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from eai.abilities.task import Task
+from eai.errors import EaiError, how_to_install
+from eai.pictures.picture import PNG
+from eai.prompts.prompt import Image
+from eai.world.state import State
+
+if TYPE_CHECKING:
+    from eai.bodies.camera import Camera, View
+
+VIEWS: tuple[View, ...] = ("head", "near", "top")
+"""From where scenes are seen: the robot's head, near the place of work, and from above."""
+
+
+@contextmanager
+def _installed() -> Iterator[None]:
+    """Say of what the block cannot load how to install it."""
+    try:
+        yield
+    except ImportError as error:
+        raise EaiError(f"scenes with bodies need {error.name}: {how_to_install('physics')}") from error
+
+
+def photographs_of(task: Task, views: Sequence[View] = VIEWS, *, numbered: bool = False) -> tuple[Image, ...]:
+    """Pictures of the initial state of a task, one a view, with numbered boxes around things if asked for.
+
+    Raises:
+        InputError: its things find no places, or have no bodies; says which.
+        EaiError: what draws them is not installed.
+    """
+    with _installed():
+        from eai.bodies.pictures import photographs
+
+        return tuple([Image(PNG, each) for each in photographs(task, views, numbered=numbered)])
+
+
+def photographed(
+    tasks: Mapping[str, Task], views: Sequence[View] = VIEWS[:2], *, numbered: bool = False
+) -> dict[str, tuple[Image, ...]]:
+    """Pictures of the initial state of each task (`photographs_of`)."""
+    return {i: photographs_of(task, views, numbered=numbered) for i, task in tasks.items()}
+
+
+def film_of(task: Task, states: Sequence[State]) -> bytes:
+    """The states of an episode as a moving picture, GIF.
+
+    Raises:
+        InputError, EaiError: as of `photographs_of`.
+    """
+    with _installed():
+        from eai.bodies.pictures import film
+
+        return film(task, states)
+
+
+def camera_of(task: Task) -> Camera:
+    """A camera in the scene of a task, whose `BodyScene.show` shows later states; to be closed.
+
+    Raises:
+        InputError, EaiError: as of `photographs_of`.
+    """
+    with _installed():
+        from eai.bodies.camera import Camera
+        from eai.bodies.scene import BodyScene
+
+        return Camera(BodyScene(task))
