@@ -8,6 +8,7 @@ names only those pictures are drawn anew.
 
 from __future__ import annotations
 
+import io
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -18,7 +19,10 @@ from typing import NamedTuple
 from PIL import Image
 from typer.testing import CliRunner
 
+from eai.abilities.protocol import Ability
+from eai.benchmark.suite import open_suite
 from eai.cli import app
+from eai.pictures.rendered import photographs_of
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs/gallery.md"
@@ -32,6 +36,7 @@ INTRODUCTION = """\
 On this page you can see the figures of `eai report` and `eai analyze`, and the command for each.
 
 They show public answers of the paper's models under `strict`, drawn by `tools/gallery.py`.
+The last shows scenes.
 Each figure is written as SVG, PNG and PDF.
 [Reports](reports.md) and [Analyses](analyses.md) explain them. The tables beside them have every number.
 """
@@ -43,7 +48,7 @@ class Figure(NamedTuple):
     Attributes:
         name: that of its picture.
         command: what writes it, among others.
-        records: which records it is of, as patterns below their folder.
+        records: which records it is of, as patterns below their folder; none for photographs.
         file: its file among those that are written, without ending.
         title: its heading.
         caption: what it shows.
@@ -161,7 +166,30 @@ FIGURES = (
         "Tasks and models on one scale",
         "Tasks distinguish best the models near their difficulty. This test has few tasks near most models.",
     ),
+    Figure(
+        "rendered",
+        "eai export pictures --domain behavior --format rendered --out photographs",
+        (),
+        "photographs",
+        "Scenes with bodies",
+        "Eight of BEHAVIOR's initial states, from the robot's head or near the place of work.",
+    ),
 )
+
+PHOTOGRAPHS = {
+    "assembling_gift_baskets": "head",
+    "cleaning_up_the_kitchen_only": "near",
+    "cleaning_bedroom": "head",
+    "bottling_fruit": "head",
+    "clearing_the_table_after_dinner": "near",
+    "cleaning_bathrooms": "head",
+    "boxing_books_up_for_storage": "head",
+    "filling_a_Christmas_stocking": "near",
+}
+"""The activities that are shown, and from where."""
+
+SMALL = (272, 204)
+"""The size of a photograph, in pixels."""
 
 
 def main() -> None:
@@ -173,6 +201,10 @@ def main() -> None:
     drawn = sorted((each for each in FIGURES if each.name in names or not names), key=_source)
     for (command, patterns), figures in groupby(drawn, key=_source):
         with tempfile.TemporaryDirectory(prefix="eai-gallery-") as folder:
+            if not patterns:
+                photograph(Path(folder))
+                shrink(Path(folder) / "photographs.png", PICTURES / "rendered.png", 224)
+                continue
             run(command, [path for pattern in patterns for path in sorted(records.glob(pattern))], folder)
             for figure in figures:
                 shrink(Path(folder) / f"{figure.file}.png", PICTURES / f"{figure.name}.png")
@@ -193,10 +225,22 @@ def run(command: str, records: Sequence[Path], out: str) -> None:
         sys.exit(result.output)
 
 
-def shrink(source: Path, target: Path) -> None:
+def photograph(folder: Path) -> None:
+    """Write photographs side by side, in two rows."""
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING)
+    ids = {suite.tasks[task_id].title: task_id for task_id in suite.task_ids}
+    sheet = Image.new("RGB", (4 * SMALL[0], 2 * SMALL[1]))
+    for number, (title, view) in enumerate(PHOTOGRAPHS.items()):
+        (taken,) = photographs_of(suite.tasks[ids[title]], (view,))
+        picture = Image.open(io.BytesIO(taken.data)).resize(SMALL, Image.Resampling.LANCZOS)
+        sheet.paste(picture, (number % 4 * SMALL[0], number // 4 * SMALL[1]))
+    sheet.save(folder / "photographs.png")
+
+
+def shrink(source: Path, target: Path, colors: int = COLORS) -> None:
     """Copy a picture with few colours."""
     with Image.open(source) as picture:
-        picture.convert("RGB").quantize(COLORS).save(target, optimize=True)
+        picture.convert("RGB").quantize(colors).save(target, optimize=True)
 
 
 def page(figures: Sequence[Figure]) -> str:

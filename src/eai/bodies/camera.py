@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from eai.bodies.body import Array, Vector
+from eai.bodies.body import Array, Box, Vector
 from eai.bodies.geometry import around
 from eai.bodies.placing import Pose
 from eai.bodies.scene import BodyScene
@@ -136,7 +136,8 @@ def _from_head(scene: BodyScene) -> _Sight:
     seen = [thing for thing in told.bodies if told.room_of(thing) == room]
     at = np.array([x0 + 0.52 * (x1 - x0), y0 + 0.62 * (y1 - y0), 0.6])
     middles = _corners(scene, seen).reshape(-1, 8, 3).mean(1)
-    return _fitted(middles, at, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), 1.75, 64)
+    sight = _Sight(_vector(at + np.array([0.0, 0.0, 1.15])), _vector(at), 64)
+    return _fitted(sight, middles, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), scene.rooms[room])
 
 
 def _fullest(scene: BodyScene) -> int:
@@ -156,12 +157,15 @@ def _nearby(scene: BodyScene) -> _Sight:
     else:
         on_it = [thing for thing in told.bodies if told.root(thing) == place and thing != place]
         seen = [thing for thing in on_it if not told.is_shut_in(thing)]
-        ahead = scene.front(place)
+        is_furniture = told.bodies[place].stand not in ("free", "middle")
+        ahead = scene.front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _corners(scene, seen)
     low, high = points.min(0), points.max(0)
     at = (low + high) / 2
     reach = 0.9 if place is None else 0.9 + float(abs(ahead) @ (np.ptp(around(scene, place), 0))) / 2
-    return _fitted(points, at, ahead, reach, max(_EYES, float(high[2]) + 0.35), 52)
+    eye = (float(at[0]), float(at[1]), max(_EYES, float(high[2]) + 0.35))
+    room = scene.rooms[_fullest(scene) if place is None else told.room_of(place)]
+    return _fitted(_Sight(eye, _vector(at), 52), points, ahead, reach, room)
 
 
 def _corners(scene: BodyScene, things: Collection[int]) -> Array:
@@ -173,12 +177,13 @@ def _corners(scene: BodyScene, things: Collection[int]) -> Array:
     )
 
 
-def _fitted(points: Array, at: Array, ahead: Array, reach: float, height: float, angle: float) -> _Sight:
-    """A sight of a place from ahead of it, at a height, as far away as it takes to see all points."""
+def _fitted(start: _Sight, points: Array, ahead: Array, reach: float, room: Box) -> _Sight:
+    """A sight from ahead of a place, between the walls, as far away as it takes to see all points."""
     ahead = ahead / np.linalg.norm(ahead)
     while True:
-        eye = np.array([at[0] + reach * ahead[0], at[1] + reach * ahead[1], height])
-        sight = _Sight(_vector(eye), _vector(at), angle)
+        eye = np.array(start.eye) + reach * ahead
+        eye[0] = np.clip(eye[0], room[0, 0] + 0.1, room[1, 0] - 0.1)
+        sight = start._replace(eye=_vector(eye))
         if reach > _FARTHEST or _sees(sight, points):
             return sight
         reach += 0.2

@@ -14,11 +14,12 @@ _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("burnt", (0.05, 0.04, 0.04), 0.85),
     ("frozen", (0.75, 0.9, 1.0), 0.65),
     ("soaked", (0.15, 0.3, 0.5), 0.45),
+    ("dusty", (0.5, 0.47, 0.42), 0.3),
 )
 """The states that change the colour of a thing as a whole: towards which, and how far."""
 
 _SPECKS: dict[str, tuple[Vector, int, float]] = {
-    "dusty": ((0.74, 0.71, 0.66), 80, 0.03),
+    "dusty": ((0.8, 0.77, 0.72), 80, 0.03),
     "stained": ((0.32, 0.12, 0.08), 12, 0.09),
     "soaked": ((0.35, 0.65, 0.95), 14, 0.055),
     "frozen": ((0.97, 0.99, 1.0), 16, 0.07),
@@ -38,7 +39,9 @@ def painted(colour: Vector, states: Collection[str]) -> Vector:
 
 
 def specks(body: Body) -> Iterator[Part]:
-    """The specks on a thing in some states: dust, stains, drops and frost."""
+    """The specks on a thing in some states: dust, stains, drops and frost; and a light where it is on."""
+    if not any(part.when == "on" for part in body.parts):
+        yield _light(body)
     whole = [part for part in body.parts if part.is_solid and not part.when] or list(body.parts)
     largest = sorted(whole, key=lambda part: -_size(part.box))[:3]
     total = sum([_size(part.box) for part in largest])
@@ -46,6 +49,14 @@ def specks(body: Body) -> Iterator[Part]:
         for part in largest:
             number = max(3, round(many * _size(part.box) / total))
             yield from _on(part, state, colour, number, size)
+
+
+def _light(body: Body) -> Part:
+    """A green light at the top of the front."""
+    width, depth, height = body.size
+    at, radius = np.array([0.35 * width, -depth / 2, 0.4 * height]), max(0.004, 0.04 * min(body.size))
+    box = np.array([at - radius, at + radius])
+    return Part("ball", box, 0.0, (0.1, 1.0, 0.3), is_solid=False, when="on")
 
 
 def _size(box: Box) -> float:

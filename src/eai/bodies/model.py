@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from xml.etree import ElementTree as Xml
 
+import numpy as np
+
 from eai.bodies.body import Body, Box, Part, Vector
 from eai.bodies.looks import painted, specks
 from eai.bodies.placing import Placing, Pose
@@ -56,6 +58,7 @@ def model_text(
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
         world.extend(_room(box, names[floor], walls))
+        world.append(_lamp(box, shadows=floor == _fullest(placing, rooms)))
     for thing, body in {**placing.bodies, **absent}.items():
         pose = placing.poses.get(thing, Pose(away))
         is_fixed = thing in placing.furniture
@@ -99,7 +102,7 @@ def _geom(part: Part, meets: tuple[str, str], rgba: tuple[float, ...]) -> Xml.El
 
 
 def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
-    """The floor, walls and lamp of a room; none in front, and left and right where they are wanted."""
+    """The floor and walls of a room; none in front, and left and right where they are wanted."""
     (x0, y0, _), (x1, y1, _) = box
     look = next((look for look, words in _FLOORS.items() if any(word in name for word in words)), "wood")
     yield _slab((x0, x1, y0, y1, -0.1, 0.0), material=look)
@@ -112,10 +115,24 @@ def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
     trim = "0.97 0.97 0.95 1"
     yield _slab((x0, x1, y1 - 0.012, y1, 0.0, 0.09), rgba=trim, contype="0", conaffinity="0")
     yield _slab((x0, x1, y0 - 0.08, y0, 0.0, HEIGHT), rgba="0 0 0 0")
-    at = ((x0 + x1) / 2, (y0 + y1) / 2 - 0.5, 2.9)
-    light = Xml.Element("light", pos=_said(at), dir="0.05 0.15 -1", diffuse="0.4 0.4 0.38", cutoff="85")
-    light.set("specular", "0.04 0.04 0.04")
-    yield light
+
+
+def _fullest(placing: Placing, rooms: Mapping[int, Box]) -> int:
+    """The floor of the room in which most things are: only there are shadows, which take most of the time."""
+    at = np.array([pose.at for pose in placing.poses.values()]).reshape(-1, 3)
+    many = {floor: int(((at > box[0]) & (at < box[1])).all(1).sum()) for floor, box in rooms.items()}
+    return max(many, key=lambda floor: (many[floor], -floor))
+
+
+def _lamp(box: Box, *, shadows: bool) -> Xml.Element:
+    """The lamp of a room."""
+    x, y, _ = box.mean(0)
+    lamp = Xml.Element(
+        "light", pos=_said([x, y - 0.5, 2.9]), dir="0.05 0.15 -1", diffuse="0.4 0.4 0.38", cutoff="85"
+    )
+    lamp.set("specular", "0.04 0.04 0.04")
+    lamp.set("castshadow", str(shadows).lower())
+    return lamp
 
 
 def _slab(sides: tuple[float, ...], **more: str) -> Xml.Element:

@@ -200,7 +200,7 @@ class BodyScene:
             (first, relation, second)
             for relation, test in tests.items()
             for first, second in told.relations[relation]
-            if second in told.bodies and not test(self, first, second)
+            if not test(self, first, second)
         ]
         on_floor = [(i, floor) for i, floor in told.floor_of.items() if told.carrier(i) is None]
         outside = [

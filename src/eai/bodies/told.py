@@ -13,6 +13,8 @@ from eai.world.state import State, WorldObject
 INSIDE, ON, UNDER, BESIDE = "lies_in", "lies_on", "stands_under", "stands_by"
 """The stored relations that say where things are among each other."""
 
+_AMONG = (INSIDE, ON, UNDER, BESIDE)
+
 ON_FLOOR = ("stands_on", "by_floor")
 """Those that say on which floor, or on that of which room, of which a world has one."""
 
@@ -125,8 +127,9 @@ def told_of(state: State) -> Told:
     known = {i: _body(thing) for i, thing in enumerate(scene.objects) if i not in shapeless}
     absent = {i: body for i, body in known.items() if _is_absent(state, i)}
     bodies = {i: body for i, body in known.items() if i not in absent}
-    relations = {name: _pairs(state, name, bodies) for name in (INSIDE, ON, UNDER, BESIDE)}
-    floor_of = dict(pair for name in ON_FLOOR for pair in _pairs(state, name, bodies))
+    stated = {name: _pairs(state, name, bodies) for name in (*_AMONG, *ON_FLOOR)}
+    floor_of = dict(pair for name in (*ON_FLOOR, ON) for pair in stated[name] if pair[1] in floors)
+    relations = {name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _AMONG}
     states = {index: _states(state, index, body) for index, body in bodies.items()}
     hands = {hand: i for hand, name in enumerate(_HANDS) for i in _those(state, name) if i in bodies}
     return Told(bodies, absent, floors, relations, floor_of, states, hands)

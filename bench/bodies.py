@@ -1,0 +1,130 @@
+"""Scenes with bodies: whether facts hold in them, what they cost, and what is seen of them.
+
+    python bench/bodies.py [TASKS.jsonl ...] [--step 1] [--seen]
+
+Of BEHAVIOR's published tasks, and of each file of tasks. Times are of one process's CPU. With --seen it also
+tells which things and facts the two pictures of a question show, and how often a planner succeeds that knows
+these facts and no others, and the names of all things.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from statistics import median
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.gold_answers import open_planned_book
+from eai.benchmark.suite import Suite, open_suite
+from eai.bodies.camera import Camera, View
+from eai.bodies.scene import BodyScene
+from eai.errors import InputError
+from eai.pictures.scene_graph import SceneGraph, graph_of
+from eai.planning.search import Limits
+from eai.results.rate import Rate
+from eai.studies.perception.belief import perceiving, scene_words
+
+VIEWS: tuple[View, ...] = ("head", "near")
+LEAST = 12
+"""How many pixels of a thing are enough to see it."""
+
+
+class Seen(NamedTuple):
+    """The scene graph of what is seen of a task, and how many things and facts there are."""
+
+    graph: SceneGraph
+    things: int
+    seen: int
+    facts: int
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("files", nargs="*", metavar="TASKS")
+    parser.add_argument("--step", type=int, default=1)
+    parser.add_argument("--seen", action="store_true")
+    chosen = parser.parse_args()
+    for name in ("behavior", *chosen.files):
+        suite = open_suite(name, Ability.ACTION_SEQUENCING)
+        task_ids = suite.task_ids[:: chosen.step]
+        scenes = built(suite, task_ids)
+        if name == "behavior":
+            frames(list(scenes.values())[::10])
+        if chosen.seen:
+            told(suite, {i: seen_of(scene, suite) for i, scene in scenes.items()})
+
+
+def built(suite: Suite, task_ids: Sequence[str]) -> dict[str, BodyScene]:
+    """The scenes that can be made; prints what they cost and why others cannot."""
+    scenes, times = dict[str, BodyScene](), []
+    for task_id in task_ids:
+        start = time.process_time()
+        try:
+            scenes[task_id] = BodyScene(suite.tasks[task_id])
+        except InputError as error:
+            print(f"  {error}")
+        times.append(time.process_time() - start)
+    attempts = Counter(scene.attempts for scene in scenes.values())
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(
+        f"{suite.domain}: facts hold in {len(scenes)} of {len(task_ids)}; CPU s median {median(times):.3f}, "
+        f"most {max(times):.2f}; arranged {dict(sorted(attempts.items()))} times; {memory:.0f} MB so far"
+    )
+    return scenes
+
+
+def frames(scenes: Sequence[BodyScene]) -> None:
+    """Print what a frame of 640 x 480 costs."""
+    for shadows in (True, False):
+        times = list(timed(scenes, shadows=shadows))
+        print(f"frame, shadows {shadows}: CPU s median {median(times):.3f}, most {max(times):.2f}")
+
+
+def timed(scenes: Sequence[BodyScene], *, shadows: bool) -> Iterator[float]:
+    for scene in scenes:
+        with Camera(scene, shadows=shadows) as camera:
+            camera.colours("head")
+            for view in (*VIEWS, "top"):
+                start = time.process_time()
+                camera.colours(view)
+                yield time.process_time() - start
+
+
+def seen_of(scene: BodyScene, suite: Suite) -> Seen:
+    """The facts whose things are all seen in the pictures of a question; floors are."""
+    with Camera(scene, shadows=False) as camera:
+        pixels = Counter(int(i) for view in VIEWS for i in camera.objects(view).ravel())
+    task, words = scene.task, scene_words(suite.benchmark)
+    names = words.names(task)
+    seen = {names[i] for i in scene.told.bodies if pixels[i] >= LEAST}
+    known = seen | {names[i] for i in scene.told.floors}
+    described = words.describe(task)
+    facts = [fact for fact in described.facts if known.issuperset(fact.arguments)]
+    return Seen(graph_of(described.objects, facts), len(scene.told.bodies), len(seen), len(described.facts))
+
+
+def told(suite: Suite, seen: Mapping[str, Seen]) -> None:
+    """Print how much is seen, and how often a planner succeeds that knows no more."""
+    things = Rate(sum(each.seen for each in seen.values()), sum(each.things for each in seen.values()))
+    facts = Rate(
+        sum(len(each.graph.facts) for each in seen.values()), sum(each.facts for each in seen.values())
+    )
+    print(f"seen: things {share(things)}, facts {share(facts)}")
+    believed = perceiving(suite.benchmark, {i: each.graph for i, each in seen.items()})
+    book = open_planned_book(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
+    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in seen]
+    won = Rate(sum(isinstance(v, PlanVerdict) and bool(v.success) for v in verdicts), len(verdicts))
+    print(f"planner that knows what is seen: {share(won)}")
+
+
+def share(rate: Rate) -> str:
+    return f"{rate.percent:.1f} % ({rate.numerator}/{rate.denominator})"
+
+
+if __name__ == "__main__":
+    main()
