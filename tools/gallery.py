@@ -168,7 +168,7 @@ FIGURES = (
     ),
     Figure(
         "rendered",
-        "eai export pictures --domain behavior --format rendered --out photographs",
+        "eai export pictures --domain behavior --limit 8 --format rendered --out photographs",
         (),
         "photographs",
         "Scenes with bodies",

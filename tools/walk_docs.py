@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import TextIO
 
 ROOT = Path(__file__).parent.parent
-EXTRAS = "run,plots,analysis,planner,envs"
+EXTRAS = "run,plots,analysis,planner,envs,physics"
 FENCE = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 PROGRAMS = ("eai", "inspect", "lm_eval", "for")
 SKIPPED = {

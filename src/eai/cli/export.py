@@ -364,15 +364,24 @@ def pictures(
     (named,) = tasks_of(tasks, [suite])
     words = picture_words(suite.benchmark)
     chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
+    refused: list[InputError] = []
     for task_id in chosen:
         drawing, truth = picture_of(suite.tasks[task_id], words, clutter)
-        drawn = _drawn(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
+        try:
+            drawn = _drawn(suite.tasks[task_id], drawing, form, suite.benchmark.domain)
+        except InputError as error:
+            refused.append(error)
+            continue
         beside = out / f"{task_id}.json"
         write_whole(
             {**{out / f"{task_id}{end}": each for end, each in drawn.items()}, beside: f"{truth.text}\n"}
         )
-    message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
-    tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)
+    if refused and len(refused) == len(chosen):
+        raise refused[0]
+    made = len(chosen) - len(refused)
+    without = f"\n{counted(len(refused), 'scene')} cannot be built: {refused[0]}" if refused else ""
+    message = f"{counted(made, 'picture')}, each with its scene graph; in {out}{without}"
+    tell(message, value={"folder": str(out), "pictures": made}, as_json=as_json)
 
 
 def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:

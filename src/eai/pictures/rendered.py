@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from eai.abilities.task import Task
-from eai.errors import EaiError, how_to_install
+from eai.errors import EaiError, InputError, how_to_install
 from eai.pictures.picture import PNG
 from eai.prompts.prompt import Image
 from eai.world.state import State
@@ -44,8 +44,22 @@ def photographs_of(task: Task, views: Sequence[View] = VIEWS, *, numbered: bool 
 def photographed(
     tasks: Mapping[str, Task], views: Sequence[View] = VIEWS[:2], *, numbered: bool = False
 ) -> dict[str, tuple[Image, ...]]:
-    """Pictures of the initial state of each task (`photographs_of`)."""
-    return {i: photographs_of(task, views, numbered=numbered) for i, task in tasks.items()}
+    """Pictures of the initial state of each task whose scene can be built (`photographs_of`).
+
+    Raises:
+        InputError: none can; says why the first cannot.
+        EaiError: what draws them is not installed.
+    """
+    found: dict[str, tuple[Image, ...]] = {}
+    refused: list[InputError] = []
+    for task_id, task in tasks.items():
+        try:
+            found[task_id] = photographs_of(task, views, numbered=numbered)
+        except InputError as error:
+            refused.append(error)
+    if refused and not found:
+        raise refused[0]
+    return found
 
 
 def film_of(task: Task, states: Sequence[State]) -> bytes:

@@ -34,7 +34,7 @@ ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability
 
 def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believed:
     """Scenes as beliefs; ``label`` says how they are shown."""
-    lacking = "there is no scene graph that would tell of the scene"
+    lacking = "there is no scene graph or picture that would tell of the scene"
     return Believed(beliefs, Experiment(scene=label), lacking, **more)
 
 
