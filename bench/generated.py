@@ -30,7 +30,7 @@ from eai.generator.census import prior_of
 from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior, kinds_of
 from eai.generator.sets import fingerprint_of, seeds_of
-from eai.generator.spec import Generated, Spec, Tier
+from eai.generator.spec import Generated, Spec, TaskKind, Tier
 from eai.pddl.val import installed_val
 from eai.tasks.source import Source
 from eai.tasks.task_files import open_task_files
@@ -48,7 +48,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--tier", type=Tier, default=Tier.DATA)
     parser.add_argument("--objects", type=int, default=30)
-    parser.add_argument("--over-time", action="store_true")
+    parser.add_argument("--kind", type=TaskKind, default=TaskKind.PLAIN)
     parser.add_argument("--val", type=int, default=150, help="how many certificates VAL is asked about")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
@@ -61,7 +61,7 @@ def main() -> None:
                 like,
                 digest,
                 arguments.tier,
-                over_time=arguments.over_time,
+                kind=arguments.kind,
                 most_objects=arguments.objects,
             )
             _say(like, **make(file, Generator(benchmark, spec, source), arguments.n, arguments.seed))

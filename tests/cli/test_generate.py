@@ -184,7 +184,7 @@ def test_what_the_planner_finds_is_recorded_beside_the_certificate(eai: Command,
         assert isinstance(about, dict)
         about.pop("planner_steps")
         assert one == other
-    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--planner-steps", "--over-time")
+    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--planner-steps", "--kind", "order")
     assert outcome.status == 2
     assert "the planner knows no goals over time" in outcome.err
 
@@ -192,7 +192,7 @@ def test_what_the_planner_finds_is_recorded_beside_the_certificate(eai: Command,
 def test_val_is_asked_where_that_is_wanted(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--val", "--over-time")
+    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--val", "--kind", "order")
     assert (outcome.status, outcome.out) == (2, "")
     plain = made(eai, tmp_path / "plain")
     monkeypatch.setattr("eai.cli.generate.installed_val", lambda: Path("Validate"))

@@ -78,7 +78,7 @@ def test_every_command_works(eai: Command, domain: str) -> None:
     assert "as they say" in succeeds("check", "new/")
     if is_own:
         outcome = eai(
-            "generate", "--like", domain, "--n", 3, "--forms", "all", "--over-time", "--out", "timed"
+            "generate", "--like", domain, "--n", 3, "--forms", "all", "--kind", "order", "--out", "timed"
         )
         assert outcome.status == 0 or "seeds gave none: " in outcome.err
     outcome = eai("export", "questions", "--domain", domain, "--n", 5, "--out", "questions.jsonl")

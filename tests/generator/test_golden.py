@@ -23,7 +23,7 @@ from eai.generator.measures import Measure
 from eai.generator.prior import clash, is_idle
 from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
 from eai.generator.sets import seeds_of
-from eai.generator.spec import Forms, Generated, Reason, Spec, Tier
+from eai.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
 from eai.tasks.source import Source
 from eai.tasks.task_lines import written
 from generator.worlds import HOUSEHOLDS
@@ -32,7 +32,7 @@ from golden_files import assert_golden
 SPECS = {
     "data": {},
     "all forms": {"forms": Forms.ALL, "tier": Tier.M},
-    "actions, over time": {"actions": True, "over_time": True},
+    "actions, over time": {"actions": True, "kind": TaskKind.ORDER},
     "by place": {"by_place": True, "forms": Forms.ALL},
     "hidden": {"at_least": ((Measure.HIDDEN, 1),)},
     "little": {"tier": Tier.S, "disturbances": 0, "most_objects": 8, "depth": 2},

@@ -20,8 +20,8 @@ from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
 from eai.generator import walk as module
 from eai.generator.prior import Kind
-from eai.generator.spec import Generated
-from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, _reach_all
+from eai.generator.spec import Generated, TaskKind
+from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.trace import TakenAction
 from eai.planning.planner import Planner
@@ -38,7 +38,7 @@ WALKS = 8
 
 @cache
 def tasks(like: str) -> list[Generated]:
-    made = generator(like, over_time=True)
+    made = generator(like, kind=TaskKind.ORDER)
     return [each for each in map(made.task, map(str, range(30))) if isinstance(each, Generated)]
 
 
@@ -223,7 +223,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, goals: tuple[f.Formula, ...], walks: int
 ) -> None:
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
-    monkeypatch.setattr(module, "_reach_all", lambda walk, goals: reached.append(goals))
+    monkeypatch.setattr(module, "reach_all", lambda walk, goals: reached.append(goals))
     monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
 
     def begin() -> Walk:
@@ -237,7 +237,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
     def reached(*goals: f.Formula) -> tuple[bool, int]:
         walk = Walk(lamps.domain, Planner(lamps.domain), asked(lamps, FIRST).initial)
-        return _reach_all(walk, goals), len(walk.conditions)
+        return reach_all(walk, goals), len(walk.conditions)
 
     assert reached(ONE, OTHER) == (True, 2)
     assert reached(ONE, ONE) == (True, 2), "what holds already is kept, too"

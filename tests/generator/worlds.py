@@ -9,7 +9,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.generator.generator import Generator, generate
 from eai.generator.prior import Prior
 from eai.generator.sets import seeds_of
-from eai.generator.spec import Forms, Generated, Outcome, Spec, Tier
+from eai.generator.spec import Forms, Generated, Outcome, Spec, TaskKind, Tier
 from eai.tasks.source import Source
 
 NOTHING_IS_USUAL = Prior(
@@ -44,10 +44,10 @@ def generator(
     forms: Forms = Forms.DATA,
     *,
     actions: bool = False,
-    over_time: bool = False,
+    kind: TaskKind = TaskKind.PLAIN,
 ) -> Generator:
     benchmark, source = find_benchmark(like), Source()
-    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, over_time=over_time)
+    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, kind=kind)
     return Generator(benchmark, spec, source)
 
 

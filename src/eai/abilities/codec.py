@@ -20,7 +20,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Origin, Record, Stated
+from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures
 from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
 from eai.errors import InputError
 
@@ -48,7 +48,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "model": record.model,
         "task_id": record.task_id,
         **({} if record.sample is None else {"sample": record.sample}),
-        **({} if record.task is None else {"task": dataclass_to_json(record.task)}),
+        **({} if record.task is None else {"task": _features_to_json(record.task)}),
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,
         **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
@@ -69,6 +69,12 @@ def record_to_json(record: Record) -> dict[str, Json]:
     if record.explanation is not None:
         written["explanation"] = dataclass_to_json(record.explanation)
     return {**written, "response": record.response}
+
+
+def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
+    """The features of a task, without those that most have not."""
+    absent: tuple[tuple[str, Json], ...] = (("hazards", []), ("missing", None))
+    return {name: value for name, value in dataclass_to_json(task).items() if (name, value) not in absent}
 
 
 def experiment_to_json(experiment: Experiment) -> dict[str, Json]:
@@ -108,8 +114,9 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
     reason = own.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = own.pop("repairs")
-    if verdict.repair is None:
-        del own["repair"]
+    for name in ("repair", "refused"):
+        if own.get(name, name) is None:
+            del own[name]
     return {
         "status": status,
         "excluded_reason": reason,

@@ -154,16 +154,21 @@ class TaskFeatures:
         name: the name that tasks of a kind share; tasks of one name are near copies of each other.
         annotated_steps: how many steps the data set's own plan has; None if it has none.
         goals: how many goals it has.
+        hazards: what the last of them keep from happening (`eai.abilities.task.Task`).
+        missing: the facts for want of which no plan reaches them, where an answer may say so.
     """
 
     name: str
     annotated_steps: int | None
     goals: int
+    hazards: tuple[str, ...] = ()
+    missing: tuple[str, ...] | None = None
 
     @staticmethod
     def of(task: Task) -> TaskFeatures:
         """The features of a task."""
-        return TaskFeatures(task.title, len(task.script) or None, len(task.goals))
+        script, goals = len(task.script) or None, len(task.goals)
+        return TaskFeatures(task.title, script, goals, task.hazards, task.missing)
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,8 +57,9 @@ class Repair:
     Attributes:
         at_least: it takes so many edits.
         at_most: with so many it succeeds; None where no such edits are known.
-        why_null: why nothing is known of it: ``unreadable``, ``over_time`` (the task has a goal over time),
-            ``order`` (in the domain a fault of a step depends on more than the state).
+        why_null: why nothing is known of it: ``unreadable``, ``unsolvable`` (no plan succeeds), ``over_time``
+            (the task has a goal over time), ``order`` (in the domain a fault of a step depends on more than
+            the state).
         edits: a smallest repair of those that were found, in order; with them ``at_most`` edits.
         ties: at distance one, how many single edits make it succeed.
         kinds: the kinds of these.

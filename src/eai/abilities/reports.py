@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
-from eai.abilities.task import Goal, Task
+from eai.abilities.task import Task
 from eai.logic.formula import (
     Atom,
     Constant,
@@ -177,19 +177,27 @@ def fact_text(fact: Fact, scene: Scene) -> str:
     return f"{fact.predicate}({', '.join([scene.objects[i].name for i in fact.arguments])})"
 
 
+UNTOLD = "untold hazard"
+"""The kind of a goal of which who is asked is told nothing."""
+
+
 def goal_reports(
-    goals: Sequence[Goal], satisfied: Sequence[bool], course: Trajectory | None = None
+    task: Task, satisfied: Sequence[bool], course: Trajectory | None = None
 ) -> tuple[GoalReport, ...]:
-    """A report on each goal; goals over time are those of a course, if there was one."""
+    """A report on each goal of a task; goals over time are those of a course, if there was one."""
+    hazard = UNTOLD if task.untold else "hazard"
+    kinds = [goal.kind.value for goal in task.goals[: len(task.goals) - len(task.hazards)]]
     return tuple(
         GoalReport(
-            goal.kind.value,
+            kind,
             formula_text(goal.formula),
             held,
             "" if held or course is None or not goal.is_over_time else _breach(goal.formula, course),
             _mentioned(goal.formula),
         )
-        for goal, held in zip(goals, satisfied, strict=True)
+        for kind, goal, held in zip(
+            [*kinds, *[hazard] * len(task.hazards)], task.goals, satisfied, strict=True
+        )
     )
 
 

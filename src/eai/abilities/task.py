@@ -62,6 +62,11 @@ class Task:
         annotated_final: the state that the data set's own annotation ends in, or None if it has none.
         unsolvable: why no plan reaches its goals, where that is known; else None.
         unnamed: objects of which operators speak but no answer: recipes, say.
+        hazards: what the last goals, as many, keep from happening, by names: goals over time that a person
+            takes for granted.
+        untold: whether nothing is said of these to who is asked.
+        missing: the facts for want of which no plan reaches the goals; none where one does, None where an
+            answer cannot say that it is impossible.
     """
 
     id: str
@@ -75,6 +80,9 @@ class Task:
     annotated_final: State | None = None
     unsolvable: str | None = None
     unnamed: tuple[int, ...] = ()
+    hazards: tuple[str, ...] = ()
+    untold: bool = False
+    missing: tuple[str, ...] | None = None
 
     @property
     def planned_with(self) -> tuple[int, ...]:
@@ -90,7 +98,18 @@ class Task:
     def at_the_end(self) -> Task:
         """The task without its goals over time."""
         kept = tuple([goal for goal in self.goals if not goal.is_over_time])
-        return self if len(kept) == len(self.goals) else replace(self, goals=kept)
+        return self if len(kept) == len(self.goals) else replace(self, goals=kept, hazards=())
+
+    @property
+    def told(self) -> Task:
+        """The task as who is asked is told it."""
+        if not self.untold:
+            return self
+        goals = list(self.goals)
+        for _ in self.hazards:
+            if goals and goals[-1].is_over_time:
+                goals.pop()
+        return replace(self, goals=tuple(goals), hazards=(), untold=False)
 
     @property
     def left_out(self) -> str | None:

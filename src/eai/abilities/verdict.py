@@ -146,6 +146,7 @@ class PlanVerdict(Verdict):
         goals: satisfied goals by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
         counted: what it counts as in a summary; None for what the verdict says.
+        refused: why the task is impossible, where the answer says that it is.
     """
 
     executable: bool | None = None
@@ -154,6 +155,7 @@ class PlanVerdict(Verdict):
     goals: GoalTallies | None = None
     goals_satisfied: tuple[bool, ...] = ()
     counted: Counted | None = None
+    refused: str | None = None
 
     @property
     def columns(self) -> Mapping[str, Json]:

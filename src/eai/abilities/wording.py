@@ -144,7 +144,7 @@ class Wording:
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
-        return _lines(formula_text(rename_objects(goal.formula, names)) for goal in task.goals)
+        return _lines(formula_text(rename_objects(goal.formula, names)) for goal in task.told.goals)
 
     def _name(self, predicate: str) -> str:
         return self.written_as.get(predicate, predicate)

@@ -169,7 +169,7 @@ class _ActingScorer(Scorer):
                 notes.append(f"the shortest known plan has {verdict.shortest}")
             if verdict.begun > 1:
                 notes.append(f"begun {verdict.begun} times; the last one counts")
-            goals = goal_reports(self.task.goals, verdict.goals_satisfied)
+            goals = goal_reports(self.task, verdict.goals_satisfied)
             return Explanation(tuple(notes), tuple(steps), goals)
 
         return Assessment(verdict, explain, look_back)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeAlias
 
+from eai.abilities.action_sequencing.notation import refusal
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.stated import read_stated
@@ -247,6 +248,8 @@ def _plans(
     @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
+        if scripts and task.missing:
+            return WrittenAnswer((refusal(", ".join(task.missing)),), "".join)
         known = scripts and (task.script or task.unsolvable is not None)
         plan = task.script if known else find(task, planner, limits).plan
         return WrittenAnswer(notation.write(plan, task.scene), notation.join)

@@ -29,7 +29,7 @@ from eai.generator.sets import (
     shape_of,
     write_manifest,
 )
-from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, Tier
+from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, TaskKind, Tier
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
@@ -91,9 +91,13 @@ def generate_tasks(
     actions: Annotated[
         bool, typer.Option("--actions", help="Also ask for actions to be taken, where the data set does.")
     ] = False,
-    over_time: Annotated[
-        bool, typer.Option("--over-time", help="Also ask for an order, or that something never be so.")
-    ] = False,
+    kind: Annotated[
+        TaskKind,
+        typer.Option(
+            help="order: also ask for an order, or that something never be so. hazards: the shortest way is "
+            "not safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan."
+        ),
+    ] = TaskKind.PLAIN,
     by_place: Annotated[
         bool, typer.Option("--by-place", help="Instructions tell things by where they are, not by names.")
     ] = False,
@@ -136,9 +140,9 @@ def generate_tasks(
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
     """
     validator = installed_val() if val else None
-    if over_time and (val or planner_steps):
+    if kind not in (TaskKind.PLAIN, TaskKind.PAIRS) and (val or planner_steps):
         what = "--val: VAL knows" if val else "--planner-steps: the planner knows"
-        raise InputError(f"{what} no goals over time; leave out --over-time")
+        raise InputError(f"{what} no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
     with opened_source(data) as source:
         tasks = benchmark.tasks(source)
@@ -148,7 +152,7 @@ def generate_tasks(
         tier,
         forms,
         actions=actions,
-        over_time=over_time,
+        kind=kind,
         by_place=by_place,
         most_objects=objects,
         depth=depth,
@@ -175,7 +179,12 @@ def generate_tasks(
         raise stopped
     if validator is not None:
         _validate(validator, benchmark.domain, [each.task for each in made])
-    lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
+    lines = [
+        written(task, like, benchmark.domain, each.about)
+        for each in made
+        for task in (each.task, each.twin)
+        if task is not None
+    ]
     write_task_file(file, lines)
     entry = manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain

@@ -23,6 +23,35 @@ FILE = "english.toml"
 
 
 @dataclass(frozen=True, slots=True)
+class Hazard:
+    """A process constraint that a person takes for granted: what it keeps from happening on the way.
+
+    Attributes:
+        name: what it keeps from happening, as records have it.
+        x: the categories of the thing that it is about, with the wildcards of names of files.
+        formula: the goal over time about ``{x}``, and ``{y}`` where there is another thing, as task files
+            state goals.
+        sentence: the same for an agent.
+        why: why a person agrees.
+        safe: what is to be brought about on the way, where the danger passes by that; empty where another
+            way must be found.
+        y: the categories of the other thing; empty if there is none.
+        kept: how many of the tasks with it alone are kept, where it is so frequent that others would be rare.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    name: str
+    x: Sequence[str]
+    formula: str
+    sentence: str
+    why: str
+    safe: str = ""
+    y: Sequence[str] = ()
+    kept: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
 class English:
     """The words of a benchmark; a text that says nothing of a predicate or category leaves it to its name.
 
@@ -36,6 +65,8 @@ class English:
         odd: what nobody would ask for by itself, though it occurs: ``predicate category ...``, in which ``*``
             and ``[...]`` stand for anything as in names of files.
         sound: what is not odd after all.
+        hazards: what a person takes for granted must not happen.
+        may_lack: the properties that a thing may be without, as where it is broken; any if empty.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -46,6 +77,8 @@ class English:
     nouns: Mapping[str, str] = field(default_factory=dict)
     odd: Sequence[str] = ()
     sound: Sequence[str] = ()
+    hazards: Sequence[Hazard] = ()
+    may_lack: Sequence[str] = ()
 
     def is_odd(self, predicate: str, categories: Sequence[str]) -> bool:
         """Whether nobody would ask that a predicate hold of objects of these categories."""

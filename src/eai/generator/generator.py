@@ -18,6 +18,7 @@ from eai.benchmark.lookup import LookupTable
 from eai.errors import InputError
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
+from eai.generator.hazards import guarded, guards_of
 from eai.generator.measures import Measure, difficulty_model, measured
 from eai.generator.prior import Prior, Theme, clash, is_idle, subjects_of
 from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_more_of_a_kind
@@ -38,9 +39,11 @@ from eai.generator.spec import (
     Reason,
     Spec,
     Split,
+    TaskKind,
     Tier,
     tier_of,
 )
+from eai.generator.twins import twins_of
 from eai.generator.walk import (
     Seeker,
     Walk,
@@ -136,7 +139,8 @@ class _Objections:
         named = (name for goal in goals for name in objects(goal))
         if self._by_place and not all(map(words.is_described, named)):
             return Reason.NAMELESS
-        return None if words.says(task.instruction, goals) else Reason.AMBIGUOUS
+        says = words.says(task.instruction, goals) or bool(task.hazards)  # whose other words were read before
+        return None if says else Reason.AMBIGUOUS
 
 
 @dataclass
@@ -217,7 +221,7 @@ class Generator:
         split = split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
             return Reason.OTHER_SPLIT
-        if not self.spec.over_time and fingerprint(goals, start) in known:
+        if self.spec.kind in (TaskKind.PLAIN, TaskKind.PAIRS) and fingerprint(goals, start) in known:
             return Reason.COPY
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
         task = posed(
@@ -229,15 +233,13 @@ class Generator:
         )
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.to(task, words, least, most)
-        if reason is None and self.spec.over_time:
+        if reason is None and self.spec.kind not in (TaskKind.PLAIN, TaskKind.PAIRS):
             proposals = self._proposals(initial, self.prior.themes[base.title])
-            found = self._seeker.find(task, initial, self._planner, proposals, rng)
-            if found is None:
-                return Reason.NO_ORDER
-            instruction = words.instruction([*goals, found.goal], rng)
-            asked = (*task.goals, goal(found.goal))
-            task = replace(task, goals=asked, script=tuple(found.plan), instruction=instruction)
-            about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
+            found = self._on_the_way(task, initial, proposals, words, rng)
+            if isinstance(found, Reason):
+                return found
+            task = found.task
+            about |= found.about
             reason = self._objections.to(task, words, least, most + _LONGER)
             if reason is None and fingerprint_of(task) in known:
                 reason = Reason.COPY
@@ -245,7 +247,29 @@ class Generator:
             reason = Reason.KNOWN_PLAN
         if reason is None and not self._can_be_seen(task):
             reason = Reason.NEVER_SEEN
-        return self._judged(task, seed, walk, about) if reason is None else reason
+        outcome = self._judged(task, seed, walk, about) if reason is None else reason
+        if self.spec.kind is not TaskKind.PAIRS or isinstance(outcome, Reason):
+            return outcome
+        may_lack = self.benchmark.english.may_lack
+        return twins_of(outcome, self._free_planner, may_lack, rng) or Reason.NO_TWIN
+
+    def _on_the_way(
+        self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random
+    ) -> Outcome:
+        """The task with goals over time, and the temptation to pass them over."""
+        tempting = {"temptation": plan_of(task)}
+        if self.spec.kind is TaskKind.ORDER:
+            found = self._seeker.find(task, initial, self._planner, proposals, rng)
+            if found is None:
+                return Reason.NO_ORDER
+            instruction = words.instruction([*(each.formula for each in task.goals), found.goal], rng)
+            goals, plan = (*task.goals, goal(found.goal)), tuple(found.plan)
+            tempting = {"temptation": plan_of(replace(task, script=tuple(found.temptation)))}
+            return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
+        guards = list(guards_of(self.benchmark.english.hazards, self.benchmark.domain, words))
+        guide = self._free_planner, self._usage.domain
+        safe = guarded(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
+        return Reason.NO_HAZARD if safe is None else Generated(safe, tempting)
 
     def _can_be_seen(self, task: Task) -> bool:
         """Whether all that its goals name is in sight, or looks as if it could be brought there."""
@@ -269,7 +293,7 @@ class Generator:
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Reason.ONE_ACTION
-        if self.plans_again and not self.spec.over_time:
+        if self.plans_again and self.spec.kind in (TaskKind.PLAIN, TaskKind.PAIRS):
             about["planner_steps"] = steps_of_planner(walk)
         return Generated(task, {**self._about(task, seed, found), **about})
 

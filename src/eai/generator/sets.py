@@ -222,6 +222,17 @@ def manifest_entry(
 ) -> dict[str, Json]:
     """The entry of a manifest: all it takes to make it again, but no secret, and the shape of its tasks."""
     reasons = Counter(rejected)
+    hazards = Counter(name for each in made for name in each.task.hazards)
+    price = [
+        len(each.task.script) - len(tempting)
+        for each in made
+        if each.task.hazards
+        for tempting in [each.about["temptation"]]
+        if isinstance(tempting, list)
+    ]
+    dangers: dict[str, Json] = (
+        {"hazards": dict(hazards.most_common()), "steps_for_safety": _spread(price)} if price else {}
+    )
     return {
         "spec": {
             name: value.value if hasattr(value, "value") else value for name, value in asdict(spec).items()
@@ -233,6 +244,7 @@ def manifest_entry(
         "sha256": hashlib.sha256(content).hexdigest(),
         "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
         "shape": shape_of([each.task for each in made]),
+        **dangers,
     }
 
 

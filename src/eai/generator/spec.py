@@ -33,6 +33,8 @@ class Reason(str, Enum):
     DIFFICULTY = "it is expected to be easier or harder than was asked for"
     TOO_LITTLE = "there is less in it of something than was asked for"
     NO_ORDER = "no goal over time was found that matters"
+    NO_HAZARD = "no hazard was found on its shortest way that a longer one avoids"
+    NO_TWIN = "no fact was found without which it is proved to have no plan, with another like it"
     OTHER_SPLIT = "its goals are those of another split"
     KNOWN_PLAN = "the plan of a task of another split with similar goals solves it, or its plan solves such"
     PUBLIC = "a public task has the same goals"
@@ -42,10 +44,11 @@ class Reason(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Generated:
-    """A task with its certificate, which is its script, and what is known of it."""
+    """A task with its certificate, which is its script, and what is known of it; of pairs the twin, too."""
 
     task: Task
     about: Mapping[str, Json]
+    twin: Task | None = None
 
 
 Outcome: TypeAlias = "Generated | Reason"
@@ -85,6 +88,20 @@ class Forms(str, Enum):
     ALL = "all"
 
 
+class TaskKind(str, Enum):
+    """A special kind of tasks."""
+
+    PLAIN = "plain"
+    ORDER = "order"
+    """A goal over time is asked for besides: an order, or what must never be."""
+    HAZARDS = "hazards"
+    """The shortest way is not safe: it breaks a constraint that a person takes for granted."""
+    UNTOLD = "untold-hazards"
+    """The same tasks, in which nothing is said of the constraint."""
+    PAIRS = "pairs"
+    """Two versions of a task, of which one has no plan, for want of a fact."""
+
+
 class Split(str, Enum):
     """Which tasks are wanted: all that come, or those of one of three parts that share no goals."""
 
@@ -117,7 +134,7 @@ class Spec:
         tier: how long certificates are.
         forms: which shapes goals have.
         actions: whether goals may ask for actions, where the data set's do.
-        over_time: whether a goal over time is asked for besides: an order, or what must never be.
+        kind: what is special about them.
         by_place: whether instructions tell things of one kind by where they are, or what is so of them, and
             never by their names.
         most_objects: how many objects a scene has at most.
@@ -135,7 +152,7 @@ class Spec:
     tier: Tier = Tier.DATA
     forms: Forms = Forms.DATA
     actions: bool = False
-    over_time: bool = False
+    kind: TaskKind = TaskKind.PLAIN
     by_place: bool = False
     most_objects: int = 30
     depth: int = 1
@@ -148,8 +165,13 @@ class Spec:
 
     @property
     def sha256(self) -> str:
-        """Digest of all of it."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+        """Digest of all that tasks depend on, with those of older versions; what is told is no part of it."""
+        said = asdict(self)
+        kind = said.pop("kind")
+        said["over_time"] = kind is TaskKind.ORDER
+        if kind not in (TaskKind.PLAIN, TaskKind.ORDER):
+            said["kind"] = kind.value.removeprefix("untold-")
+        return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
 
     def rng(self, seed: str) -> random.Random:
         """The source of all that is random in the task of a seed."""

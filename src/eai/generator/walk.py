@@ -311,7 +311,7 @@ class Seeker:
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
         walk.conditions.clear()
-        if not (walk.follow(task.script, goals) or _reach_all(walk, goals)) or walk.holds(seen, walk.state):
+        if not (walk.follow(task.script, goals) or reach_all(walk, goals)) or walk.holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
         detour, direct = self._course(task, walk.trail), self._course(task, task.script)
@@ -365,7 +365,7 @@ class Seeker:
             if found is not None:
                 return found
         walk = begin()
-        if len(goals) > 1 and _reach_all(walk, rng.sample(goals, len(goals))):
+        if len(goals) > 1 and reach_all(walk, rng.sample(goals, len(goals))):
             return self._between(task, goals, ours, certificate(walk), rng)
         return None
 
@@ -437,7 +437,7 @@ def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> _OverTime 
     return _OverTime(goal, ours.plan, other.plan) if kept and not tempted else None
 
 
-def _reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
+def reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
     """Reach goals in an order, and tell whether all hold in the end."""
     for wanted in goals:
         if walk.holds(wanted, walk.state):

@@ -13,7 +13,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Attempt
-from eai.abilities.reports import formula_text
+from eai.abilities.reports import UNTOLD, formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording
@@ -110,7 +110,8 @@ class Asker:
                 yield self._of_step(FaultKind.SLIP, number, step, explains=False)
         if error is not None and error.kind is not FaultKind.SLIP:
             yield self._of_error(error, explanation.steps, explains=explains)
-        missed = [f"  {goal.kind}: {goal.goal}" for goal in explanation.goals if not goal.satisfied]
+        told = [goal for goal in explanation.goals if goal.kind != UNTOLD]
+        missed = [f"  {goal.kind}: {goal.goal}" for goal in told if not goal.satisfied]
         if missed and (error is None or error.kind not in NOT_CARRIED_OUT):
             yield self._fill("goals", goals="\n".join(missed))
 

@@ -154,7 +154,9 @@ def merit_of_actions(
 
 
 def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
-    """Of what is carried out."""
+    """Of what is carried out; of an answer that there is no plan, whether that is so."""
+    if verdict.refused is not None:
+        return Merit(float(verdict.success or 0), bool(verdict.success), ended=False, faults={})
     earned = merit_of_actions(
         verdict.goals_satisfied, at_start, ended=not verdict.executable, faults=_faults_on_the_way(verdict)
     )

@@ -33,6 +33,7 @@ BUILT_IN = {
         ("prompts", "prompts", "PROMPTS"),
         ("annotations", "annotation", "ANNOTATIONS"),
         ("repair", "repair", "REPAIR"),
+        ("conduct", "conduct", "CONDUCT"),
     )
 }
 """The studies that come with the package, as its metadata have them, too."""

@@ -15,7 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 import eai.logic.formula as f
 from eai.abilities.goal_text import lexicon_of_goals, read_goal
 from eai.abilities.options import misfit
-from eai.abilities.task import Task, goal
+from eai.abilities.task import Goal, Task, goal
 from eai.abilities.verdict import Json
 from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
@@ -64,6 +64,18 @@ class _TaskLine(BaseModel):
         list[Annotated[list[str], Field(min_length=1)]],
         Field(description="The certificate, a plan that solves the task: lists of operator and objects."),
     ] = []
+    hazards: Annotated[
+        list[str],
+        Field(description="What the last goals, as many, keep from happening: names of process constraints."),
+    ] = []
+    untold: Annotated[bool, Field(description="Whether prompts say nothing of the hazards.")] = False
+    missing: Annotated[
+        list[str] | None,
+        Field(
+            description="If it is there, an answer may say that it is impossible; facts for want of which it "
+            "is, none if there is a plan."
+        ),
+    ] = None
     about: Annotated[
         dict[str, JsonValue], Field(description="Whatever else is known of it; read by nobody here.")
     ] = {}
@@ -113,15 +125,29 @@ def task_of(line: _TaskLine, domain: Domain) -> Task:
         None if line.agent is None else _index(line.agent, line.objects, "agent"),
     )
     relevant = line.objects if line.relevant is None else line.relevant
+    goals = tuple(map(goal, dict.fromkeys(_goals(line, domain, scene))))
     return Task(
         id=line.id,
         title=line.title or line.id,
         instruction=line.instruction,
         initial=_initial(line, scene),
-        goals=tuple(map(goal, dict.fromkeys(_goals(line, domain, scene)))),
+        goals=goals,
         relevant=tuple([_index(name, scene.index, "relevant") for name in relevant]),
         script=tuple(_plan(line, domain, scene)),
+        hazards=tuple(_hazards(line, goals)),
+        untold=line.untold,
+        missing=None if line.missing is None else tuple(line.missing),
     )
+
+
+def _hazards(line: _TaskLine, goals: Sequence[Goal]) -> Sequence[str]:
+    """The names of the hazards, of which the last goals are."""
+    number = len(line.hazards)
+    if not all(goal.is_over_time for goal in goals[len(goals) - number :]) or number >= len(goals):
+        raise InputError(f"hazards: expected a goal and, at the end, {number} goals over time")
+    if line.untold and not number:
+        raise InputError("untold: expected hazards of which nothing is said")
+    return line.hazards
 
 
 def _initial(line: _TaskLine, scene: Scene) -> State:
@@ -182,6 +208,9 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
     plan = plan_of(task)
     sound = all(domain.arities.get(operator) == len(objects) for operator, *objects in plan)
     values |= {"plan": plan} if plan and sound else {}
+    values |= {"hazards": list(task.hazards)} if task.hazards else {}
+    values |= {"untold": True} if task.untold else {}
+    values |= {} if task.missing is None else {"missing": list(task.missing)}
     values |= {"about": about} if about else {}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 

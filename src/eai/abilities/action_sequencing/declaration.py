@@ -59,6 +59,9 @@ def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
 
 
 def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+    """The names of a task's objects, and the form of a plan; none where an answer may be no plan."""
+    if task is not None and task.missing is not None:
+        return world.plans.words(task), lambda words: None
     words = () if task is None else world.plans.words(task)
     return words, lambda words: world.plans.schema(world.domain, words)
 

@@ -88,6 +88,8 @@ class PlanMender:
     @property
     def _why_unknown(self) -> str | None:
         """Why nothing is known of how far plans of the task are from success; None if something is."""
+        if self.task.missing:
+            return "unsolvable"
         if any(goal.is_over_time for goal in self.task.goals):
             return "over_time"
         order = self.domain.precedence

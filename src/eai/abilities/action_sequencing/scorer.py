@@ -12,6 +12,7 @@ from eai.abilities.action_sequencing.notation import (
     PlanNotation,
     WrittenPlan,
     WrittenStep,
+    reason_of,
     resolve,
 )
 from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
@@ -114,6 +115,8 @@ class ActionSequencing(Scorer):
 
     def _assess(self, text: str, carry_out: CarryOut) -> Assessment:
         """The assessment as if the task were not excluded."""
+        if self.task.missing is not None and (reason := reason_of(text)) is not None:
+            return self._believe(reason)
         plan = self.notation.read(text)
         if isinstance(plan, Unreadable):
             return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason), (), carry_out)
@@ -133,6 +136,21 @@ class ActionSequencing(Scorer):
             known.update([each for each in zip(plan.steps, actions, strict=True) if _is_plain(each[0])])
         return actions
 
+    def _believe(self, reason: str) -> Assessment:
+        """The assessment of an answer that the task is impossible, for a reason."""
+        reached = self.goals.none_reached
+        verdict = PlanVerdict(
+            executable=False,
+            success=bool(self.task.missing),
+            additional_steps=0,
+            goals=self.goals.tallies(reached),
+            goals_satisfied=reached,
+            refused=reason,
+        )
+        missing = ", ".join(self.task.missing or ("nothing",))
+        notes = (f"said to be impossible: {reason}", f"missing: {missing}")
+        return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
+
     def _refuse(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> Assessment:
         """The assessment of an answer that cannot be run."""
         step = f"step {error.step + 1}: " if error.step is not None else ""
@@ -141,7 +159,7 @@ class ActionSequencing(Scorer):
         return Assessment(verdict, partial(self._explain_refusal, verdict, reason))
 
     def _explain_refusal(self, verdict: PlanVerdict, reason: str) -> Explanation:
-        goals = goal_reports(self.task.goals, verdict.goals_satisfied)
+        goals = goal_reports(self.task, verdict.goals_satisfied)
         return Explanation((*self._notes(verdict.repairs), reason), goals=goals)
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:
@@ -193,7 +211,7 @@ class ActionSequencing(Scorer):
         return Explanation(
             self._notes(verdict.repairs),
             step_reports(self.task, self.domain, course.trajectory),
-            goal_reports(self.task.goals, verdict.goals_satisfied, course.whole or course.trajectory),
+            goal_reports(self.task, verdict.goals_satisfied, course.whole or course.trajectory),
         )
 
     def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:

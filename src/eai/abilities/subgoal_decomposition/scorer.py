@@ -215,7 +215,7 @@ class SubgoalDecomposition(Scorer):
         return Explanation(
             tuple(notes),
             steps,
-            goal_reports(self.task.goals, self._reached(best), best.trajectory),
+            goal_reports(self.task, self._reached(best), best.trajectory),
             part_reports(self.temporal_goal, branch.trajectory),
         )
 
@@ -228,7 +228,7 @@ class SubgoalDecomposition(Scorer):
             left_out.append("subgoals are numbered without what is left out")
         return Explanation(
             (rejected.category.value, *repair_notes(repairs), *left_out, *wrong),
-            goals=goal_reports(self.task.goals, verdict.goals_satisfied),
+            goals=goal_reports(self.task, verdict.goals_satisfied),
         )
 
 

@@ -1,0 +1,85 @@
+"""How far shortcuts come in pairs of which one task has no plan, and whether that is so.
+
+    python bench/pairs.py FOLDER [--planned N]
+
+Prints for each shortcut how many tasks it takes for what they are, out of all: to refuse all or none; by the
+length of what a prompt says of the task; by its id; by the kind of thing that lacks something. The last three
+are fitted on every other pair and tried on the rest. With perfect plans that is the success a shortcut has.
+With `--planned` the planner looks for a plan of the first N tasks without one, with ten times its effort.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from eai.abilities.planning import find_plan
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
+from eai.tasks.source import Source
+from eai.tasks.task_files import lines_in
+from eai.tasks.task_lines import read_line
+
+LIMITS = Limits(20_000, looks=7_000_000)
+
+
+def main() -> None:
+    """Print how far shortcuts come."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--planned", type=int, default=0)
+    arguments = parser.parse_args()
+    benchmark = find_benchmark(str(arguments.folder))
+    tasks = list(benchmark.tasks(Source()).values())
+    about = {line.id: line.about for line in (read_line(each.content) for each in lines_in(arguments.folder))}
+    lacks = {task.id: (task.missing or (about[task.id]["lacks"],))[0] for task in tasks}
+    shortcuts: dict[str, Callable[[Task], object]] = {
+        "all or none": lambda task: 0,
+        "length": lambda task: len(_shown(task, benchmark)) // 50,
+        "id": lambda task: task.id[-1],
+        "kind": lambda task: _kind(str(lacks[task.id]), task),
+    }
+    for name, feature in shortcuts.items():
+        print(f"{name}: {_right(tasks, feature)} of {len(tasks)}")
+    planner, impossible = Planner(benchmark.domain), [task for task in tasks if task.missing]
+    chosen = impossible[: arguments.planned]
+    found = sum(bool(find_plan(task, planner, LIMITS).plan) for task in chosen)
+    print(f"the planner finds plans of {found} of {len(chosen)} tasks without one")
+
+
+def _shown(task: Task, benchmark: Benchmark) -> str:
+    """The part of a prompt that is about a task."""
+    wording = benchmark.wording(Ability.ACTION_SEQUENCING)
+    return "".join((wording.objects(task), wording.initial(task), wording.goals(task)))
+
+
+def _kind(fact: str, task: Task) -> tuple[str, str]:
+    """The predicate of a fact, and the category of the thing that it is about."""
+    predicate, _, name = fact.removesuffix(")").partition("(")
+    return predicate, task.scene.objects[task.scene.index[name]].category
+
+
+def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
+    """How many tasks the majority of those with the same feature in the other pairs is right about."""
+    titles = {title: number % 2 for number, title in enumerate(dict.fromkeys(task.title for task in tasks))}
+    right = 0
+    for half in (0, 1):
+        votes = Counter[object]()
+        for task in tasks:
+            if titles[task.title] != half:
+                votes[feature(task)] += 1 if task.missing else -1
+        tried = [task for task in tasks if titles[task.title] == half]
+        right += sum((votes[feature(task)] > 0) == bool(task.missing) for task in tried)
+    return right
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+"""Pairs: a task from which one fact is taken away so that it has no plan, and another so that it keeps one.
+
+That there is no plan is proved by the delete relaxation (`eai.planning.possible`). Both twins lack one fact
+that says what a thing is good for, of the same predicate, and goals name both things or neither: neither that
+a thing lacks something, nor what it lacks, says whether there is a plan.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+
+from eai.abilities.goal_test import solves
+from eai.abilities.reports import fact_text
+from eai.abilities.task import Task
+from eai.abilities.verdict import Json
+from eai.abilities.wording import is_property
+from eai.generator.spec import Generated
+from eai.planning.planner import Planner
+from eai.planning.possible import out_of_reach
+from eai.world.domain import Domain
+from eai.world.state import Fact
+
+
+def twins_of(
+    made: Generated, planner: Planner, may_lack: Collection[str], rng: random.Random
+) -> Generated | None:
+    """A pair of twins; None if none is found.
+
+    Args:
+        made: a task with a plan.
+        planner: for the domain; where goals look reachable to it no proof is tried.
+        may_lack: the properties that a thing may lack; all if empty.
+        rng: chooses.
+    """
+    task, domain = made.task, planner.domain
+    facts = list(_properties(task, domain, may_lack))
+    rng.shuffle(facts)
+    needed = [fact for fact in facts if not solves(domain, _without(task, fact), task.script)]
+    others = [fact for fact in facts if fact not in needed]
+    for fact in needed:
+        alike = [other for other in others if _is_like(other, fact, task)]
+        lacking = _without(task, fact)
+        if alike and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
+            return _paired(made, fact, rng.choice(alike), rng)
+    return None
+
+
+def _looks_possible(task: Task, planner: Planner) -> bool:
+    """Whether each goal looks as if it could be reached."""
+    goals = (each.formula for each in task.goals)
+    return all(planner.looks_reachable(task.initial, each, task.planned_with) for each in goals)
+
+
+def _properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterator[Fact]:
+    """The facts that say what things are good for, as prompts tell them."""
+    shown = {p.name for p in domain.vocabulary.predicates if p.visible and is_property(p)}
+    for fact in task.initial.facts():
+        if fact.predicate in shown and (not may_lack or fact.predicate in may_lack):
+            yield fact
+
+
+def _is_like(one: Fact, other: Fact, task: Task) -> bool:
+    """Whether facts say the same of two things that goals both name or both do not."""
+    named = task.named_by(task.goals)
+    thing, second = one.arguments[0], other.arguments[0]
+    return one.predicate == other.predicate and (thing in named) == (second in named)
+
+
+def _without(task: Task, fact: Fact) -> Task:
+    """A task that begins without a fact."""
+    return replace(task, initial=task.scene.state(each for each in task.initial.facts() if each != fact))
+
+
+def is_impossible(task: Task, domain: Domain) -> bool:
+    """Whether it is proved that no plan reaches the goals of a task, which are about states."""
+    goals = [each.formula for each in task.goals]
+    return bool(out_of_reach(domain, task.initial, task.planned_with, goals))
+
+
+def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
+    """The twins, of which it is left to chance which comes first."""
+    task, scene = made.task, made.task.scene
+    names = [f"{task.id}-a", f"{task.id}-b"]
+    rng.shuffle(names)
+    solved = replace(_without(task, other), id=names[0], title=task.id, missing=())
+    missing = fact_text(fact, scene)
+    unsolved = replace(_without(task, fact), id=names[1], title=task.id, script=(), missing=(missing,))
+    about: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
+    return Generated(solved, about, unsolved)

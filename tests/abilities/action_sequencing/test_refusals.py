@@ -1,0 +1,119 @@
+"""Answers that a task is impossible: read where a task allows it, right where it has no plan."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import eai
+from eai import Benchmark, Reward, Suite, Task, given, make_task
+from eai.abilities.action_sequencing.notation import reason_of, refusal
+from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.repair import EFFORT
+from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.gold_answers import open_answer_book
+from eai.prompts.own import explanations
+from eai.prompts.template import Templates
+from eai.scoring.batch import Settings, score_run
+from envs.switches import DOMAIN, as_plan, initial
+
+WHY = "lit(lamp)"
+NO = refusal(WHY)
+
+
+def world(**changes: object) -> Benchmark:
+    task = make_task("t", "Light the lamp.", initial(), "lit(lamp)", domain=DOMAIN)
+    return Benchmark("switches", DOMAIN, given(replace(task, **changes)))  # type: ignore[arg-type]
+
+
+def suite(**changes: object) -> Suite:
+    return eai.open(world(**changes), "action_sequencing")
+
+
+def verdict_on(text: str, **changes: object) -> PlanVerdict:
+    verdict = suite(**changes).score("t", text)
+    assert isinstance(verdict, PlanVerdict)
+    return verdict
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (NO, WHY),
+        (f"Let me think.\n```json\n{NO}\n```", WHY),
+        (f"{NO} But then: {as_plan(['PRESS(lamp)'])}", None),
+        (f"{as_plan(['PRESS(lamp)'])} No: {NO}", WHY),
+        ('{"impossible": 3}', None),
+        ('{"impossible": "a", "plan": []}', None),
+        ('{"PRESS": ["lamp"]}', None),
+        ("It is impossible.", None),
+        ("", None),
+    ],
+)
+def test_the_last_value_says_so(text: str, reason: str | None) -> None:
+    assert reason_of(text) == reason
+
+
+def test_it_is_right_where_something_is_missing() -> None:
+    right, false = verdict_on(NO, missing=(WHY,)), verdict_on(NO, missing=())
+    assert (right.success, right.refused, right.error) == (True, WHY, None)
+    assert (false.success, false.refused, false.error) == (False, WHY, None)
+    assert not any(right.goals_satisfied)
+    notes = suite(missing=(WHY,)).scorer("t").explain(NO).notes
+    assert f"missing: {WHY}" in notes
+
+
+def test_it_is_read_nowhere_else() -> None:
+    plain = verdict_on(NO)
+    assert plain.refused is None
+    assert plain.error is not None
+    assert "impossible" not in "".join(_told())
+    assert "impossible" in "".join(_told(missing=()))
+    assert _told(missing=()) == _told(missing=(WHY,)), "the prompt does not say which it is"
+
+
+def _told(**changes: object) -> list[str]:
+    task = suite(**changes).tasks["t"]
+    assert isinstance(task, Task)
+    return explanations("action_sequencing", [task], Templates())
+
+
+def test_a_plan_is_a_plan_all_the_same() -> None:
+    assert verdict_on(as_plan(["PRESS(lamp)"]), missing=()).success
+
+
+def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
+    for missing, paid in (((WHY,), 1.0), ((), 0.0)):
+        asked = world(missing=missing)
+        opened = eai.open(asked, "action_sequencing")
+        assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
+        gold = open_answer_book(asked, opened.ability).gold("t").text
+        assert Reward(opened)("t", gold) == 1.0
+        assert (gold == NO) == bool(missing)
+
+
+def test_records_keep_it_and_no_repair_is_looked_for() -> None:
+    opened = suite(missing=(WHY,))
+    for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
+        (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, Settings())
+        values = record_to_json(record)
+        assert record_from_json(values) == record
+        assert ("refused" in values) == (text == NO)
+        assert record.task is not None
+        assert record.task.missing == (WHY,)
+        look_back = opened.scorer("t").assess(text).look_back
+        if look_back is not None and why is not None:
+            repair = look_back(EFFORT).repair
+            assert repair is not None
+            assert repair.why_null in (None, why)
+
+
+def test_records_of_other_tasks_say_nothing_of_it() -> None:
+    (record,) = score_run(suite(), ResponseFile("m", (Response("t", NO),)), {}, Settings())
+    values = record_to_json(record)
+    task = values["task"]
+    assert isinstance(task, dict)
+    assert {"refused"}.isdisjoint(values)
+    assert {"hazards", "missing"}.isdisjoint(task)

@@ -1,0 +1,75 @@
+"""Pairs: of two tasks one is proved to have no plan, for want of a fact like the one that the other lacks."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from eai.abilities.goal_test import solves
+from eai.abilities.planning import find_plan
+from eai.benchmark.registry import find_benchmark
+from eai.generator.spec import Generated, TaskKind
+from eai.generator.twins import is_impossible
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
+from eai.tasks.task_files import problems_of
+from eai.tasks.task_lines import read_line, task_of, written
+from generator.worlds import HOUSEHOLDS, generator
+from sweeps import examples
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+
+@cache
+def pairs(like: str) -> list[Generated]:
+    made = generator(like, kind=TaskKind.PAIRS)
+    found = [made.task(str(seed)) for seed in range(examples(30))]
+    return [each for each in found if isinstance(each, Generated)]
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
+    domain = find_benchmark(like).domain
+    assert pairs(like)
+    for made in pairs(like):
+        solved, unsolved = made.task, made.twin
+        assert unsolved is not None
+        assert solves(domain, solved, solved.script)
+        assert not is_impossible(solved, domain)
+        assert (solved.missing, unsolved.script) == ((), ())
+        assert find_plan(unsolved, Planner(domain), Limits(200)).plan == ()
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
+    for made in pairs(like):
+        solved, unsolved = made.task, made.twin
+        assert unsolved is not None
+        assert (solved.instruction, solved.goals, solved.title) == (
+            unsolved.instruction,
+            unsolved.goals,
+            unsolved.title,
+        )
+        (lost,) = set(solved.initial.facts()) - set(unsolved.initial.facts())
+        (kept,) = set(unsolved.initial.facts()) - set(solved.initial.facts())
+        assert lost.predicate == kept.predicate
+        named = solved.named_by(solved.goals)
+        assert (lost.arguments[0] in named) == (kept.arguments[0] in named)
+        (missing,) = unsolved.missing or ()
+        assert missing == f"{lost.predicate}({solved.scene.objects[lost.arguments[0]].name})"
+        assert {solved.id, unsolved.id} == {f"{solved.title}-a", f"{solved.title}-b"}
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_they_are_written_and_read_and_checked(like: str) -> None:
+    domain = find_benchmark(like).domain
+    made = pairs(like)[0]
+    assert made.twin is not None
+    for task in (made.task, made.twin):
+        line = written(task, like, domain)
+        read = task_of(read_line(line), domain)
+        assert written(read, like, domain) == line
+        assert list(problems_of(read, domain)) == []
+    names = {made.task.id.replace(made.task.title, ""), made.twin.id.replace(made.task.title, "")}
+    assert names == {"-a", "-b"}
