@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-import eai
 import eai.logic.formula as f
-from eai import Task
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
+from eai.generator.spec import Generated
 from eai.planning.possible import Possible, out_of_reach
 from eai.tasks.source import Source
 from eai.world.state import Fact
-from generator.worlds import HOUSEHOLDS
-from sweeps import examples
+from generator.worlds import generator
+from sweeps import swept
 
 INSIDE, LIT = f.Atom("inside", (f.Constant("ball"), f.Constant("box"))), f.Atom("lit", (f.Constant("box"),))
 
@@ -52,29 +50,22 @@ def test_without_what_it_takes_nothing_is_reached(lamps: Benchmark) -> None:
     assert out_of_reach(lamps.domain, held, (ball, box), [INSIDE]) == []
 
 
-@pytest.mark.parametrize("like", HOUSEHOLDS)
-def test_what_is_ever_so_is_possible(like: str, data_store: Store) -> None:
-    suite = eai.open(like, "action_sequencing")
-    listings = suite.benchmark.wording(Ability.ACTION_SEQUENCING).listings
-    seen = 0
-    for task_id in random.Random(5).sample(suite.task_ids, examples(7)):
-        task = _smaller(suite.tasks[task_id])
-        possible = Possible(suite.benchmark.domain, task.initial, task.relevant)
-        rng = random.Random(task_id)
-        for _ in range(5):
-            for _, state in random_walk(suite.benchmark.domain, task.initial, task.relevant, rng, 12):
-                for each in listings:
-                    for fact in each.facts(state, task.relevant):
-                        seen += 1
-                        assert possible.holds(*_said(fact)), fact
-    assert seen > 100
-
-
-def _smaller(task: Task) -> Task:
-    """The task in a scene of what it is about alone."""
-    keep = set(task.relevant) | {i for i in (task.scene.agent,) if i is not None}
-    facts = [fact for fact in task.initial.facts() if keep.issuperset(fact.arguments)]
-    return replace(task, initial=task.scene.state(facts))
+@pytest.mark.parametrize(
+    ("like", "seed"), [("virtualhome", "golden-0-7"), *swept(("behavior", "golden-0-2"))]
+)
+def test_what_is_ever_so_is_possible(like: str, seed: str, data_store: Store) -> None:
+    benchmark = find_benchmark(like)
+    made = generator(like).task(seed)
+    assert isinstance(made, Generated)
+    task, domain, rng = made.task, benchmark.domain, random.Random(seed)
+    possible = Possible(domain, task.initial, task.relevant)
+    seen = set[Fact]()
+    for _ in range(4):
+        for _, state in random_walk(domain, task.initial, task.relevant, rng, 12):
+            for each in benchmark.wording(Ability.ACTION_SEQUENCING).listings:
+                seen.update(each.facts(state, task.relevant))
+    assert len(seen) > 30
+    assert [fact for fact in sorted(seen) if not possible.holds(*_said(fact))] == []
 
 
 def _said(fact: Fact) -> tuple[f.Formula, dict[str, int]]:
