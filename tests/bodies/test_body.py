@@ -30,6 +30,9 @@ def test_every_kind_has_a_body_whose_parts_are_near_its_size() -> None:
         ("room_apple.n.01_3", "apple.n.01", "apple"),
         ("t-shirt_12", "jersey.n.03", "t-shirt"),
         ("unicorn_1", "unicorn.n.01", "unicorn"),
+        ("olive_oil__bottle_1", "olive_oil__bottle.n.01", "olive_oil"),
+        ("vinegar__bottle_1", "vinegar__bottle.n.01", "bottle"),
+        ("can__of__soda_2", "can__of__soda.n.01", "can"),
     ],
 )
 def test_kinds_are_told_by_name_or_category(name: str, category: str, kind: str) -> None:

@@ -83,6 +83,25 @@ def test_a_thing_without_a_body_is_refused() -> None:
         BodyScene(task_of(strange.state(["floor(floor_kitchen)"])))
 
 
+def test_what_is_yet_to_be_made_is_not_there() -> None:
+    from eai.households.behavior_1k import predicates as p
+    from eai.households.behavior_1k.predicates import VOCABULARY
+    from eai.world.state import Scene
+
+    names = {
+        "floor_1": "floor.n.01",
+        "table_1": "table.n.02",
+        "bowl_1": "bowl.n.01",
+        "unicorn_1": "unicorn.n.01",
+    }
+    facts = ["floor(floor_1)", "present(floor_1)", "present(table_1)", "lies_on(bowl_1, table_1)"]
+    scene = BodyScene(task_of(Scene(VOCABULARY, names).state([*facts, "lies_on(table_1, floor_1)"])))
+    assert p.present.name in {each.name for each in VOCABULARY.predicates}
+    assert sorted(scene.told.bodies) == [1, 2]
+    assert geometry.on_top(scene, 2, 1)
+    assert scene.told.floor_of[1] == 0
+
+
 def refusals(tasks: BehaviorTasks, step: int) -> list[str]:
     found = []
     for task_id in [*tasks][::step]:

@@ -79,9 +79,14 @@ class Body:
 
 
 def kind_of(name: str, category: str) -> str:
-    """The kind of a thing: its name without a number if there is such a kind, else its category's word."""
+    """The kind of a thing: by its name without a number, by what is in it or holds it, or by its category.
+
+    Of ``olive_oil__bottle`` and ``can__of__soda`` the first word counts that is a kind, then the last.
+    """
     kind = _NUMBER.sub("", _NUMBER.sub("", name)) if not category.startswith(HALF) else category
-    return kind if body_of(kind) is not None else category.partition(".")[0]
+    words = kind.split("__")
+    known = (word for word in (kind, words[0], words[-1]) if body_of(word) is not None)
+    return next(known, category.partition(".")[0])
 
 
 @cache

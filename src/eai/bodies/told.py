@@ -124,9 +124,10 @@ def told_of(state: State) -> Told:
         raise InputError(f"no bodies: the world does not say what {INSIDE} and {ON} what")
     floors = tuple(bits(state.those(_FLOORS)))
     shapeless = {*floors, scene.agent, *_those(state, "substance"), *_those(state, "recipe")}
-    known = {i: _body(thing) for i, thing in enumerate(scene.objects) if i not in shapeless}
-    absent = {i: body for i, body in known.items() if _is_absent(state, i)}
-    bodies = {i: body for i, body in known.items() if i not in absent}
+    things = {i: thing for i, thing in enumerate(scene.objects) if i not in shapeless}
+    kinds = {i: body_of(kind_of(thing.name, thing.category)) for i, thing in things.items()}
+    absent = {i: body for i, body in kinds.items() if body is not None and _is_absent(state, i)}
+    bodies = {i: _body(thing) for i, thing in things.items() if not _is_absent(state, i)}
     stated = {name: _pairs(state, name, bodies) for name in (*_AMONG, *ON_FLOOR)}
     floor_of = dict(pair for name in (*ON_FLOOR, ON) for pair in stated[name] if pair[1] in floors)
     relations = {name: tuple([pair for pair in stated[name] if pair[1] in bodies]) for name in _AMONG}
@@ -160,7 +161,10 @@ def _those(state: State, name: str) -> tuple[int, ...]:
 
 
 def _is_absent(state: State, index: int) -> bool:
-    """Whether a thing is not there: half of what is whole, or what has been cut in halves."""
+    """Whether a thing is not there: half of what is whole, cut in halves, or yet to be made."""
+    if "present" in state.scene.vocabulary.unary_slots and index not in _those(state, "present"):
+        held = index in _those(state, "held")
+        return not held and not any(state.relation(name).row(index) for name in (INSIDE, ON))
     if "part_of" not in state.scene.vocabulary.binary_slots:
         return False
     parts, sliced = state.relation("part_of"), _those(state, "is_sliced")

@@ -355,7 +355,7 @@ def pictures(
 
     Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
 
-    Scenes with bodies are BEHAVIOR's.
+    Scenes with bodies are BEHAVIOR's, and those of BEHAVIOR-1K whose things have bodies.
 
     Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
     """
