@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from bodies.rooms import kitchen, task_of
 from cli.conftest import Command
@@ -157,6 +158,20 @@ def test_pictures_of_bodies_and_films_are_written(eai: Command, data_store: Stor
     assert {path.name for path in tmp_path.iterdir()} == {f"{JARS}{end}" for end in endings}
     refused = eai(*command[:3], "virtualhome", "--tasks", "27_2", "--format", "rendered", "--out", tmp_path)
     assert (refused.status, refused.err[:16]) == (2, "eai: no bodies: ")
+
+
+def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    can_draw()
+    steps = '[{"action": "OPEN", "object": "fridge_97"}, {"action": "LEFT_GRASP", "object": "peach_0"}]'
+    (tmp_path / "m_outputs.json").write_text(json.dumps([{"identifier": JARS, "llm_output": steps}]))
+    suite = ("--domain", "behavior", "--ability", "action_sequencing")
+    assert eai("score", tmp_path / "m_outputs.json", *suite, "--out", tmp_path / "out").status == 0
+    film = tmp_path / "film.gif"
+    assert eai("explain", tmp_path / "out", JARS, "--film", film).status == 0
+    with Image.open(film) as moving:
+        assert moving.n_frames == 3  # type: ignore[attr-defined]
+    refused = eai("explain", tmp_path / "out", "--failed", "--film", film)
+    assert (refused.status, refused.err[:35]) == (2, "eai: --film: expected one answer, f")
 
 
 def test_what_numbers_stand_for_is_told(data_store: Store) -> None:

@@ -37,7 +37,7 @@ def photographs(task: Task, views: Collection[View], seed: int = 0, *, numbered:
     return [_file(image, "PNG") for image in drawn]
 
 
-def film(task: Task, states: Sequence[State], view: View = "near", seed: int = 0) -> bytes:
+def film(task: Task, states: Sequence[State], view: View = "head", seed: int = 0) -> bytes:
     """The states of an episode as a moving picture (GIF), the first of them the task's initial state.
 
     Raises:

@@ -25,14 +25,18 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.acting.declaration import ActingVerdict, outlook_text
 from eai.benchmark.answer_files import benchmarks_of_runs
+from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson, DataFolder, store
+from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError, did_you_mean
 from eai.households.packs import is_at_hand
+from eai.pictures.course import states_of
+from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.results.breakdown import outcome
@@ -89,6 +93,10 @@ def explain(
     ] = None,
     model: Annotated[str | None, typer.Option(help="Only answers of this model.")] = None,
     limit: Annotated[int, typer.Option(min=0, help="List so many; 0 for all.")] = 20,
+    film: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the course of one answer as a GIF (extra 'physics')."),
+    ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -108,6 +116,8 @@ def explain(
         chosen = [record for record in chosen if outcome(record) is kind]
     elif failed:
         chosen = [record for record in chosen if outcome(record) not in NO_FAILURES]
+    if film is not None:
+        _film(chosen, records, store(data), film)
     excluded = 0
     if not task and kind is None and not as_json:
         listed = [record for record in chosen if outcome(record) is not AnswerOutcome.EXCLUDED]
@@ -133,8 +143,7 @@ def _background(record: Record, records: Path, store: Store) -> _Background | No
     if own is None and not is_at_hand(store, record.domain):
         return None
     try:
-        opened_with = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
-        suite = open_suite(own or record.domain, record.ability, record.protocol, source=opened_with)
+        suite = _suite(record, own or record.domain, store)
         task = suite.tasks.get(record.task_id)
         if task is None or suite.data_sha256 != record.data_sha256:
             return None
@@ -142,6 +151,29 @@ def _background(record: Record, records: Path, store: Store) -> _Background | No
         return _Background(task.instruction, gold, source, _rest(suite, record), _outlook(suite, record))
     except EaiError:
         return None
+
+
+def _suite(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
+    """The suite that an answer was scored in."""
+    source = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
+    return open_suite(benchmark, record.ability, record.protocol, source=source)
+
+
+def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> None:
+    """Write the course of an answer as a moving picture.
+
+    Raises:
+        InputError: there is not one answer, or its course is not known, or its scene cannot be built.
+        EaiError: what draws it is not installed.
+    """
+    if len(chosen) != 1:
+        raise InputError(f"--film: expected one answer, found {len(chosen)}; give TASK and --model")
+    (record,) = chosen
+    benchmark = benchmarks_of_runs([records]).get(record.domain) or record.domain
+    found = states_of(record, _suite(record, benchmark, store))
+    if found is None:
+        raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
+    write_whole({file: film_of(*found)})
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:

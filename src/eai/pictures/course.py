@@ -59,19 +59,29 @@ def courses(source: Source) -> Callable[[Record], Course]:
 
 def course_of(record: Record, suite: Suite) -> Course:
     """The course of a record's answer; nothing where the data is not that of the record, or has no plan."""
-    if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
+    found = states_of(record, suite)
+    if found is None:
         return ()
+    task, states = found
+    named = [i for step in _steps(record.explanation) for i in _action(step, task.scene).arguments]
+    shown = list(dict.fromkeys([*subjects(task), *named]))
+    words = picture_words(suite.benchmark)
+    return [_tiles(task, words, state, shown) for state in states]
+
+
+def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
+    """The task of a record, and the states at the start and after each step of its answer.
+
+    None where the data is not that of the record, or the answer has no plan.
+    """
+    if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
+        return None
     scorer = suite.scorer(record.task_id)
     if not isinstance(scorer, _Executes):
-        return ()
-    before, steps = _before(record), _steps(record.explanation)
-    states = states_along(scorer.domain, scorer.task.initial, [*before, *steps])
-    if states is None:
-        return ()
-    named = [i for step in steps for i in _action(step, scorer.task.scene).arguments]
-    shown = list(dict.fromkeys([*subjects(scorer.task), *named]))
-    words = picture_words(suite.benchmark)
-    return [_tiles(scorer.task, words, state, shown) for state in states[len(before) :]]
+        return None
+    before = _before(record)
+    states = states_along(scorer.domain, scorer.task.initial, [*before, *_steps(record.explanation)])
+    return None if states is None else (scorer.task, states[len(before) :])
 
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
