@@ -56,8 +56,11 @@ def computed(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]
     match evaluated_as(derived):
         case Computed(test=test):
             return test(state, arguments)
-        case Lookup(values=values):
-            return bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
+        case Lookup(values=values, inverse=inverse):
+            found = bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
+            if inverse is not None:
+                assert bool(inverse(state, arguments[1:]) >> arguments[0] & 1) is found, "it says the same"
+            return found
         case _:
             raise AssertionError(derived.name)
 

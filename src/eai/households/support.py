@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from eai.world.derived import Values
+from eai.world.relation import bits
 from eai.world.state import State
 
 
@@ -67,3 +68,27 @@ def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Val
         return of_root(state, root)
 
     return values
+
+
+def inverse(values: Values) -> Values:
+    """All things that have an object among their values, kept for one state: a search asks of it often."""
+    kept: tuple[State | None, Mapping[int, int]] = None, {}
+
+    def sources(state: State, arguments: tuple[int, ...]) -> int:
+        nonlocal kept
+        of, found = kept
+        if of is not state:
+            found = _inverted(values, state)
+            kept = state, found
+        return found.get(arguments[0], 0)
+
+    return sources
+
+
+def _inverted(values: Values, state: State) -> Mapping[int, int]:
+    """For each object the mask of those that have it among their values."""
+    found: dict[int, int] = {}
+    for thing in bits(state.scene.everything):
+        for value in bits(values(state, (thing,))):
+            found[value] = found.get(value, 0) | 1 << thing
+    return found

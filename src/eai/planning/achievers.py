@@ -15,7 +15,7 @@ from eai.logic.traversal import free_variables, walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, match, taking
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions
-from eai.world.derived import Defined
+from eai.world.derived import Defined, Lookup
 from eai.world.domain import Domain
 from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
@@ -260,9 +260,13 @@ def _asks_wider(schema: EffectSchema, vocabulary: Vocabulary) -> bool:
 
 
 def _is_plain(formula: f.Formula, vocabulary: Vocabulary) -> bool:
-    """Whether a formula comes down to what is stored of its own objects, so that masks tell all at once."""
+    """Whether masks tell of all values at once: it comes down to what is stored, or looked up both ways.
+
+    "There is some" does so where several things are said of it, some of which are about nothing else.
+    """
     return all(
         isinstance(part, f.Not | f.And | f.Or)
+        or (isinstance(part, f.Exists) and isinstance(part.body, f.And))
         or (isinstance(part, f.Atom) and _is_plain_predicate(part.predicate, vocabulary))
         for part in walk(formula)
     )
@@ -272,6 +276,8 @@ def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
     if vocabulary.stored(name) is not None:
         return True
     derived = vocabulary.derived_by_name[name]
+    if isinstance(derived, Lookup):
+        return derived.inverse is not None
     return (
         isinstance(derived, Defined) and derived.values is None and _is_plain(derived.definition, vocabulary)
     )

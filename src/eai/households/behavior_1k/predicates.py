@@ -112,10 +112,11 @@ def _root_floor(state: State, root: int) -> int:
     )
 
 
+_floors = support.floors(SUPPORTS, _root_floor)
 floor_of = Lookup(
     "floor_of",
     2,
-    support.floors(SUPPORTS, _root_floor),
+    _floors,
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     Defined(
         "floor_of",
@@ -125,6 +126,7 @@ floor_of = Lookup(
         | (~floor(X) & Exists(Z, carries(Z, X) & Atom("floor_of", (Z, Y)))),
     ),
     single=True,
+    inverse=support.inverse(_floors),
 )
 real = Defined(
     "real",
