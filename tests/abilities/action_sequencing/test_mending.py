@@ -106,6 +106,16 @@ def test_what_is_kept_of_plans_is_bounded_and_makes_no_difference(monkeypatch: p
     assert repair_of(scorer, text) == first
 
 
+def test_of_equal_edits_that_is_told_which_is_about_the_things_of_the_step_that_failed() -> None:
+    """The food lies in the freezer, so that to walk to either would do; the food was to be grabbed."""
+    scorer = eai.open("virtualhome", "action_sequencing").scorer("152_2")
+    assert isinstance(scorer, ActionSequencing)
+    text = """{"WALK": ["dining_room", 201], "GRAB": ["food_food", 1000], "WALK": ["freezer", 289],
+               "OPEN": ["freezer", 289], "PUTIN": ["food_food", 1000, "freezer", 289]}"""
+    _, repair = repair_of(scorer, text)
+    assert [edit.text for edit in repair.edits] == ["insert WALK(food_food.1000) before step 2"]
+
+
 @cache
 def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
     """Plans that succeed, each with the scorer of its task."""

@@ -153,6 +153,8 @@ class PlanMender:
         known = self._known(steps)
         found = [*mender.singles(steps)]
         needless = {edit.gone for edit in found if edit.action is None}
+        failed = steps[shown] if shown is not None and shown < len(steps) else None
+        failing = set() if failed is None else {*failed.arguments}
 
         def key(edit: Told) -> tuple[object, ...]:
             action = edit.action
@@ -163,7 +165,16 @@ class PlanMender:
             cost = 0 if edit.gone is not None and steps[edit.gone] is None and action else _COSTS[kind]
             if edit.gone in needless and edit.action is not None:  # to delete it is enough
                 cost = len(KINDS)
-            return len(new), _away(edit.step, shown, len(steps)), cost, -edit.step, place, arguments
+            elsewhere = failing.isdisjoint(arguments)
+            return (
+                len(new),
+                _away(edit.step, shown, len(steps)),
+                cost,
+                -edit.step,
+                elsewhere,
+                place,
+                arguments,
+            )
 
         singles = sorted(found, key=key)
         told = [self._told(edit, plan, steps) for edit in singles]
