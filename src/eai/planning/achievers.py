@@ -28,19 +28,34 @@ class _Step(NamedTuple):
     """A variable to give values to: its slot, whether they must be usable, and what they must meet.
 
     What stored predicates say is read for all values at once, other conditions for one after the other.
+
+    Attributes:
+        slot: its slot.
+        is_parameter: whether its values must be usable.
+        own: what they must meet whatever the open variables before it are.
+        masks: what they must meet together with those.
+        tests: what else they must meet.
     """
 
     slot: int
     is_parameter: bool
+    own: tuple[Extension, ...]
     masks: tuple[Extension, ...]
     tests: tuple[Truth, ...]
 
 
 class _Join(NamedTuple):
-    """How to find the values of the variables that an atom leaves open."""
+    """How to find the values of the variables that an atom leaves open.
+
+    Attributes:
+        first: what must hold of those that it determines.
+        steps: the others, one after the other.
+        needed: what must be brought about for those that it determines, where it does not hold.
+    """
 
     first: tuple[Truth, ...]
     steps: tuple[_Step, ...]
+    needed: tuple[Truth, ...]
 
 
 class _Partial(NamedTuple):
@@ -130,8 +145,9 @@ class Achiever:
     def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _Join:
         scope = self._frame.scope
         pending = list(filters)
-        bound = set(self.schema.variables) - set(unbound)
-        first = [c for c in pending if free_variables(c) <= bound]
+        determined = set(self.schema.variables) - set(unbound)
+        bound = set(determined)
+        first = [c for c in pending if free_variables(c) <= determined]
         pending = [c for c in pending if c not in first]
         steps: list[_Step] = []
         for name in unbound:
@@ -139,38 +155,50 @@ class Achiever:
             ready = [c for c in pending if free_variables(c) <= bound]
             pending = [c for c in pending if c not in ready]
             plain = [c for c in ready if _is_plain(c, self._vocabulary)]
+            own = [c for c in plain if free_variables(c) <= determined | {name}]
             step = _Step(
                 scope[name],
                 scope[name] <= self.schema.operator.arity,
-                tuple(self._compiler.extension(c, scope[name], scope) for c in plain),
+                tuple(self._compiler.extension(c, scope[name], scope) for c in own),
+                tuple(self._compiler.extension(c, scope[name], scope) for c in plain if c not in own),
                 tuple(self._compiler.truth(c) for c in ready if c not in plain),
             )
             steps.append(step)
-        return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps))
+        needed = tuple(holds for c, holds in self.conditions if free_variables(c) <= determined)
+        return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps), needed)
 
 
 def completed(state: State, partial: _Partial, usable: int) -> Iterator[Binding]:
     """The ways to complete a match, as `Achiever.bindings` yields them."""
-    binding = [*partial.binding]
-    for holds in partial.join.first:
+    binding, join = [*partial.binding], partial.join
+    for holds in join.first:
         if not holds(state, binding):
             return
-    yield from _complete(state, binding, partial.join.steps, usable)
+    values: list[int] = []
+    for step in join.steps:
+        mask = usable if step.is_parameter else state.scene.everything
+        for matching in step.own:
+            mask = matching(state, binding, mask)
+        if not mask:
+            return
+        values.append(mask)
+    yield from _complete(state, binding, join.steps, values)
 
 
-def _complete(state: State, binding: Binding, steps: Sequence[_Step], usable: int) -> Iterator[Binding]:
+def _complete(
+    state: State, binding: Binding, steps: Sequence[_Step], values: Sequence[int]
+) -> Iterator[Binding]:
     if not steps:
         yield binding
         return
-    slot, is_parameter, masks, tests = steps[0]
-    mask = usable if is_parameter else state.scene.everything
-    for matching in masks:
+    step, mask = steps[0], values[0]
+    for matching in step.masks:
         mask = matching(state, binding, mask)
     for index in bits(mask):
-        binding[slot] = index
-        if all(test(state, binding) for test in tests):
-            yield from _complete(state, binding, steps[1:], usable)
-    binding[slot] = UNBOUND
+        binding[step.slot] = index
+        if all(test(state, binding) for test in step.tests):
+            yield from _complete(state, binding, steps[1:], values[1:])
+    binding[step.slot] = UNBOUND
 
 
 class Achievers:
@@ -316,6 +344,13 @@ class _Match(NamedTuple):
     achiever: Achiever
     partial: _Partial
     kept: Sequence[tuple[int, ...]] | None
+
+    def needs(self, state: State, most: float) -> bool:
+        """Whether so many conditions or more do not hold, however it is completed."""
+        binding, failing = [*self.partial.binding], 0
+        for holds in self.partial.join.needed:
+            failing += not holds(state, binding)
+        return failing >= most
 
     def bindings(self, state: State, usable: int) -> Iterator[Binding]:
         """The ways to complete it, as `Achiever.bindings` yields them."""

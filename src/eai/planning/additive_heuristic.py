@@ -230,6 +230,8 @@ class Estimates:
     def _supported(self, atom: GroundAtom, best: Supporter, *, wide: bool = False) -> Supporter:
         """The best supporter of an atom by any achiever, or ``best`` if that is as good."""
         for match in self._matches.of(atom, wide=wide):
+            if match.needs(self.state, best.cost - _LEAST):
+                continue
             best = self._cheapest(match.achiever, match.bindings(self.state, self._usable), best)
             if best.cost <= _LEAST:
                 break
