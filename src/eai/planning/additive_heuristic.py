@@ -197,6 +197,13 @@ class Estimates:
         parts = self._unfolding.parts(subgoal)
         return None if parts is None else self._choice(parts)
 
+    def before(self, subgoal: Subgoal) -> Sequence[Subgoal]:
+        """The parts that a condition comes down to, or what the last action on the way to it needs."""
+        if isinstance(subgoal.formula, Atom) and subgoal.formula.predicate not in self._heuristic.derived:
+            return self.supporter(self.atom(subgoal.formula, subgoal)).before
+        needed = self.needed(subgoal) or ()
+        return self.before(needed[0]) if len(needed) == 1 else needed
+
     def alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Where one of several conditions is enough, those that cost least; otherwise none."""
         parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)

@@ -31,6 +31,9 @@ _MORE = 4
 _WHOLE = 4
 """How many times what is spent on a part may be spent on a goal as a whole."""
 
+_FAR = 12.0
+"""How far a single goal may be that is reached at once; what a farther one needs first is reached before."""
+
 _NEXT_ACTION = -1
 """The number of the goal to take the next action; conditions are numbered from 0."""
 
@@ -255,17 +258,27 @@ class _Agenda:
     def _next_part(
         self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
     ) -> PlanNode | None:
+        """The node in which one part more is reached, or None where there are none or none is reached.
+
+        The nearest comes first; of what a far goal needs the farthest.
+        """
         estimates = self._search.estimates(node, kept)
-        parts = estimates.chosen(goal)
+        parts: Sequence[Subgoal] = estimates.chosen(goal)
+        is_far = len(parts) < 2 and _FAR < estimates.to(goal) < INFINITE
+        if is_far:
+            parts = estimates.before(goal)
         if len(parts) < 2:
             return None
         costs = [estimates.to(part) for part in parts]
-        held = tuple([part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
-        for i in sorted(range(len(parts)), key=lambda i: costs[i]):
-            if costs[i] > 0.0:
-                found = self._reach(node, Target((*kept, *held, parts[i]), node.met), limits)
-                if found is not None:
-                    return found
+        held = (*kept, *[part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
+        for i in sorted(range(len(parts)), key=lambda i: costs[i], reverse=is_far):
+            found = None
+            if costs[i] > _FAR:
+                found = self._achieve(node, parts[i], held, limits)
+            elif costs[i] > 0.0:
+                found = self._reach(node, Target((*held, parts[i]), node.met), limits)
+            if found is not None:
+                return found
         return None
 
     def _reach(self, node: PlanNode, target: Target, limits: Limits) -> PlanNode | None:

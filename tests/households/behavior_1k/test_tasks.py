@@ -11,6 +11,8 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
+from eai.envs.game import Game, Stage
+from eai.envs.rules import STANDARD
 from eai.households.behavior.benchmark import behavior
 from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
 from eai.households.behavior_1k.conventions import HEADING
@@ -116,6 +118,22 @@ def test_the_planner_follows_a_recipe_which_no_answer_names(
     assert set(task.relevant).isdisjoint(task.unnamed)
     plan = find_plan(task, Planner(domain), Limits(60, looks=10_000)).plan
     assert "RUN" in [action.operator for action in plan]
+
+
+def test_the_planner_brings_together_one_by_one_what_a_recipe_takes(
+    activities: TaskSet[Task], domain: Domain
+) -> None:
+    task = activities["make_mustard_herb_and_spice_seasoning"]
+    found = find_plan(task, Planner(domain), Limits(100, looks=20_000))
+    assert [action.operator for action in found.plan].count("POUR") == 6
+    assert len(found.plan) == len(task.script)
+
+
+def test_what_is_on_no_known_floor_is_seen_from_anywhere(activities: TaskSet[Task]) -> None:
+    task = activities["clean_the_exterior_of_your_garage"]
+    door, stain = (task.scene.index[name] for name in ("door_1", "stain_1"))
+    assert not task.initial.relation("by_floor").row(door)
+    assert stain in Game(Stage(task, behavior_1k(), STANDARD)).known
 
 
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:

@@ -583,12 +583,15 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 def declared() -> Domain:
     """The domain. The robot sees what it holds and, where it is, what is in nothing that is closed.
 
-    It sees a substance where it sees what that covers, soaks or is given by, or what it is openly in.
+    Of some things no floor is known: it sees them from anywhere, as it reaches them from anywhere. It sees a
+    substance where it sees what that covers, soaks or is given by, or what it is openly in.
     """
     operators = (*placing(), *setting(), *(make() for make in _MAKERS))
 
     def seen(thing: Variable) -> Formula:
-        return p.held(thing) | (~p.shut_in(thing) & Exists(F, p.robot_on(F) & p.floor_of(thing, F)))
+        here = Exists(F, p.robot_on(F) & p.floor_of(thing, F))
+        anywhere = ~p.substance(thing) & ~Exists(F, p.floor_of(thing, F))
+        return p.held(thing) | (~p.shut_in(thing) & (here | anywhere))
 
     openly = p.has_cover(Y, X) | p.soaked_with(Y, X) | p.gives(Y, X) | (p.has_in(Y, X) & ~p.closed(Y))
     return Domain(
