@@ -196,7 +196,8 @@ def generate_tasks(
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
         _print_shapes(shape_of(list(tasks.values())), shape_of([each.task for each in made]))
-    line = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
+    number = counted(len(made), "pair" if kind is TaskKind.PAIRS else "task")
+    line = f"{number} written to {file}; {counted(len(rejected), 'seed')} gave none"
     line += "; VAL accepts every certificate" if val else ""
     tell(line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
 

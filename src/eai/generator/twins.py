@@ -16,6 +16,7 @@ from eai.abilities.reports import fact_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.abilities.wording import is_property
+from eai.generator.measures import presence
 from eai.generator.spec import Generated
 from eai.planning.planner import Planner
 from eai.planning.possible import out_of_reach
@@ -35,7 +36,9 @@ def twins_of(
         rng: chooses.
     """
     task, domain = made.task, planner.domain
-    facts = list(_properties(task, domain, may_lack))
+    there, holds = presence(domain), planner.heuristic.readings.holds
+    known = _properties(task, domain, may_lack)
+    facts = [fact for fact in known if holds(there, {"x": fact.arguments[0]}, task.initial)]
     rng.shuffle(facts)
     needed = [fact for fact in facts if not solves(domain, _without(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]

@@ -21,7 +21,7 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
         raise InputError(
             "no record is of a task with hazards or of a pair; eai generate --kind makes such tasks"
         )
-    yield Analysis(found, shown=found)
+    yield Analysis(found, shown=[table for table in found if table.name != "violations"])
 
 
 CONDUCT = Study(
