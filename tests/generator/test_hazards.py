@@ -8,6 +8,7 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability
+from eai.abilities.reports import UNTOLD, goal_reports
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.registry import find_benchmark
 from eai.generator.hazards import guards_of
@@ -72,6 +73,7 @@ def test_untold_tasks_are_the_same_and_say_nothing(like: str) -> None:
         assert one.instruction.startswith(f"{other.instruction} ")
         assert "always" in wording.goals(one)
         assert "always" not in wording.goals(other)
+        assert {goal.kind for goal in goal_reports(other, [False] * len(other.goals))} >= {UNTOLD}
         line = written(other, like, benchmark.domain)
         read = task_of(read_line(line), benchmark.domain)
         assert (read.hazards, read.untold) == (other.hazards, True)

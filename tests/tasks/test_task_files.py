@@ -87,6 +87,9 @@ CASES = [
     ({**LINE, "goals": ["PRESS() and lit(lamp_1)"]}, "goals.0: expected actions without objects"),
     ({**LINE, "plan": [["JUMP"]]}, "plan.0: expected an operator of the domain, found 'JUMP'"),
     ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
+    ({**LINE, "hazards": ["shut"]}, "hazards: expected a goal and, at the end, 1 goals over time"),
+    ({**LINE, "goals": ["always is_open(box)"], "hazards": ["shut"]}, "hazards: expected a goal and"),
+    ({**LINE, "untold": True}, "untold: expected hazards of which nothing is said"),
 ]
 
 
@@ -112,6 +115,12 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
             "line 2: goals: expected a goal that does not hold at the start",
         ),
         ((LINE, {**LINE, "id": "two", "base": "nowhere"}), "line 2: 'nowhere' is no benchmark"),
+        ((LINE, {**LINE, "id": "two", "missing": ["at(robot, ball)"]}), "line 2: plan: expected none"),
+        (
+            (LINE, {**LINE, "id": "two", "missing": ["at(robot, ball)"], "plan": []}),
+            "line 2: missing: expected",
+        ),
+        ((LINE, {**LINE, "id": "two", "missing": [], "plan": []}), "line 2: missing: expected a plan"),
     ],
 )
 def test_check_tells_what_is_not_as_it_says(eai: Command, lines: tuple[object, ...], message: str) -> None:
