@@ -36,7 +36,7 @@ INTRODUCTION = """\
 On this page you can see the figures of `eai report` and `eai analyze`, and the command for each.
 
 They show public answers of the paper's models under `strict`, drawn by `tools/gallery.py`.
-The last shows scenes.
+The last figure shows scenes.
 Each figure is written as SVG, PNG and PDF.
 [Reports](reports.md) and [Analyses](analyses.md) explain them. The tables beside them have every number.
 """
@@ -172,7 +172,7 @@ FIGURES = (
         (),
         "photographs",
         "Scenes with bodies",
-        "Eight of BEHAVIOR's initial states, from the robot's head or near the place of work.",
+        "Eight of BEHAVIOR's initial states, seen from the robot's head or from near the place of work.",
     ),
 )
 
