@@ -106,7 +106,7 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/actions-subgoal_decomposition-behavior-strict",
         "By action",
-        "The share of steps that are executed, in percent; in brackets where there are fewer than five. A "
+        "The share of steps that are executed, in percent; brackets mark fewer than five steps. A "
         "second figure shows goals by predicate.",
     ),
     Figure(
@@ -115,7 +115,7 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "curves-behavior-action_sequencing-strict",
         "What lowers success",
-        "All models together, with intervals; each model is a thin line.",
+        "All models together, with intervals; thin lines are single models.",
     ),
     Figure(
         "adjusted",
