@@ -164,7 +164,7 @@ FIGURES = (
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
         "Tasks and models on one scale",
-        "Tasks distinguish best the models near their difficulty. This test has few tasks near most models.",
+        "A task says most about models whose ability is near its difficulty. Most models have few such tasks here.",
     ),
     Figure(
         "rendered",
