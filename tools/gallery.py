@@ -164,7 +164,7 @@ FIGURES = (
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
         "Tasks and models on one scale",
-        "A task says most about models whose ability is near its difficulty. Most models have few such tasks here.",
+        "A task says most about models near its difficulty. Most models have few such tasks here.",
     ),
     Figure(
         "rendered",
