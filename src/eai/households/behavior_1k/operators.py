@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.predicates import C, F, H, I, O, P, R, S, T, W, X, Y, Z
-from eai.logic.formula import Equals, Exists, Formula, Variable
+from eai.logic.formula import Equals, Exists, Formula, Implies, Variable
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.history import was_possible_before
@@ -589,9 +589,8 @@ def declared() -> Domain:
     operators = (*placing(), *setting(), *(make() for make in _MAKERS))
 
     def seen(thing: Variable) -> Formula:
-        here = Exists(F, p.robot_on(F) & p.floor_of(thing, F))
-        anywhere = ~p.substance(thing) & ~Exists(F, p.floor_of(thing, F))
-        return p.held(thing) | (~p.shut_in(thing) & (here | anywhere))
+        here = Implies(Exists(F, p.floor_of(thing, F)), Exists(F, p.robot_on(F) & p.floor_of(thing, F)))
+        return p.held(thing) | (~p.shut_in(thing) & here)
 
     openly = p.has_cover(Y, X) | p.soaked_with(Y, X) | p.gives(Y, X) | (p.has_in(Y, X) & ~p.closed(Y))
     return Domain(
@@ -599,6 +598,6 @@ def declared() -> Domain:
         p.VOCABULARY,
         tuple(map(completed, operators)),
         was_possible_before,
-        visible=p.real(X) & (seen(X) | Exists(Y, openly & seen(Y))),
+        visible=p.real(X) & ((~p.substance(X) & seen(X)) | Exists(Y, openly & seen(Y))),
         landmarks=p.floor(X) | p.fixed(X),
     )

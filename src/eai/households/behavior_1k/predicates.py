@@ -112,11 +112,10 @@ def _root_floor(state: State, root: int) -> int:
     )
 
 
-_floors = support.floors(SUPPORTS, _root_floor)
 floor_of = Lookup(
     "floor_of",
     2,
-    _floors,
+    support.floors(SUPPORTS, _root_floor),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
     Defined(
         "floor_of",
@@ -126,7 +125,7 @@ floor_of = Lookup(
         | (~floor(X) & Exists(Z, carries(Z, X) & Atom("floor_of", (Z, Y)))),
     ),
     single=True,
-    inverse=support.inverse(_floors),
+    inverse=support.inverse(support.floors(SUPPORTS, _root_floor)),
 )
 real = Defined(
     "real",
