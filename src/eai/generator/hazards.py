@@ -144,7 +144,7 @@ class _Guide:
         course = self._course(task, plan)
         if not len(task.script) < len(plan) <= len(task.script) + _LONGER:
             return None
-        is_safe = all(guard.keeps(course) for guard in known)
+        is_safe = all(guard.keeps(course) for guard in guards)  # also of what was not so at the start
         return (broken, plan) if is_safe and not self._is_safe_anyway(task, broken) else None
 
     def _course(self, task: Task, plan: Sequence[Action]) -> Trajectory:
