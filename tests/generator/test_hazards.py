@@ -17,8 +17,7 @@ from eai.generator.spec import Generated, TaskKind
 from eai.generator.words import Words
 from eai.tasks.source import Source
 from eai.tasks.task_lines import read_line, task_of, written
-from eai.world.execution import Action
-from generator.worlds import HOUSEHOLDS, generator
+from generator.worlds import HOUSEHOLDS, generator, tempting
 
 pytestmark = pytest.mark.usefixtures("data_store")
 SEEDS = {"virtualhome": (33,), "behavior": (4,)}
@@ -30,12 +29,6 @@ def tasks(like: str, kind: TaskKind = TaskKind.HAZARDS) -> list[Generated]:
     made = generator(like, kind=kind)
     found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
     return [each for each in found if isinstance(each, Generated)]
-
-
-def tempting(made: Generated) -> tuple[Action, ...]:
-    index, steps = made.task.scene.index, made.about["temptation"]
-    assert isinstance(steps, list)
-    return tuple([Action(operator, tuple([index[name] for name in names])) for operator, *names in steps])
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

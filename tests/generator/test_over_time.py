@@ -29,7 +29,7 @@ from eai.tasks.source import Source
 from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.listing import Listing
 from eai.world.state import State
-from generator.worlds import HOUSEHOLDS, NOTHING_IS_USUAL, generator
+from generator.worlds import HOUSEHOLDS, NOTHING_IS_USUAL, generator, tempting
 from logic.naive import Facts, Naive
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -40,12 +40,6 @@ WALKS = 8
 def tasks(like: str) -> list[Generated]:
     made = generator(like, kind=TaskKind.ORDER)
     return [each for each in map(made.task, map(str, range(30))) if isinstance(each, Generated)]
-
-
-def tempting(made: Generated) -> tuple[Action, ...]:
-    index, steps = made.task.scene.index, made.about["temptation"]
-    assert isinstance(steps, list)
-    return tuple([Action(operator, tuple([index[name] for name in names])) for operator, *names in steps])
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

@@ -7,10 +7,9 @@ from functools import cache
 import pytest
 
 from eai.abilities.goal_test import solves
-from eai.abilities.planning import find_plan
+from eai.abilities.planning import find_plan, is_impossible
 from eai.benchmark.registry import find_benchmark
 from eai.generator.spec import Generated, TaskKind
-from eai.generator.twins import is_impossible
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.task_files import problems_of

@@ -11,6 +11,7 @@ from eai.generator.prior import Prior
 from eai.generator.sets import seeds_of
 from eai.generator.spec import Forms, Generated, Outcome, Spec, TaskKind, Tier
 from eai.tasks.source import Source
+from eai.world.execution import Action
 
 NOTHING_IS_USUAL = Prior(
     patterns={},
@@ -63,3 +64,10 @@ def tasks(like: str, number: int = 40, forms: Forms = Forms.DATA) -> list[Genera
 
 
 __all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate", "generator", "outcomes", "tasks"]
+
+
+def tempting(made: Generated) -> tuple[Action, ...]:
+    """The plan that a generated task tempts to."""
+    index, steps = made.task.scene.index, made.about["temptation"]
+    assert isinstance(steps, list)
+    return tuple([Action(operator, tuple([index[name] for name in names])) for operator, *names in steps])

@@ -8,7 +8,9 @@ from typing import TypeAlias
 from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
 from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.possible import out_of_reach
 from eai.planning.search import Limits, SearchResult
+from eai.world.domain import Domain
 from eai.world.execution import Action
 
 FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Action]]"
@@ -27,3 +29,9 @@ def planning_goal(task: Task) -> PlanningGoal:
 def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
     return planner.plan(task.initial, planning_goal(task), task.planned_with, limits)
+
+
+def is_impossible(task: Task, domain: Domain) -> bool:
+    """Whether it is proved that no plan reaches the goals of a task that are about states at its end."""
+    conditions = planning_goal(task).conditions
+    return bool(out_of_reach(domain, task.initial, task.planned_with, conditions))

@@ -140,7 +140,7 @@ def generate_tasks(
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
     """
     validator = installed_val() if val else None
-    if kind not in (TaskKind.PLAIN, TaskKind.PAIRS) and (val or planner_steps):
+    if kind.is_over_time and (val or planner_steps):
         what = "--val: VAL knows" if val else "--planner-steps: the planner knows"
         raise InputError(f"{what} no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)

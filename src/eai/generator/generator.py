@@ -221,7 +221,7 @@ class Generator:
         split = split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
             return Reason.OTHER_SPLIT
-        if self.spec.kind in (TaskKind.PLAIN, TaskKind.PAIRS) and fingerprint(goals, start) in known:
+        if not self.spec.kind.is_over_time and fingerprint(goals, start) in known:
             return Reason.COPY
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
         task = posed(
@@ -233,7 +233,7 @@ class Generator:
         )
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.to(task, words, least, most)
-        if reason is None and self.spec.kind not in (TaskKind.PLAIN, TaskKind.PAIRS):
+        if reason is None and self.spec.kind.is_over_time:
             proposals = self._proposals(initial, self.prior.themes[base.title])
             found = self._on_the_way(task, initial, proposals, words, rng)
             if isinstance(found, Reason):
@@ -293,7 +293,7 @@ class Generator:
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Reason.ONE_ACTION
-        if self.plans_again and self.spec.kind in (TaskKind.PLAIN, TaskKind.PAIRS):
+        if self.plans_again and not self.spec.kind.is_over_time:
             about["planner_steps"] = steps_of_planner(walk)
         return Generated(task, {**self._about(task, seed, found), **about})
 

@@ -101,6 +101,11 @@ class TaskKind(str, Enum):
     PAIRS = "pairs"
     """Two versions of a task, of which one has no plan, for want of a fact."""
 
+    @property
+    def is_over_time(self) -> bool:
+        """Whether goals over time are asked for besides."""
+        return self not in (TaskKind.PLAIN, TaskKind.PAIRS)
+
 
 class Split(str, Enum):
     """Which tasks are wanted: all that come, or those of one of three parts that share no goals."""

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 
 from eai.abilities.goal_test import solves
+from eai.abilities.planning import is_impossible
 from eai.abilities.reports import fact_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
@@ -19,7 +20,6 @@ from eai.abilities.wording import is_property
 from eai.generator.measures import presence
 from eai.generator.spec import Generated
 from eai.planning.planner import Planner
-from eai.planning.possible import out_of_reach
 from eai.world.domain import Domain
 from eai.world.state import Fact
 
@@ -74,12 +74,6 @@ def _is_like(one: Fact, other: Fact, task: Task) -> bool:
 def _without(task: Task, fact: Fact) -> Task:
     """A task that begins without a fact."""
     return replace(task, initial=task.scene.state(each for each in task.initial.facts() if each != fact))
-
-
-def is_impossible(task: Task, domain: Domain) -> bool:
-    """Whether it is proved that no plan reaches the goals of a task, which are about states."""
-    goals = [each.formula for each in task.goals]
-    return bool(out_of_reach(domain, task.initial, task.planned_with, goals))
 
 
 def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:

@@ -14,9 +14,10 @@ from eai.abilities.declaration import declaration_of, the_four
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING as NO_SHARE
-from eai.abilities.verdict import Shares, Verdict
+from eai.abilities.verdict import Shares, Verdict, of_all
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, total
+from eai.results.table import Estimate
 
 
 def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
@@ -54,6 +55,12 @@ def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case
 def name_of(record: Record) -> str:
     """The name that near copies of a task share; where it is not known, the task stands for itself."""
     return record.task_id if record.task is None else record.task.name
+
+
+def share_of(records: Sequence[Record], counted: Sequence[bool]) -> Estimate:
+    """The share of records that count."""
+    cases = zip(records, counted, strict=True)
+    return Estimate.of([Case(record.task_id, name_of(record), of_all(counts)) for record, counts in cases])
 
 
 AVERAGE = "average_performance"

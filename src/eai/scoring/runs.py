@@ -45,6 +45,11 @@ class RunKey(NamedTuple):
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
+    def cells(self) -> tuple[str, str, str, str]:
+        """Its names in a row of a table: the columns `SUITE` and `MODEL`."""
+        return self.protocol.value, self.domain, self.ability.value, self.name
+
+    @property
     def is_plain(self) -> bool:
         """Whether it is ranked: it is no experiment but one of a harness or an effort."""
         return self.experiment is None or self.experiment.is_plain

@@ -13,10 +13,10 @@ from functools import cache
 from pathlib import Path
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.planning import is_impossible
+from eai.abilities.task import Task
 from eai.data.files import lines, write_whole
 from eai.errors import InputError
-from eai.planning.possible import out_of_reach
 from eai.tasks.source import Finding, TaskSet
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
@@ -169,11 +169,9 @@ def _problems_of_missing(task: Task, domain: Domain) -> Iterator[str]:
     """Untrue statements on whether there is a plan, where an answer may say that there is none."""
     if task.missing and task.script:
         yield "plan: expected none, as the goals are out of reach for want of a fact"
-    elif task.missing:
-        goals = [goal.formula for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
-        if not out_of_reach(domain, task.initial, task.planned_with, goals):
-            yield "missing: expected goals that are proved to be out of reach, found none"
-    elif task.missing is not None and not task.script:
+    elif task.missing and not is_impossible(task, domain):
+        yield "missing: expected goals that are proved to be out of reach, found none"
+    elif task.missing == () and not task.script:
         yield "missing: expected a plan, as nothing is missing"
 
 

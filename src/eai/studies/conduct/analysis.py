@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.abilities.verdict import PlanVerdict, of_all
-from eai.results.certainty import Case
+from eai.abilities.verdict import PlanVerdict
 from eai.results.lines import MODEL, SUITE
+from eai.results.summary import share_of
 from eai.results.table import Cell, Estimate, Table
-from eai.scoring.runs import Run, RunKey
+from eai.scoring.runs import Run
 
 _WORD = re.compile(r"[\w.\-]+")
 
@@ -32,16 +32,8 @@ def _judged(run: Run) -> Iterator[tuple[TaskFeatures, PlanVerdict, Record]]:
             yield record.task, verdict, record
 
 
-def _suite(key: RunKey) -> tuple[str, str, str, str]:
-    return key.protocol.value, key.domain, key.ability.value, key.name
-
-
 def _share(found: _Judged, counted: Sequence[bool]) -> Estimate:
-    """The share of answers that count."""
-    cases = zip(found, counted, strict=True)
-    return Estimate.of(
-        [Case(record.task_id, task.name, of_all(counts)) for (task, _, record), counts in cases]
-    )
+    return share_of([record for _, _, record in found], counted)
 
 
 def _kept(task: TaskFeatures, verdict: PlanVerdict) -> list[bool] | None:
@@ -66,7 +58,7 @@ def _safety(runs: Sequence[Run]) -> Table:
             solved = [each for each, is_solved in zip(found, success, strict=True) if is_solved]
             unsafe = [not verdict.success for _, verdict, _ in solved]
             shares = [_share(found, success), _share(found, safe), _share(solved, unsafe)]
-            rows.append((*_suite(run.key), len(found), *shares))
+            rows.append((*run.key.cells, len(found), *shares))
     return Table(
         "safety",
         "Success and safe success",
@@ -86,7 +78,7 @@ def _violations(runs: Sequence[Run]) -> Table:
             kept = [(each, kept) for each in facing if (kept := _kept(*each[:2])) is not None]
             met = [not all(_of(name, task, k)) for (task, _, _), k in kept]
             share = _share([each for each, _ in kept], met)
-            rows.append((*_suite(run.key), name, len(facing), len(kept), share))
+            rows.append((*run.key.cells, name, len(facing), len(kept), share))
     return Table(
         "violations",
         "Violations by kind",
@@ -120,7 +112,7 @@ def _refusals(runs: Sequence[Run]) -> Table:
             _share(impossible, [verdict.refused is not None for _, verdict, _ in impossible]),
             _share(refused, named),
         ]
-        rows.append((*_suite(run.key), len(found), *shares))
+        rows.append((*run.key.cells, len(found), *shares))
     return Table(
         "refusals",
         "What is refused",

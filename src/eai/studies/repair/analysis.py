@@ -8,10 +8,9 @@ from statistics import median
 
 from eai.abilities.record import Record
 from eai.abilities.repair import Repair
-from eai.abilities.verdict import of_all
 from eai.results.breakdown import outcome
-from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE
+from eai.results.summary import share_of
 from eai.results.table import Cell, Estimate, Table
 from eai.scoring.runs import Run, RunKey
 
@@ -37,15 +36,8 @@ def _mended(run: Run) -> Iterator[tuple[Record, Repair]]:
 _Mended = Sequence[tuple[RunKey, list[tuple[Record, Repair]]]]
 
 
-def _suite(key: RunKey) -> tuple[str, str, str, str]:
-    return key.protocol.value, key.domain, key.ability.value, key.name
-
-
 def _share(found: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> Estimate:
-    """The share of answers that count."""
-    names = [r.task_id if r.task is None else r.task.name for r, _ in found]
-    cases = zip(found, names, counted, strict=True)
-    return Estimate.of([Case(record.task_id, name, of_all(counts)) for (record, _), name, counts in cases])
+    return share_of([record for record, _ in found], counted)
 
 
 def _distances(mended: _Mended) -> Table:
@@ -58,7 +50,7 @@ def _distances(mended: _Mended) -> Table:
         exact = [r.distance is not None for _, r in found]
         single = [r.distance == 1 for _, r in found]
         shares = [_share(found, counted) for counted in (exact, near, single)]
-        rows.append((*_suite(key), len(found), len(answers) - len(found), *shares))
+        rows.append((*key.cells, len(found), len(answers) - len(found), *shares))
     return Table(
         "distances",
         "How far failed answers are from right ones",
@@ -84,7 +76,7 @@ def _edits(mended: _Mended) -> Table:
         ties = [r.ties for _, r in found if r.ties is not None]
         if times:
             counts = [times[distance] for distance in range(1, _FAR + 1)]
-            rows.append((*_suite(key), *counts, median(ties) if ties else None))
+            rows.append((*key.cells, *counts, median(ties) if ties else None))
     return Table(
         "edits",
         "How many edits it takes",
@@ -103,9 +95,7 @@ def _kinds(mended: _Mended) -> Table:
             of_error = [(r, repair) for r, repair in near if outcome(r).value == error]
             sets = [" or ".join(repair.kinds) for _, repair in of_error]
             for kinds, number in sorted(Counter(sets).items(), key=lambda each: (-each[1], each[0])):
-                rows.append(
-                    (*_suite(key), error, kinds, number, _share(of_error, [s == kinds for s in sets]))
-                )
+                rows.append((*key.cells, error, kinds, number, _share(of_error, [s == kinds for s in sets])))
     return Table(
         "kinds",
         "Which kinds of edits suffice",
@@ -127,7 +117,7 @@ def _causes(mended: _Mended) -> Table:
         times = Counter(repair.blame for _, repair in near)
         if near:
             counts = [times[blame] for blame in ("step", "interval", "several")]
-            rows.append((*_suite(key), len(near), *counts, _share(blamed, early)))
+            rows.append((*key.cells, len(near), *counts, _share(blamed, early)))
     return Table(
         "causes",
         "Where the cause lies",
