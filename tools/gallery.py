@@ -37,7 +37,7 @@ On this page you can see the figures of `eai report` and `eai analyze`, and the 
 
 They show public answers of the paper's models under `strict`, drawn by `tools/gallery.py`.
 The last figure shows scenes.
-Each figure is written as SVG, PNG and PDF.
+`eai analyze` writes each as SVG, PNG and PDF, `eai report` as SVG or as `--formats` says.
 [Reports](reports.md) and [Analyses](analyses.md) explain them. The tables beside them have every number.
 """
 
@@ -62,7 +62,7 @@ class Figure(NamedTuple):
     caption: str
 
 
-REPORT = "eai report scores --out report --paper --summary"
+REPORT = "eai report scores --out report --paper --summary --formats png"
 THREE = ("gpt-4o*", "llama-3*", "o1-mini*")
 PLANS_B, PLANS_V = "behavior/action_sequencing", "virtualhome/action_sequencing"
 

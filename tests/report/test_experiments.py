@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.record import Attempt, Record
 from eai.cli import app
-from eai.report.explorer import Background, ExplorerData
+from eai.report.explorer import ExplorerData
 from eai.scoring.runs import read_runs
 from report.samples import RIGHT, WRONG, action_run, write_runs
 
@@ -85,7 +85,7 @@ def test_the_explorer_has_every_attempt_as_an_answer(tmp_path: Path) -> None:
     once, *others = all_right(REPLANNING)
     twice = replace(once, attempts=(Attempt("first", WRONG), Attempt("answer 0", RIGHT)))
     write_runs(tmp_path / "runs", [[twice, *others]])
-    data = ExplorerData(Background())
+    data = ExplorerData()
     for run in read_runs([tmp_path / "runs"]):
         data.add(run)
     content = json.loads(data.to_json())

@@ -16,14 +16,14 @@ from eai.scoring.runs import read_runs
 from report.samples import HOSTILE, action_run, all_runs, write_runs
 
 BACKGROUND = Background(
-    prompts={("virtualhome", "action_sequencing"): {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
-    operators={"virtualhome": {"open": "(:action open :parameters (?o))"}},
+    prompts={"action_sequencing": {"0_1": f"Do this.\n{HOSTILE}", "none": "?"}},
+    operators={"open": "(:action open :parameters (?o))"},
 )
 
 
 @pytest.fixture
 def data(tmp_path: Path) -> str:
-    packed = ExplorerData(BACKGROUND)
+    packed = ExplorerData(lambda domain: BACKGROUND if domain == "virtualhome" else Background())
     for run in read_runs([write_runs(tmp_path, all_runs())]):
         packed.add(run)
     return packed.to_json()
@@ -73,7 +73,7 @@ def test_a_missed_goal_has_what_came_about_instead(tmp_path: Path) -> None:
     steps = (StepReport("PUT(a, b)", "executed", added=("INSIDE(a, b)",), call=read_statement("PUT(a, b)")),)
     goals = (GoalReport("relation", "ONTOP(a, b)", False), GoalReport("state", "ON(a)", True))
     answer = replace(action_run()[0], explanation=Explanation(steps=steps, goals=goals))
-    packed = ExplorerData(Background())
+    packed = ExplorerData()
     for run in read_runs([write_runs(tmp_path, [[answer]])]):
         packed.add(run)
     content = json.loads(packed.to_json())

@@ -45,12 +45,12 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The explorer of all sample runs, as an address on disk."""
     folder = tmp_path_factory.mktemp("explorer")
     background = Background(
-        prompts={("virtualhome", "action_sequencing"): {"11_1": f"Do this. {HOSTILE}"}},
-        operators={"virtualhome": {"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"}},
-        instructions={"virtualhome": {"1_1": "Switch\n it on."}},
+        prompts={"action_sequencing": {"11_1": f"Do this. {HOSTILE}"}},
+        operators={"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"},
+        instructions={"1_1": "Switch\n it on."},
         course=course,
     )
-    data = ExplorerData(background)
+    data = ExplorerData(lambda domain: background if domain == "virtualhome" else Background())
     for run in read_runs([write_runs(folder, all_runs())]):
         data.add(run)
     page = folder / "explorer.html"
@@ -207,7 +207,7 @@ def episodes(tmp_path_factory: pytest.TempPathFactory) -> str:
         plays["good"].act(command, f"I try {command}. {HOSTILE}")
     for command in ("LOOK", "GO(moon)", *["WAVE"] * 16):
         plays["poor"].act(command)
-    data = ExplorerData(Background(course=lambda record: course_of(record, suite)))
+    data = ExplorerData(lambda domain: Background(course=lambda record: course_of(record, suite)))
     for name, play in plays.items():
         answer = [Response("both", play.text("stopped"))]
         records = tuple(Scoring().records(suite, name, answer, explanations=True))

@@ -65,5 +65,5 @@ def test_a_report_draws_pages_where_they_are_asked_for(tmp_path: Path) -> None:
     command = ["report", str(records), "--out", str(tmp_path / "out"), "--no-prompts", "--summary"]
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 0, result.output
-    assert (tmp_path / "out" / "plots" / "summary-a_first-strict.pdf").is_file()
+    assert (tmp_path / "out" / "plots" / "summary-a_first-strict.svg").is_file()
     assert "plots/summary-a_first-strict.svg" in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")

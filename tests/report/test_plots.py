@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.record import Record, TaskFeatures
 from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
-from eai.report.plots import draw_difficulty, draw_plots
+from eai.report.plots import draw_difficulty, draw_plots, plan_plots
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
 from eai.scoring.runs import Run, RunKey
@@ -52,7 +52,8 @@ def test_a_radar_leaves_out_what_is_not_known() -> None:
 
 
 def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
-    draw_plots([summary(action_run("m")), summary(goal_run())], tmp_path)
+    planned = plan_plots([summary(action_run("m")), summary(goal_run())])
+    assert None in list(draw_plots(planned, tmp_path, ["svg"]))
     shown = {path.stem: path.read_text() for path in tmp_path.glob("*.svg")}
     assert {"outcomes-virtualhome-strict", "flow-action_sequencing-virtualhome-strict"} <= {*shown}
     for name, text in shown.items():

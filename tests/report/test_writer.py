@@ -168,7 +168,9 @@ def test_a_table_longer_than_a_page_goes_on_in_another(tmp_path: Path) -> None:
 @sweep
 def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> None:
     pytest.importorskip("matplotlib")
-    one, other = (write_report(tmp_path / name, runs) / "plots" for name in ("one", "other"))
+    one, other = (
+        write_report(tmp_path / name, runs, "--formats", "pdf,svg,png") / "plots" for name in ("one", "other")
+    )
     names = sorted(path.name for path in one.iterdir())
     for kind in ("radar", "outcomes", "flow", "difficulty", "actions", "predicates"):
         assert any(name.startswith(kind) and name.endswith(".svg") for name in names), kind
@@ -177,6 +179,24 @@ def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> N
         assert (one / name).read_bytes() == (other / name).read_bytes(), name
     page = (tmp_path / "one" / "report.md").read_text(encoding="utf-8")
     assert all(f"plots/{name}" in page for name in names if name.endswith(".svg"))
+
+
+def test_plots_are_one_file_each_and_stand_behind_the_tables(tmp_path: Path, runs: Path) -> None:
+    pytest.importorskip("matplotlib")
+    without, folder = (
+        write_report(tmp_path / name, runs, *more) for name, more in (("a", ["--no-plots"]), ("b", []))
+    )
+    names = [path.name for path in (folder / "plots").iterdir()]
+    assert {Path(name).suffix for name in names} == {".svg"}
+    tables, _, shown = (folder / "report.md").read_text("utf-8").partition("\n## Plots\n")
+    assert tables == (without / "report.md").read_text("utf-8")
+    assert sorted(re.findall(r"\(plots/(.+)\)", shown)) == sorted(names)
+
+
+def test_a_format_that_is_none_is_refused_before_anything_is_written(tmp_path: Path, runs: Path) -> None:
+    result = RUNNER.invoke(app, ["report", str(runs), "--out", str(tmp_path / "out"), "--formats", "svg,bmp"])
+    assert "--formats: expected some of svg, png, pdf, not 'svg,bmp'" in str(result.exception)
+    assert not (tmp_path / "out").exists()
 
 
 def test_unusable_input_is_one_line(tmp_path: Path) -> None:

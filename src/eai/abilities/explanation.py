@@ -172,38 +172,36 @@ def near_misses(explanation: Explanation) -> Mapping[str, tuple[str, ...]]:
     the first object to another one. What holds both ways between two objects says only that they are near
     each other, and is none.
     """
-    made, ended = _made(explanation), _ended(explanation)
+    missed = [goal.goal for goal in explanation.goals if not goal.satisfied]
+    made, ended = _made_and_ended(explanation.steps if missed else ())
     found = {}
-    for goal in explanation.goals:
-        wanted = _parts(goal.goal)
-        if not goal.satisfied and wanted is not None:
+    for goal in missed:
+        wanted = _parts(goal)
+        if wanted is not None:
             near = sorted(
                 (fact for fact in made if _is_near(wanted, fact, ended)),
                 key=lambda fact: fact[1:] != wanted[1:],
             )
             if near:
-                found[goal.goal] = tuple(_text(fact) for fact in near[:SHOWN])
+                found[goal] = tuple(_text(fact) for fact in near[:SHOWN])
     return found
 
 
-def _made(explanation: Explanation) -> list[tuple[str, ...]]:
-    """The facts that the steps made true and left so, without those that hold both ways."""
-    made: dict[tuple[str, ...], None] = {}
-    for step in explanation.steps:
-        for fact in filter(None, map(_parts, step.removed)):
-            made.pop(fact, None)
-        made |= dict.fromkeys(filter(None, map(_parts, step.added)))
-    return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made]
+def _made_and_ended(steps: Iterable[StepReport]) -> tuple[list[_Fact], Mapping[_Fact, frozenset[_Fact]]]:
+    """The facts that steps made true and left so, and for each that any made true those that it ended.
 
-
-def _ended(explanation: Explanation) -> Mapping[_Fact, frozenset[_Fact]]:
-    """For each fact that a step made true, the facts that this step, or another that did so, ended."""
+    A fact that holds both ways, and was left so, is none of the first.
+    """
+    made: dict[_Fact, None] = {}
     ended: dict[_Fact, frozenset[_Fact]] = {}
-    for step in explanation.steps:
+    for step in steps:
         removed = frozenset(filter(None, map(_parts, step.removed)))
+        for fact in removed:
+            made.pop(fact, None)
         for fact in filter(None, map(_parts, step.added)):
+            made[fact] = None
             ended[fact] = ended.get(fact, frozenset()) | removed
-    return ended
+    return [fact for fact in made if len(fact) != 3 or (fact[0], fact[2], fact[1]) not in made], ended
 
 
 def _is_near(wanted: _Fact, fact: _Fact, ended: Mapping[_Fact, frozenset[_Fact]]) -> bool:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.cli.console import counted, note, output, print_json, say, tell, writing_to
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, opened_source, store
+from eai.cli.progress import scoring_progress
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
@@ -25,19 +27,21 @@ from eai.households.packs import is_at_hand
 from eai.pictures.course import courses
 from eai.prompts.prompt import PromptSet
 from eai.report.board import board_html
-from eai.report.document import Plot, unnamed_remark
+from eai.report.document import unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
-from eai.report.plots import draw_plots
+from eai.report.plots import PlannedPlot, draw_plots, plan_plots
 from eai.report.publication import published_files
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.table_specs import domain_title
-from eai.report.writer import rankings_json, write_tables
+from eai.report.writer import add_plots, rankings_json, write_tables
 from eai.results.cost import read_price_list
+from eai.results.plots import FORMATS
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
-from eai.scoring.runs import as_asked_in_paper, read_runs
+from eai.scoring.collector import collecting_seldom
+from eai.scoring.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.tasks.source import Source
 
 PLOTS = "plots"
@@ -45,7 +49,7 @@ EXPLORER = "explorer.html"
 PUBLISHED = "published"
 BOARD = "index.html"
 _OVERVIEW = "overview"
-_LATEX = "Tables for a paper"
+_LATEX = "For a paper"
 
 
 def report(
@@ -71,6 +75,9 @@ def report(
     intervals: Annotated[
         bool, typer.Option(help="95 % intervals below the numbers, in LaTeX.", rich_help_panel=_LATEX)
     ] = True,
+    formats: Annotated[
+        str, typer.Option(metavar="svg,png,pdf", help="Files of each plot.", rich_help_panel=_LATEX)
+    ] = FORMATS[0],
     prices: Annotated[
         Path | None,
         typer.Option(
@@ -114,31 +121,27 @@ def report(
     if out is None:
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
+    kinds = _formats(formats)
     listed_prices = None if prices is None else read_price_list(prices)
-    runs = list(read_runs(records))
     own = benchmarks_of_runs(records)
-    known = background(store(data), [run.key.domain for run in runs], own) if prompts else Background()
-    if pictures:
-        if not all(is_at_hand(store(data), domain) for domain in {run.key.domain for run in runs}):
-            raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
-        known = replace(known, course=courses(Source(store(data))))
-    explorer = ExplorerData(known)
-    summaries = []
-    for run in runs:
-        summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
-        explorer.add(run)
+    told = partial(background, store(data), own, prompts=prompts, pictures=pictures)
+    explorer, summaries = ExplorerData(told), list[RunSummary]()
+    files = len(find_record_files(records))
+    with collecting_seldom(), scoring_progress("reading records", files, quiet=False) as watch:
+        for number, run in enumerate(read_runs(records), 1):
+            summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
+            explorer.add(run)
+            watch(min(number, files))
     summaries.sort(key=lambda item: item.key.order)
     publication = {} if publish is None else published_files(publish, summaries)
     plain = plain_runs(summaries)
     tables = rankings(plain, with_paper=paper)
     with writing_to(out):
         out.mkdir(parents=True, exist_ok=True)
-        drawn = _draw(plain, out / PLOTS, tables if summary else []) if plots else []
         written = write_tables(
             out,
             summaries,
             tables,
-            drawn,
             with_paper=paper,
             models=listed(models),
             columns=listed(columns),
@@ -151,14 +154,15 @@ def report(
                 **{out / PUBLISHED / name: content for name, content in publication.items()},
             }
         )
+        drawn = _draw(plan_plots(plain, tables if summary else ()), out, kinds) if plots else 0
     if publish is not None and not publication:
         note(f"published: nothing, since no model that {publish} names answered a whole suite")
     shown = out / EXPLORER
     if as_json:
-        counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}
+        counts = {"runs": len(summaries), "tables": written, "plots": drawn}
         print_json({**counts, "folder": str(out), "explorer": str(shown)})
         return
-    made = (counted(len(summaries), "run"), counted(written, "table"), counted(len(drawn), "plot"))
+    made = (counted(len(summaries), "run"), counted(written, "table"), counted(drawn, "plot"))
     say(f"{', '.join(made)}; open {shown}")
 
 
@@ -174,35 +178,61 @@ def _write_board(paths: Sequence[Path], out: Path | None, data: Path | None, *, 
     tell(f"{counted(number, 'submission')} in {out / BOARD}", value=made, as_json=as_json)
 
 
-def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking]) -> list[Plot]:
-    """The plots, or none and a remark where matplotlib is not installed."""
+def _formats(text: str) -> list[str]:
+    """The formats of plots that an option names.
+
+    Raises:
+        InputError: one is not known.
+    """
+    named = listed(text)
+    if not named or not set(named) <= set(FORMATS):
+        raise InputError(f"--formats: expected some of {', '.join(FORMATS)}, not {text!r}")
+    return [kind for kind in FORMATS if kind in named]
+
+
+def _draw(planned: Sequence[PlannedPlot], out: Path, formats: Sequence[str]) -> int:
+    """Draw plots, which the report then shows, and count them; a remark where matplotlib is not installed."""
+    drawn = []
     try:
-        return draw_plots(summaries, folder, pages)
+        with scoring_progress("drawing plots", len(planned), quiet=False) as watch:
+            for number, plot in enumerate(draw_plots(planned, out / PLOTS, formats), 1):
+                drawn += [plot] if plot else []
+                watch(number)
     except EaiError as error:
         note(f"no plots: {error}")
-        return []
+    add_plots(out, drawn, formats[0])
+    return len(drawn)
 
 
-def background(source: Store, domains: Iterable[str], own: Mapping[str, Benchmark]) -> Background:
-    """The words of the user's data set on the tasks of some domains, or of the user's own benchmarks.
+def background(
+    source: Store, own: Mapping[str, Benchmark], domain: str, *, prompts: bool, pictures: bool
+) -> Background:
+    """The words of the user's data set on the tasks of a domain, or of the user's own benchmark.
 
     Nothing is fetched for it.
+
+    Args:
+        source: where the data set is, if it is at hand.
+        own: the user's own benchmarks, by name.
+        domain: the domain.
+        prompts: whether words are wanted.
+        pictures: whether scenes are.
+
+    Raises:
+        InputError: scenes are wanted, and the data set is not at hand.
     """
-    names = dict.fromkeys(domains)
-    known = [own[name] for name in names if name in own]
-    others = [name for name in names if name in registered() and name not in own]
-    known += [find_benchmark(name) for name in others if is_at_hand(source, name)]
+    if pictures and not is_at_hand(source, domain):
+        raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
+    known = domain in own or (domain in registered() and is_at_hand(source, domain))
+    words = _words(own.get(domain) or find_benchmark(domain), source) if prompts and known else Background()
+    return replace(words, course=courses(Source(source))) if pictures else words
+
+
+def _words(benchmark: Benchmark, source: Store) -> Background:
     return Background(
-        prompts={
-            (benchmark.name, ability.value): _prompts(benchmark, ability, source)
-            for benchmark in known
-            for ability in FOUR
-        },
-        operators={benchmark.name: _operators(benchmark, source) for benchmark in known},
-        instructions={
-            benchmark.name: {task.id: task.instruction for task in benchmark.tasks(Source(source)).values()}
-            for benchmark in known
-        },
+        prompts={ability.value: _prompts(benchmark, ability, source) for ability in FOUR},
+        operators=_operators(benchmark, source),
+        instructions={task.id: task.instruction for task in benchmark.tasks(Source(source)).values()},
     )
 
 

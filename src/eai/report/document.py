@@ -130,7 +130,6 @@ def report_markdown(
     besides: Sequence[Ranking],
     agreements: Sequence[_Agreement],
     cost: str,
-    plots: Sequence[Plot],
 ) -> str:
     """The page; what the answers cost is a section of it, if there is one."""
     plain = plain_runs(runs)
@@ -148,7 +147,6 @@ def report_markdown(
         *_outcomes(plain),
         *_runs(runs),
         *([cost] if cost else []),
-        *_plots(plots),
     ]
     return "\n".join(blocks)
 
@@ -315,11 +313,10 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
 
 
-def _plots(plots: Sequence[Plot]) -> Iterator[str]:
-    if plots:
-        yield "## Plots\n"
-        for plot in plots:
-            yield f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.svg)\n"
+def plots_markdown(plots: Sequence[Plot], kind: str) -> str:
+    """The section of plots, in files of a format; nothing if there are none."""
+    shown = (f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{kind})\n" for plot in plots)
+    return "\n".join(("\n## Plots\n", *shown)) if plots else ""
 
 
 def _suite(domain: str, ability: Ability) -> str:

@@ -8,9 +8,9 @@ knows the same keys. Texts are numbers into ``texts``, steps and operators numbe
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from functools import cache
 from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport, near_misses
@@ -35,45 +35,46 @@ VERSION = 3
 _VIEWER = "http://127.0.0.1:7575/#/logs"
 """The address at which ``inspect view`` shows logs."""
 
-Suite: TypeAlias = "tuple[str, str]"
-"""Domain and ability."""
-
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """The questions behind answers, where they are at hand.
+    """The questions behind the answers of a domain, where they are at hand.
 
     Attributes:
-        prompts: domain and ability -> task -> prompt.
-        operators: domain -> operator -> its definition in the data set.
-        instructions: domain -> task -> what it is in natural language.
+        prompts: ability -> task -> prompt.
+        operators: operator -> its definition in the data set.
+        instructions: task -> what it is in natural language.
         course: what gives the scenes that an answer passes through.
     """
 
-    prompts: Mapping[Suite, Mapping[str, str]] = field(default_factory=dict)
-    operators: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    instructions: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    prompts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    operators: Mapping[str, str] = field(default_factory=dict)
+    instructions: Mapping[str, str] = field(default_factory=dict)
     course: Callable[[Record], Course] = lambda _: ()
 
 
 class ExplorerData:
-    """Runs are added one by one; what is kept of them is small."""
+    """Runs are added one by one; what is kept of them is text.
 
-    def __init__(self, background: Background) -> None:
-        self._background = background
+    Args:
+        background: gives that of a domain, for which it is asked once.
+    """
+
+    def __init__(self, background: Callable[[str], Background] = lambda domain: Background()) -> None:
+        self._background = cache(background)
         self._texts: dict[str, int] = {}
         self._steps: dict[str, int] = {}
         self._operators: dict[str, int] = {}
         self._scenes: dict[str, int] = {}
         self._tiles: dict[str, int] = {}
-        self._runs: dict[RunKey, Json] = {}
+        self._runs: dict[RunKey, str] = {}
         self._prompts: dict[str, dict[str, Json]] = {}
         self._tasks: dict[str, dict[str, Json]] = {}
 
     def add(self, run: Run) -> None:
         """Add the records of a run."""
-        key = run.key
-        self._runs[key] = {
+        key, background = run.key, self._background(run.key.domain)
+        packed: Json = {
             "protocol": key.protocol.value,
             "domain": key.domain,
             "ability": key.ability.value,
@@ -85,13 +86,13 @@ class ExplorerData:
             ),
             "answers": [self._answer(record) for record in run.records],
         }
-        asked = self._background.prompts.get((key.domain, key.ability.value), {})
+        self._runs[key] = for_script(packed)
+        asked = background.prompts.get(key.ability.value, {})
         kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
-        instructions = self._background.instructions.get(key.domain, {})
         tasks = self._tasks.setdefault(key.domain, {})
         for record in run.records:
             if record.task is not None and record.task_id not in tasks:
-                instruction = " ".join(instructions.get(record.task_id, "").split())
+                instruction = " ".join(background.instructions.get(record.task_id, "").split())
                 tasks[record.task_id] = [self._text(record.task.name), self._text(instruction)]
             prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
             if prompt and record.task_id not in kept:
@@ -99,20 +100,24 @@ class ExplorerData:
 
     def to_json(self) -> str:
         """Everything as one JSON text that is safe inside a script element."""
-        content: Json = {
-            "version": VERSION,
-            "runs": [self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)],
-            "prompts": {suite: lines for suite, lines in self._prompts.items() if lines},
-            "tasks": {domain: tasks for domain, tasks in self._tasks.items() if tasks},
-            "titles": {key.domain: title_of(key.domain) for key in self._runs},
-            "gold": {domain: dict(names) for domain, names in self._background.operators.items()},
-            "texts": list(self._texts),
-            "steps": [json.loads(step) for step in self._steps],
-            "operators": [json.loads(operator) for operator in self._operators],
-            "scenes": [json.loads(scene) for scene in self._scenes],
-            "tiles": [json.loads(tile) for tile in self._tiles],
+        domains = dict.fromkeys(key.domain for key in self._runs)
+        content = {
+            "version": for_script(VERSION),
+            "runs": _array(self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)),
+            "prompts": for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
+            "tasks": for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
+            "titles": for_script({domain: title_of(domain) for domain in domains}),
+            "gold": for_script({domain: gold for domain in domains if (gold := self._gold(domain))}),
+            "texts": for_script(list(self._texts)),
+            "steps": _array(self._steps),
+            "operators": _array(self._operators),
+            "scenes": _array(self._scenes),
+            "tiles": _array(self._tiles),
         }
-        return for_script(content)
+        return f"{{{','.join(f'{for_script(name)}:{text}' for name, text in content.items())}}}"
+
+    def _gold(self, domain: str) -> dict[str, Json]:
+        return dict(self._background(domain).operators)
 
     def _answer(self, record: Record) -> Json:
         verdict = record.verdict
@@ -133,7 +138,7 @@ class ExplorerData:
                 "s": [self._step(step) for step in explanation.steps],
                 "G": self._goals(explanation),
                 "A": self._attempts(record),
-                "P": [self._scene(scene) for scene in self._background.course(record)],
+                "P": [self._scene(scene) for scene in self._background(record.domain).course(record)],
             }
         )
 
@@ -197,7 +202,7 @@ class ExplorerData:
 
     def _step(self, step: StepReport) -> int:
         """Action, outcome, reason, earlier, facts added, facts removed, number of other changes."""
-        packed = [
+        packed: Json = [
             self._text(step.action),
             self._text(step.outcome),
             self._text(step.reason),
@@ -206,15 +211,15 @@ class ExplorerData:
             [self._text(fact) for fact in step.removed],
             step.hidden_changes,
         ]
-        return _number(self._steps, json.dumps(packed))
+        return _number(self._steps, for_script(packed))
 
     def _scene(self, tiles: Sequence[Tile]) -> int:
         """The outermost tiles."""
-        return _number(self._scenes, json.dumps([self._tile(tile) for tile in tiles]))
+        return _number(self._scenes, for_script([self._tile(tile) for tile in tiles]))
 
     def _tile(self, tile: Tile) -> int:
         """Name, kind, marks, lines, and each zone with the tiles in it."""
-        packed = [
+        packed: Json = [
             self._text(tile.name),
             tile.kind.name.lower(),
             [self._text(mark) for mark in tile.marks],
@@ -224,7 +229,7 @@ class ExplorerData:
                 for label, within in tile.zones.items()
             ],
         ]
-        return _number(self._tiles, json.dumps(packed))
+        return _number(self._tiles, for_script(packed))
 
     def _operator(self, operator: OperatorReport) -> int:
         """Name, status, the sides with what is matched, additional and missing, and offences."""
@@ -236,7 +241,7 @@ class ExplorerData:
             {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
             for offence in operator.offences
         ]
-        return _number(self._operators, json.dumps([operator.name, operator.status.value, *sides, offences]))
+        return _number(self._operators, for_script([operator.name, operator.status.value, *sides, offences]))
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
@@ -245,6 +250,10 @@ class ExplorerData:
 def _number(table: dict[str, int], item: str) -> int:
     """The place of an item in a table, into which it is put if it is not there."""
     return table.setdefault(item, len(table))
+
+
+def _array(items: Iterable[str]) -> str:
+    return f"[{','.join(items)}]"
 
 
 def _without_empty(values: Mapping[str, Json]) -> dict[str, Json]:

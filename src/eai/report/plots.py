@@ -1,4 +1,4 @@
-"""Plots for papers, as SVG and PNG. Needs matplotlib, which is imported when there is something to draw.
+"""Plots for papers. Needs matplotlib, which is imported when there is something to draw.
 
 Drawn here: success against the number of goals of tasks, and against the length of the data set's own plan.
 """
@@ -6,10 +6,11 @@ Drawn here: success against the number of goals of tasks, and against the length
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import chain, groupby
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import place_of
@@ -23,7 +24,7 @@ from eai.report.table_specs import ability_title, domain_title
 from eai.results.breakdown import Breakdown
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.markdown import escaped
-from eai.results.plots import LINES, RULE, clipped, entitle, styled, write
+from eai.results.plots import FORMATS, LINES, RULE, clipped, entitle, styled, write
 from eai.results.rate import rate_of
 
 if TYPE_CHECKING:
@@ -60,79 +61,71 @@ Bins = Mapping[int, Cases]
 """Bin -> successes of one model; a bin without tasks is not there."""
 
 
-def draw_plots(runs: Sequence[RunSummary], folder: Path, pages: Sequence[Ranking] = ()) -> list[Plot]:
-    """Draw everything that the runs have numbers for; returns what was drawn, in order.
+PlannedPlot: TypeAlias = "tuple[Plot, str, Callable[[], Figure | None]]"
+"""A plot, what is said above it, and what draws it, or nothing where there are no numbers."""
+
+
+def plan_plots(runs: Sequence[RunSummary], pages: Sequence[Ranking] = ()) -> list[PlannedPlot]:
+    """All plots that runs may have numbers for, in order.
 
     Args:
         runs: the runs, sorted by the order of their keys.
-        folder: where the plots go.
         pages: the tables from which each model gets a page that sums it up; none if empty.
+    """
+    return [*_pages(pages), *_figures(runs)]
+
+
+def draw_plots(
+    planned: Iterable[PlannedPlot], folder: Path, formats: Sequence[str] = FORMATS
+) -> Iterator[Plot | None]:
+    """Draw plots one by one; each is given when its files are there, or None if it has no numbers.
+
+    Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
+    that the solver of the layout does not always give alike.
+
+    Args:
+        planned: the plots.
+        folder: where they go.
+        formats: those of `FORMATS` in which each is written.
 
     Raises:
         EaiError: matplotlib is not installed.
     """
-    drawn = []
     with styled():
         folder.mkdir(parents=True, exist_ok=True)
-        for plot, figure in chain(_pages(pages), _figures(runs)):
-            _save(figure, folder / plot.name)
-            drawn.append(plot)
-    return drawn
+        for plot, title, draw in planned:
+            figure = draw()
+            if figure is not None:
+                if title:
+                    entitle(figure, title)
+                write(figure, folder / plot.name, formats, clips=False)
+            yield None if figure is None else plot
 
 
-def _pages(tables: Sequence[Ranking]) -> Iterator[tuple[Plot, Figure]]:
+def _pages(tables: Sequence[Ranking]) -> Iterator[PlannedPlot]:
     for model, protocol in plot_summary.models_of(tables):
         name = file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escaped(model)} on one page, protocol {protocol.value}"
-        yield from _drawn(name, caption, plot_summary.draw(tables, model, protocol))
+        yield Plot(name, caption), "", partial(plot_summary.draw, tables, model, protocol)
 
 
-def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
+def _figures(runs: Sequence[RunSummary]) -> Iterator[PlannedPlot]:
     ordered = sorted(runs, key=lambda item: item.key.order)
     for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
         group = list(items)
         place = f"{domain_title(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
-        whole: Sequence[tuple[str, str, Callable[[Sequence[RunSummary]], Figure | None]]] = (
-            ("radar", "Main results by model", draw_radar),
-            ("outcomes", "Outcomes of answers", draw_outcomes),
-        )
-        for kind, caption, draw in whole:
-            yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group), place)
+        yield Plot(f"radar-{name}", f"Main results by model: {place}"), place, partial(draw_radar, group)
+        outcomes = Plot(f"outcomes-{name}", f"Outcomes of answers: {place}")
+        yield outcomes, place, partial(draw_outcomes, group)
         for ability in sorted({item.key.ability for item in group}, key=place_of):
             of_ability = [item for item in group if item.key.ability is ability]
-            what = f"{ability_title(ability).lower()}, {place}"
             title = f"{domain_title(domain)} {ability_title(ability).lower()}, {protocol.value}"
-            slug = f"{ability.value}-{name}"
-            if declaration_of(ability).has_plans:
-                caption = f"From answer to outcome: {what}"
-                yield from _drawn(f"flow-{slug}", caption, draw_flow(of_ability), title)
-            caption = f"{_DIFFICULTY}: {what}"
-            yield from _drawn(f"difficulty-{slug}", caption, draw_difficulty(of_ability), title)
-            for kind, draw_by in (
-                ("action", draw_actions),
-                ("predicate", draw_predicates),
-            ):
-                caption = f"By {kind} (of fewer than five cases in brackets): {what}"
-                yield from _drawn(f"{kind}s-{slug}", caption, draw_by(of_ability), title)
-
-
-def _drawn(name: str, caption: str, figure: Figure | None, title: str = "") -> Iterator[tuple[Plot, Figure]]:
-    if figure is not None:
-        if title:
-            entitle(figure, title)
-        yield Plot(name, caption), figure
-
-
-def _save(figure: Figure, path: Path) -> None:
-    """Write a figure in all formats.
-
-    Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
-    that the solver of the layout does not always give alike.
-    """
-    for artist in figure.findobj():
-        artist.set_clip_on(False)
-    write(figure, path)
+            for kind, caption, draw in _KINDS:
+                if kind != "flow" or declaration_of(ability).has_plans:
+                    caption = f"{caption}: {ability_title(ability).lower()}, {place}"
+                    plot = Plot(f"{kind}-{ability.value}-{name}", caption)
+                    yield plot, title, partial(draw, of_ability)
 
 
 def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
@@ -222,3 +215,12 @@ def _draw_intervals(panel: Axes, bins: Bins, shift: float, color: str) -> None:
         certainty = certainty_of_rate(cases)
         if certainty is not None:
             panel.vlines(place + shift, *certainty.interval, color=color, linewidth=0.8, alpha=0.6)
+
+
+_KINDS: Sequence[tuple[str, str, Callable[[Sequence[RunSummary]], Figure | None]]] = (
+    ("flow", "From answer to outcome", draw_flow),
+    ("difficulty", _DIFFICULTY, draw_difficulty),
+    ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
+    ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
+)
+"""The plots of an ability: name, caption, and what draws it; flows are of those that have plans alone."""

@@ -16,7 +16,7 @@ from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
-from eai.report.document import Plot, agreements, report_markdown
+from eai.report.document import Plot, agreements, plots_markdown, report_markdown
 from eai.report.ranking import Cell, Ranking, Row, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
@@ -29,7 +29,6 @@ def write_tables(
     folder: Path,
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
-    plots: Sequence[Plot],
     *,
     with_paper: bool,
     models: Collection[str] = (),
@@ -46,7 +45,6 @@ def write_tables(
         folder: where the files go.
         runs: all runs, experiments too.
         tables: the tables of the plain runs.
-        plots: the plots of the plain runs.
         with_paper: whether the paper's models appear beside ours.
         models: the models in LaTeX, where a page has an end; all if empty.
         columns: the columns in LaTeX, by their own heading or that above them, in any case; all if empty.
@@ -66,7 +64,7 @@ def write_tables(
     compared = agreements(plain) if with_paper else []
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, tried, others, compared, cost, plots),
+        "report.md": report_markdown(runs, tables, tried, others, compared, cost),
         "tables.tex": "\n".join(
             _latex(table, intervals=intervals) for table in _narrowed(written, models, columns)
         ),
@@ -78,6 +76,12 @@ def write_tables(
         contents["cost.csv"] = paid
     write_whole({folder / name: text for name, text in contents.items()})
     return len(written)
+
+
+def add_plots(folder: Path, plots: Sequence[Plot], kind: str) -> None:
+    """Show plots, drawn in files of a format, at the end of ``report.md``."""
+    page = folder / "report.md"
+    write_whole({page: page.read_text(encoding="utf-8") + plots_markdown(plots, kind)})
 
 
 def _narrowed(tables: Sequence[Ranking], models: Collection[str], columns: Collection[str]) -> list[Ranking]:

@@ -59,9 +59,12 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str) -> 
     return page
 
 
+_COMPACT = json.JSONEncoder(separators=(",", ":"))
+
+
 def for_script(content: Json) -> str:
     """JSON in ASCII without ``<``, ``>`` and ``&``, so that no text in it can end a script element."""
-    text = json.dumps(content, ensure_ascii=True, separators=(",", ":"))
+    text = _COMPACT.encode(content)
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return text

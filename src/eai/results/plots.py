@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from importlib import resources
 from itertools import accumulate
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.errors import EaiError, how_to_install
@@ -68,15 +68,15 @@ def _drawable(name: str) -> str:
     return "".join(c if c.isprintable() and c <= _LAST_LETTER else "?" for c in name)
 
 
-FORMATS = ("svg", "png", "pdf")
-_UNDATED: dict[str, dict[str, None]] = {
-    "svg": {"Date": None},
-    "png": {"Software": None},
-    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-}
-"""The metadata of a format on the day and the program, by format."""
-
 _DOTS_PER_INCH = 150
+_HOW: Mapping[str, Mapping[str, Any]] = {
+    "svg": {"metadata": {"Date": None}},
+    "png": {"metadata": {"Software": None}, "dpi": _DOTS_PER_INCH},
+    "pdf": {"metadata": {"CreationDate": None, "Creator": None, "Producer": None}},
+}
+"""How a format is written: without the day and the program's version."""
+
+FORMATS = tuple(_HOW)
 _STYLE = "plots.mplstyle"
 _TITLE = 0.2
 """The height of a title, in inches."""
@@ -110,25 +110,37 @@ def say_above(figure: Figure, text: str) -> None:
     figure.suptitle(text, x=0.01, ha="left", fontsize=7.5)
 
 
-def write(figure: Figure, path: Path) -> tuple[Path, ...]:
-    """Write a figure as ``path``.svg, ``.png`` and ``.pdf``, without the date and the program's version.
+def write(
+    figure: Figure, path: Path, formats: Sequence[str] = FORMATS, *, clips: bool = True
+) -> tuple[Path, ...]:
+    """Write a figure as ``path.svg`` and so on, without the date and the program's version.
 
-    It is laid out once, for the picture of dots. No letters are joined: for joined ones a PDF embeds a second
+    It is laid out once, as a picture of dots. No letters are joined: for joined ones a PDF embeds a second
     font, and a search of its text misses them.
+
+    Args:
+        figure: the figure.
+        path: where to, without the ending.
+        formats: those of `FORMATS` that are wanted.
+        clips: whether what leaves its axes is cut off.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
 
-    for text in figure.findobj(Text):
+    artists = figure.findobj()
+    for text in artists:
         if isinstance(text, Text) and hasattr(text, "set_fontfeatures"):
             text.set_fontfeatures(("-liga",))
     figure.dpi = _DOTS_PER_INCH
-    canvas = FigureCanvasAgg(figure)
-    canvas.print_png(_target(path, "png"), metadata=_UNDATED["png"])  # type: ignore[no-untyped-call]
-    figure.set_layout_engine(None)
-    for kind in ("svg", "pdf"):
-        figure.savefig(_target(path, kind), metadata=_UNDATED[kind])
-    return tuple(_target(path, kind) for kind in FORMATS)
+    FigureCanvasAgg(figure)
+    if (engine := figure.get_layout_engine()) is not None:
+        engine.execute(figure)
+        figure.set_layout_engine(None)
+    for artist in () if clips else artists:
+        artist.set_clip_on(False)
+    for kind in formats:
+        figure.savefig(_target(path, kind), **_HOW[kind])
+    return tuple(_target(path, kind) for kind in formats)
 
 
 def _target(path: Path, kind: str) -> Path:
@@ -287,7 +299,8 @@ def draw_matrix(
             value = value_of(cell)
             if isinstance(cell, int) or value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK else INK
-                panel.text(x, y, _number_text(cell), ha="center", va="center", color=color, fontsize=6)
+                style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
+                panel.text(x, y, _number_text(cell), style)
     if any(text.get_text().startswith("(") for text in panel.texts):
         figure.supxlabel(f"in brackets: of fewer than {FEW}", x=0.01, ha="left", fontsize=6)
     return figure

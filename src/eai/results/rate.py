@@ -63,7 +63,9 @@ def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:
 
 
 def _exact(number: float | Exact) -> Exact:
-    return number if isinstance(number, int | Fraction) else Fraction(number)
+    if isinstance(number, float):
+        return int(number) if number.is_integer() else Fraction(number)
+    return number
 
 
 def rate_of(shares: Iterable[Share]) -> Rate:

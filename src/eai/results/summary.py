@@ -47,8 +47,9 @@ def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case
     scored = [record for record in records if record.verdict.excluded is None]
     cases: dict[str, list[Case]] = {}
     for record, shares in zip(scored, contributions([r.verdict for r in scored], ability), strict=True):
+        task_id, name = record.task_id, name_of(record)
         for metric, share in shares.items():
-            cases.setdefault(metric, []).append(Case(record.task_id, name_of(record), share))
+            cases.setdefault(metric, []).append(Case(task_id, name, share))
     return cases
 
 
