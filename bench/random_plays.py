@@ -34,7 +34,7 @@ from eai.acting.journal import key_in, read_journal
 from eai.acting.play import Arena, Play
 from eai.acting.server import server_of
 from eai.acting.setting import ACTING, AGENT, STANDARD
-from eai.acting.worlds import opened
+from eai.acting.worlds import journal_in, opened
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite
 from eai.envs import TextEnvironment, make
@@ -190,7 +190,7 @@ def compare_mcp(check: Check, place: object, suite: Suite, play: Play, told: Tol
                     return await through_mcp(client, play)
 
             check.same("MCP: observations", place, asyncio.run(run()), told)
-            path = worlds.path((task_id, 1))
+            path = journal_in(Path(folder), (task_id, 1))
         text = read_journal(path, key_in(Path(folder)), ended=False)
         verdict = cast("ActingVerdict", suite.score(task_id, text))
         plain = cast("ActingVerdict", suite.score(task_id, play.text("stopped")))

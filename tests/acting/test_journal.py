@@ -60,7 +60,7 @@ def test_the_end_is_not_told_to_be_a_win(tmp_path: Path) -> None:
     with closing(Journal(tmp_path / "episode", key_in(tmp_path), beginning())) as journal:
         told = [journal.act(command) for command in WINNING]
         assert [line for text in told for line in text.splitlines() if "goals" in line.lower()] == []
-        assert told[-1].splitlines()[-1] == journal.act("DONE") == journal.look() == OVER
+        assert told[-1].splitlines()[-1] == journal.act("DONE") == journal.act("LOOK") == OVER
 
 
 def test_an_episode_goes_on_and_never_begins_anew(tmp_path: Path) -> None:

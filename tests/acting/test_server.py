@@ -29,7 +29,7 @@ from eai.acting.declaration import ActingVerdict
 from eai.acting.play import OVER, Arena
 from eai.acting.server import MAX_BODY, MAX_COMMAND, http_app, server_of
 from eai.acting.setting import ACTING, Setting
-from eai.acting.worlds import Worlds, opened
+from eai.acting.worlds import Worlds, journal_in, opened
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
 from envs.switches import SWITCHES
@@ -105,13 +105,13 @@ def test_the_tools_are_made_from_the_declaration(tmp_path: Path) -> None:
             assert (await call(client, "fly")).failed
             assert (
                 await call(client, "act", action="x", objects="y")
-            ).text == "objects: expected a list, found 'y'"
+            ).text == "the arguments: expected action, a name, and objects, a list of names"
             assert (await call(client, "act", action="x" * MAX_COMMAND, objects=[])).failed
             assert (await call(client, "act", action=WINNING[0])).failed
 
     with opened(tmp_path, SUITE, ONE) as worlds:
         asyncio.run(run(worlds))
-        assert not worlds.path(ONE[0]).exists()  # none of these was a call of the world
+        assert not journal_in(tmp_path, ONE[0]).exists()  # none of these was a call of the world
 
 
 def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_a_folder_is_of_one_suite_and_setting_and_process(tmp_path: Path) -> Non
             pass
     with pytest.raises(InputError, match="another setting"), opened(tmp_path, SUITE, ONE, Setting(budget=4)):
         pass
-    worlds.path(("moon", 1)).touch()
+    journal_in(tmp_path, ("moon", 1)).touch()
     with pytest.raises(InputError, match="not of a task"), opened(tmp_path, SUITE, ONE):
         pass
 
@@ -261,7 +261,7 @@ def test_what_is_no_request_of_an_agent_is_refused(
             good = {**HEADERS, "Authorization": f"Bearer {ticket}"}
             refused = await http.post(URL, headers={**good, **given}, content=body)
             assert refused.status_code == status, refused.text
-            assert not worlds.path(ONE[0]).exists()
+            assert not journal_in(tmp_path, ONE[0]).exists()
             allowed = await http.post(URL, headers=good, content=BODY)
             assert allowed.status_code == 200
             assert "DONE." in allowed.text
@@ -312,7 +312,7 @@ def test_the_world_says_nothing_of_its_files(tmp_path: Path) -> None:
                 await call(client, "look")
 
     with opened(tmp_path, SUITE, ONE) as worlds:
-        path = worlds.path(ONE[0])
+        path = journal_in(tmp_path, ONE[0])
         path.parent.mkdir(parents=True)
         path.write_text("0 {}\n")
         asyncio.run(run(worlds))

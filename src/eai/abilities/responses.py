@@ -16,7 +16,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from eai.data.files import files_below, read_columns, write_whole
+from eai.data.files import content_of, files_below, read_columns, write_whole
 from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"
@@ -315,11 +315,7 @@ def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
 
 
 def _read_list(path: Path) -> list[Any]:
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    rows = _parsed(path, content)
+    rows = _parsed(path, content_of(path))
     if not isinstance(rows, list):
         raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
     return rows

@@ -137,7 +137,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
     kinds = [None if turn.fault is None else turn.fault.value for turn in actions]
     faulty = [i for i, kind in enumerate(kinds) if kind in KINDS]
     is_known = verdict.outlook in ("open", "lost")
-    mended = sum(any(_is_possible(turn) for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
+    mended = sum(any(turn.fault is None for turn in actions[i + 1 : i + 1 + _SOON]) for i in faulty)
     return {
         "success": of_all(won),
         **{
@@ -167,10 +167,6 @@ def averaged(verdicts: Sequence[ActingVerdict]) -> ActingVerdict:
     added = [contributions(verdict) for verdict in scored]
     mean = {name: Share(*map(fmean, zip(*(each[name] for each in added), strict=True))) for name in added[0]}
     return replace(scored[0], mean=mean)
-
-
-def _is_possible(turn: Turn) -> bool:
-    return turn.fault is None
 
 
 def _path_length_share(won: bool, tried: int, shortest: int) -> float:

@@ -11,17 +11,15 @@ from __future__ import annotations
 import hmac
 import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from secrets import token_bytes
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
 from eai.acting.play import OVER, Play
+from eai.data.files import content_of
 from eai.errors import InputError
 from eai.tasks.source import task_sha256
 
@@ -51,29 +49,11 @@ def key_in(folder: Path) -> bytes:
 
 
 @dataclass(frozen=True, slots=True)
-class _Turn:
-    said: str
-    told: str
-
-
-@dataclass(frozen=True, slots=True)
-class _Line:
-    """The object of a line, which has one of the three."""
-
-    begin: Mapping[str, Any] | None = None
-    act: _Turn | None = None
-    end: str | None = None
-
-
-_LINE = TypeAdapter(_Line)
-
-
-@dataclass(frozen=True, slots=True)
 class _Sealed:
     """The lines of a journal whose seals are right: the last seal, and the bytes of all whole lines."""
 
     begin: Mapping[str, Any]
-    turns: tuple[_Turn, ...] = ()
+    turns: tuple[Mapping[str, str], ...] = ()
     ended: str | None = None
     seal: str = ""
     size: int = 0
@@ -101,23 +81,19 @@ def read_journal(path: Path, key: bytes, play: Play | None = None, *, ended: boo
     if ended and episode.ended is None:
         raise InputError(f"{path}: the episode has no end")
     about = {name: value for name, value in episode.begin.items() if name not in ("task", "task_sha256")}
-    turns = [{"said": turn.said, "told": turn.told} for turn in episode.turns]
-    return json.dumps({**about, "turns": turns, "ended": episode.ended or "stopped"}, ensure_ascii=False)
+    whole = {**about, "turns": episode.turns, "ended": episode.ended or "stopped"}
+    return json.dumps(whole, ensure_ascii=False)
 
 
 def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
     """The lines of a journal, which must be of the episode with this beginning if one is given."""
     episode = _Sealed({})
-    try:
-        if path.is_symlink():
-            raise InputError(f"{path}: expected a file, not a link")
-        content = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    for number, raw in enumerate(content.split(b"\n")[:-1], 1):
+    if os.path.islink(path):  # noqa: PTH114 - what cannot be looked at is no error yet
+        raise InputError(f"{path}: expected a file, not a link")
+    for number, raw in enumerate(content_of(path).split(b"\n")[:-1], 1):
         try:
             episode = _with_line(episode, raw, key)
-        except (ValueError, ValidationError) as error:
+        except ValueError as error:
             raise InputError(f"{path}, line {number}: {error}") from error
     if not episode.begin:
         raise InputError(f"{path}: expected a line that begins an episode")
@@ -128,7 +104,7 @@ def _read(path: Path, key: bytes, play: Play | None) -> _Sealed:
 
 def _begin_of(play: Play) -> dict[str, Any]:
     """The first line of a journal: the task, and the fields of the episode but for turns and end."""
-    about = json.loads(play.text("stopped"))
+    about = play.to_json("stopped")
     task = play.game.task
     del about["turns"], about["ended"]
     return {"task": task.id, "task_sha256": task_sha256(task), **about}
@@ -140,14 +116,14 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
     if not hmac.compare_digest(seal, _seal(key, episode.seal, body).encode()):
         raise ValueError("the seal is not that of this line in this place")
     episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
-    line = _LINE.validate_json(body)
-    if bool(episode.begin) is (line.begin is not None) or episode.ended is not None:
-        raise ValueError("expected a beginning, turns and an end")
-    if line.begin is not None:
-        return replace(episode, begin=line.begin)
-    if line.act is not None:
-        return replace(episode, turns=(*episode.turns, line.act))
-    return replace(episode, ended=line.end)
+    match json.loads(body):
+        case {"begin": begin} if not episode.begin:
+            return replace(episode, begin=begin)
+        case {"act": turn} if episode.begin and episode.ended is None:
+            return replace(episode, turns=(*episode.turns, turn))
+        case {"end": why} if episode.begin and episode.ended is None:
+            return replace(episode, ended=why)
+    raise ValueError("expected a beginning, turns and an end")
 
 
 class Journal:
@@ -183,8 +159,8 @@ class Journal:
         """Play again what the file holds, of which it returns the size."""
         before = _read(self._path, self._key, self.play)
         for turn in before.turns:
-            self.play.act(turn.said)
-        if before.turns != tuple([_Turn(turn.said, turn.told or "") for turn in self.play.turns]):
+            self.play.act(turn["said"])
+        if [*before.turns] != self.play.to_json("stopped")["turns"]:
             raise InputError(f"{self._path}: another observation was told; eai or the data is another one")
         self._seal, self.ended = before.seal, before.ended
         return before.size
@@ -195,15 +171,14 @@ class Journal:
         Raises:
             InputError: the file cannot be written.
         """
-        return self._written(partial(self.play.act, said))
-
-    def look(self) -> str:
-        """All that is seen; a turn where it is one in the game.
-
-        Raises:
-            InputError: the file cannot be written.
-        """
-        return self._written(self.play.look)
+        if self.ended is not None:
+            return OVER
+        known = len(self.play.turns)
+        told = self.play.act(said)
+        for turn in self.play.turns[known:]:
+            self._add({"act": {"said": turn.said, "told": turn.told}})
+        self._end_if_over()
+        return told
 
     def end(self, why: str = "stopped") -> None:
         """End the episode for ever, if it has not ended.
@@ -218,17 +193,6 @@ class Journal:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-    def _written(self, carry_out: Callable[[], str]) -> str:
-        """The observation after a command, once its turn is on the disk."""
-        if self.ended is not None:
-            return OVER
-        known = len(self.play.turns)
-        told = carry_out()
-        for turn in self.play.turns[known:]:
-            self._add({"act": {"said": turn.said, "told": turn.told}})
-        self._end_if_over()
-        return told
 
     def _end_if_over(self) -> None:
         if self.play.game.ended is not None:

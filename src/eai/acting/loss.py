@@ -37,14 +37,10 @@ def loss(task: Task, domain: Domain, moments: Sequence[Moment], states: int) -> 
         moments: the start, and the world after each turn.
         states: how many states each search may reach; if that does not do, nothing is known.
     """
-
-    def is_lost(number: int) -> bool:
-        return _outlook(task, domain, moments[number], states) == "lost"
-
     last = _outlook(task, domain, moments[-1], states)
     if last != "lost":
         return last, None
-    return last, bisect_left(range(len(moments) - 1), True, key=is_lost)
+    return last, bisect_left(moments[:-1], True, key=lambda at: _outlook(task, domain, at, states) == "lost")
 
 
 def _outlook(task: Task, domain: Domain, moment: Moment, states: int) -> Outlook:

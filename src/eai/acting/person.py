@@ -13,7 +13,7 @@ from itertools import groupby
 from operator import attrgetter
 
 from eai.acting.play import Episode, Play, read_episode
-from eai.envs.command import DONE, LOOK, is_look
+from eai.envs.command import DONE, LOOK
 from eai.envs.game import Stage, manual
 from eai.errors import InputError
 from eai.world.fault import FaultKind
@@ -74,7 +74,7 @@ def enter(play: Play, line: str) -> str:
     if command.casefold() == HELP:
         return f"{manual(stage.benchmark, stage.rules.feedback, stage.rules.view)}\n\n{stage.opening}"
     known = [*completions(play, ""), *completions(play, command)]
-    told = play.look() if is_look(command, stage.domain) else play.act(command)
+    told = play.act(command)
     if not told.startswith(f"Failed ({FaultKind.HALLUCINATION.value})"):
         return told
     by_case = {word.casefold(): word for word in known}

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,7 +19,7 @@ from eai.acting.setting import AGENT, STANDARD, Harness, Setting
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite
 from eai.envs.agents import NULLS, UPPER
-from eai.envs.command import DONE, LOOK, Commands
+from eai.envs.command import DONE, Commands, is_look
 from eai.envs.game import Game, Stage, manual, staged
 from eai.envs.rules import Feedback, Rules
 from eai.errors import InputError
@@ -62,16 +63,19 @@ class Arena:
     Args:
         benchmark: the benchmark.
         setting: how its tasks are played.
+
+    Attributes:
+        rules: those of its games.
     """
 
     def __init__(self, benchmark: Benchmark, setting: Setting = STANDARD) -> None:
         self.benchmark = benchmark
         self.setting = setting
-        self._rules = rules_of(setting)
+        self.rules = rules_of(setting)
 
     def stage(self, task: Task) -> Stage:
         """The task as it is played in the setting."""
-        return staged(task, self.benchmark, self._rules)
+        return staged(task, self.benchmark, self.rules)
 
     def prompt(self, task: Task) -> Prompt:
         """The question: the world, the task, and how to act in it.
@@ -211,26 +215,31 @@ class Play:
         self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.game.opening()[0]))
 
     def act(self, said: str, thought: str = "") -> str:
-        """Carry a command out, beside which the agent said something; returns the observation."""
+        """Carry a command out, beside which the agent said something; returns the observation.
+
+        To look is no command of the episode where turns tell more than changes.
+        """
         if self.game.over:
             return OVER
+        stage = self.game.stage
+        if stage.rules.feedback is not Feedback.CHANGES and is_look(said, stage.domain):
+            return self.game.look_around()
         said, thought = _encodable(said), _encodable(thought)
         told = self.game.act(said).observation
         self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
         self._thought = thought
         return told
 
-    def look(self, thought: str = "") -> str:
-        """All that is seen; a command of the episode where turns tell changes alone."""
-        is_command = self.game.stage.rules.feedback is Feedback.CHANGES
-        return self.act(LOOK, thought) if is_command else self.game.look_around()
-
     def text(self, ended: str) -> str:
         """The episode as an answer."""
+        return json.dumps(self.to_json(ended), ensure_ascii=False)
+
+    def to_json(self, ended: str) -> dict[str, Any]:
+        """The episode as a JSON object; ``ended`` says why it ended, if the game does not."""
         ended = self.game.ended or ended
         episode = replace(self._about, turns=tuple(self.turns), harness=self.harness, ended=ended)
-        written = _adapter().dump_python(episode, mode="json")
+        written: dict[str, Any] = _adapter().dump_python(episode, mode="json")
         for turn in written["turns"]:
             if not turn["thought"]:
                 del turn["thought"]
-        return json.dumps(written, ensure_ascii=False)
+        return written

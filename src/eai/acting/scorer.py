@@ -45,10 +45,8 @@ def scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
 def pose(world: AskedWorld, task: Task) -> Posed:
     """The question in the standard setting, and the commands of a reference that can be played in it."""
     arena = Arena(_benchmark_of(world))
-    question = arena.prompt(task).user
-    if task.left_out is not None:
-        return Posed(question, DONE)
-    return Posed(question, "\n".join([*(arena.stage(task).reference.commands or ()), DONE]))
+    commands = arena.stage(task).reference.commands if task.left_out is None else None
+    return Posed(arena.prompt(task).user, "\n".join([*(commands or ()), DONE]))
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in this setting"
@@ -70,7 +68,6 @@ class _ActingScorer(Scorer):
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
-        self.domain = benchmark.domain
         self.goals = GoalTest(task)
 
     def why_excluded(self) -> str | None:
@@ -86,15 +83,15 @@ class _ActingScorer(Scorer):
         stage = staged(self.task, self.benchmark, episode.rules or rules_of(STANDARD))
         if stage.reference.commands is None:
             return Assessment(ActingVerdict(excluded=NO_REFERENCE), lambda: Explanation((NO_REFERENCE,)))
-        if isinstance(read, Unreadable):
-            error = ErrorReport(FaultKind.PARSING, None, read.reason)
-            nothing, _, moments = self._replay(stage, episode)
-            return self._assessment(replace(nothing, error=error, executable=False), [], moments)
         try:
-            return self._assessment(*self._replay(stage, episode))
+            verdict, steps, moments = self._replay(stage, episode)
         except _UnreplayableError as error:
             reason = f"{UNREPLAYABLE}: {error}"
             return Assessment(ActingVerdict(excluded=reason), lambda: Explanation((reason,)))
+        if isinstance(read, Unreadable):
+            unread = ErrorReport(FaultKind.PARSING, None, read.reason)
+            verdict = replace(verdict, error=unread, executable=False)
+        return self._assessment(verdict, steps, moments)
 
     def _replay(self, stage: Stage, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         game = Game(stage, episode.seed, episode.epoch)

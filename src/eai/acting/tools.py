@@ -5,10 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
-from typing_extensions import TypedDict
-
-from eai.abilities.options import misfit
 from eai.envs.command import DONE, LOOK
 from eai.errors import InputError
 from eai.world.domain import Domain
@@ -23,16 +19,6 @@ class _Tool(NamedTuple):
     name: str
     description: str
     schema: Mapping[str, Any]
-
-
-class _Action(TypedDict):
-    __pydantic_config__ = ConfigDict(strict=True)  # type: ignore[misc]
-
-    action: str
-    objects: list[str]
-
-
-_ACTION = TypeAdapter(_Action)
 
 
 def tools_of(domain: Domain) -> tuple[_Tool, ...]:
@@ -68,8 +54,7 @@ def command_of(name: str, arguments: Mapping[str, object]) -> str:
         return LOOK if name == READ else DONE
     if name != ACT:
         raise InputError(f"there is no tool {name[:100]!r}: {ACT}, {READ}, {END}")
-    try:
-        call = _ACTION.validate_python(arguments)
-    except ValidationError as error:
-        raise InputError(misfit(error, whole="the arguments")) from error
-    return f"{call['action']}({', '.join(call['objects'])})"
+    match arguments:
+        case {"action": str(action), "objects": [*objects]} if all(isinstance(each, str) for each in objects):
+            return f"{action}({', '.join(map(str, objects))})"
+    raise InputError("the arguments: expected action, a name, and objects, a list of names")

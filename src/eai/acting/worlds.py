@@ -11,7 +11,7 @@ from urllib.parse import quote, unquote
 
 from eai.abilities.responses import COLUMNS, LINES, file_name
 from eai.acting.journal import Journal, is_begun, key_in, read_journal
-from eai.acting.play import OVER, Arena, Play, read_episode, rules_of
+from eai.acting.play import OVER, Arena, Play, read_episode
 from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.suite import Suite
 from eai.data.files import sole_run, write_whole
@@ -73,16 +73,12 @@ class Worlds:
     def __init__(self, folder: Path, suite: Suite, places: Sequence[Place], arena: Arena, agent: str) -> None:
         self._folder, self._suite, self._agent = folder, suite, file_name(agent)
         self._key = key_in(folder)
-        self._arena, self._rules = arena, rules_of(arena.setting)
+        self._arena = arena
         self._journals: dict[Place, Journal] = {}
         self._written: set[Place] = set()
         self.places = places
         self.tickets = {self._ticket(place): place for place in places}
         self._write()
-
-    def path(self, place: Place) -> Path:
-        """The journal of an episode."""
-        return journal_in(self._folder, place)
 
     def call(self, place: Place, command: str) -> str:
         """Carry out a command in an episode; returns the observation.
@@ -97,7 +93,7 @@ class Worlds:
             return OVER
         if command == LOOK and not journal.play.turns:
             return self._arena.prompt(journal.play.game.task).user
-        told = journal.look() if command == LOOK else journal.act(command)
+        told = journal.act(command)
         if journal.ended is not None and place in self._written:
             self._write()
         elif journal.ended is not None:
@@ -111,7 +107,7 @@ class Worlds:
             InputError: the folder cannot be written.
         """
         for place in self.places:
-            if is_begun(self.path(place)):
+            if is_begun(journal_in(self._folder, place)):
                 self._journal(place).end()
         self._write()
 
@@ -138,7 +134,7 @@ class Worlds:
         self._written.add(place)
         try:
             with self._answers(place).open("a", encoding="utf-8") as file:
-                file.write(self._answer(place, self.path(place)))
+                file.write(self._answer(place, journal_in(self._folder, place)))
         except OSError as error:
             raise InputError(f"{self._answers(place)}: cannot be written ({error.strerror})") from error
 
@@ -150,7 +146,7 @@ class Worlds:
     def _answer(self, place: Place, path: Path) -> str:
         """An episode as a line of a response file."""
         text = read_journal(path, self._key, ended=False)
-        if getattr(read_episode(text), "rules", None) != self._rules:
+        if getattr(read_episode(text), "rules", None) != self._arena.rules:
             raise InputError(f"{path}: the episode is of another setting; give another --out")
         return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
 
@@ -172,7 +168,7 @@ class Worlds:
         journal = self._journals.get(place)
         if journal is None:
             task_id, epoch = place
-            path, stage = self.path(place), self._arena.stage(self._suite.tasks[task_id])
+            path, stage = journal_in(self._folder, place), self._arena.stage(self._suite.tasks[task_id])
             path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
             play = Play(stage, self._arena.setting.slip_seed, epoch, harness=HARNESS)
             journal = self._journals[place] = Journal(path, self._key, play)

@@ -101,7 +101,7 @@ def obtain_and_score(
     folder /= Experiment(prompt_name=prompt_name).label
     folder /= Experiment(harness=harness, effort=effort).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
-    with sole_run(folder):
+    with sole_run(folder), collecting_seldom():
         answers = _obtain(order, job, title, folder)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
         lacking = dict.fromkeys(unasked, "" if believed is None else believed.lacking)
@@ -112,14 +112,13 @@ def obtain_and_score(
             prompt_name=prompt_name,
             effort=effort,
         )
-        with collecting_seldom():
-            with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
-                result = settle(obtained, folder, suite, spec.scoring.settings, report)
-            write_scores(answers.log, result.by_place(), suite.source)
-            for epoch, one in enumerate(result.of_epochs or (result,), 1):
-                write_log_place(one.folder, answers.log, epoch)
-            if result.of_epochs:
-                write_log_place(folder, answers.log, result.epochs_shown())
+        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
+            result = settle(obtained, folder, suite, spec.scoring.settings, report)
+        write_scores(answers.log, result.by_place(), suite.source)
+        for epoch, one in enumerate(result.of_epochs or (result,), 1):
+            write_log_place(one.folder, answers.log, epoch)
+        if result.of_epochs:
+            write_log_place(folder, answers.log, result.epochs_shown())
     return result
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,21 +14,12 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from eai.abilities.responses import SUFFIX, model_name, read_responses
-from eai.abilities.task import Task
 from eai.acting.setting import ACTING, Setting
-from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite, open_suite
+from eai.benchmark.suite import Suite
 from eai.cli.console import counted, say
-from eai.cli.options import (
-    OUTPUT,
-    AgentSettings,
-    DataFolder,
-    OfDomain,
-    opened_source,
-    setting_of_others,
-)
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting_of_others
 from eai.cli.progress import resumable
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, drawn
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.data.files import write_whole
 from eai.errors import InputError
 
@@ -60,12 +51,8 @@ def play(
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
     """
     setting = setting_of_others(settings or ())
-    with opened_source(data) as source:
-        suite = open_suite(find_benchmark(domain), ACTING, source=source)
-    playable = {task_id: task for task_id, task in suite.tasks.items() if tasks or task.left_out is None}
-    chosen = drawn(playable, tasks, sample, seed, f"{suite.domain} {ACTING.value}")
-    answers = _Answers(out, suite)
-    over = _play_all(chosen, suite, setting, answers)
+    suite, chosen = playable(domain, tasks, sample, seed, data)
+    over = _play_all(chosen, suite, setting, _Answers(out, suite))
     say(f"{over} of {counted(len(chosen), 'task')} over; written to {out}")
     say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
@@ -109,24 +96,25 @@ class _Answers:
         return self._path.read_bytes() if self._path.exists() else None
 
 
-def _play_all(tasks: Mapping[str, Task], suite: Suite, setting: Setting, answers: _Answers) -> int:
+def _play_all(task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers) -> int:
     """Play what is not over yet, task by task, until the person stops; returns how many are over."""
     from eai.acting.person import RULES, begin
     from eai.acting.play import Arena
 
     arena = Arena(suite.benchmark, setting)
     say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
-    for number, (task_id, task) in enumerate(tasks.items(), 1):
-        play, told = begin(arena.stage(task), setting.slip_seed, answers.text(task_id))
+    for number, task_id in enumerate(task_ids, 1):
+        stage = arena.stage(suite.tasks[task_id])
+        play, told = begin(stage, setting.slip_seed, answers.text(task_id))
         if play.game.over:
             continue
-        say(f"Task {number} of {len(tasks)}\n\n{play.game.opening()[0]}\n")
+        say(f"Task {number} of {len(task_ids)}\n\n{play.game.opening()[0]}\n")
         for turn, text in zip(play.turns, told, strict=True):
             say(f"> {turn.said}\n{text}\n")
         _play(play, partial(answers.put, task_id))
         if not play.game.over:
             return number - 1
-    return len(tasks)
+    return len(task_ids)
 
 
 def _play(play: Play, keep: Callable[[str, float], None]) -> None:

@@ -14,7 +14,7 @@ from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import listed, opened_source
 from eai.data.files import write_whole
@@ -105,6 +105,20 @@ def drawn(asked: Mapping[str, T], tasks: str, sample: int | None, seed: int, of:
     draw = Random(seed)  # noqa: S311 - a sample, not a secret
     some = set(named if sample is None else draw.sample(named, min(sample, len(named))))
     return {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in some}
+
+
+def playable(
+    domain: str, tasks: str, sample: int | None, seed: int, data: Path | None
+) -> tuple[Suite, list[str]]:
+    """The tasks of a benchmark as they are acted in, and the ids of those that are named, or of a sample.
+
+    Raises:
+        InputError: there is no such benchmark or task.
+    """
+    with opened_source(data) as source:
+        suite = open_suite(domain, ACTING, source=source)
+    ids = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].left_out is None]
+    return suite, [*drawn(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
 
 
 def tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:

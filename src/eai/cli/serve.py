@@ -9,12 +9,10 @@ from typing import Annotated
 
 import typer
 
-from eai.acting.setting import ACTING
-from eai.benchmark.suite import open_suite
 from eai.cli.console import counted, note
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, opened_source, setting_of_others
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting_of_others
 from eai.cli.progress import resumable
-from eai.cli.prompts import Sample, SampleSeed, TaskIds, drawn
+from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.errors import EaiError, InputError, how_to_install
 from eai.scoring.trials import Place
 
@@ -80,10 +78,7 @@ def mcp(
         raise EaiError(
             f"eai serve mcp needs mcp ({error.name} is missing): {how_to_install('mcp')}"
         ) from error
-    with opened_source(data) as source:
-        suite = open_suite(domain, ACTING, source=source)
-    playable = [task_id for task_id in suite.task_ids if tasks or suite.tasks[task_id].left_out is None]
-    ids = list(drawn(dict.fromkeys(playable), tasks, sample, seed, f"{suite.domain} {ACTING.value}"))
+    suite, ids = playable(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:
         raise InputError(f"--tasks: expected one task, found {len(ids):,}; several need --port and tickets")

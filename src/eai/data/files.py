@@ -98,6 +98,18 @@ def files_below(folder: Path, *patterns: str) -> list[Path]:
     )
 
 
+def content_of(path: Path) -> bytes:
+    """The bytes of a file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+
+
 def lines(content: bytes) -> Iterator[tuple[int, bytes]]:
     """The lines of JSONL that are not blank, numbered from 1.
 

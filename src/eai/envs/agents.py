@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TypeAlias
@@ -25,7 +25,7 @@ from eai.logic.rewriting import rewrite, with_terms
 from eai.planning.greedy_search import GreedySearch, Target
 from eai.planning.planner import Planner, PlanningGoal, alone
 from eai.planning.search import Limits, Node
-from eai.planning.subgoal import Subgoal, conjuncts
+from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -119,23 +119,24 @@ def _rng(game: Game, seed: int) -> random.Random:
 
 def reference_agent(game: Game, seed: int = 0) -> Agent:
     """The reference that can be played in this view, then `DONE`."""
-    pending = deque(game.stage.reference.commands or ())
-    return lambda: pending.popleft() if pending else DONE
+    return _following(game.stage.reference.commands or ())
 
 
 def gold_agent(game: Game, seed: int = 0) -> Agent:
     """The data set's own plan, or else the planner's, then `DONE`."""
-    return _following(game, game.task.script) if game.task.script else planner_agent(game)
+    write, script = game.stage.commands.write, game.task.script
+    return _following(map(write, script)) if script else planner_agent(game)
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:
     """`eai/planner`: a plan by who knows the whole scene, then `DONE`."""
-    return _following(game, find_plan(game.task, planner_of(game.stage.domain)).plan)
+    plan = find_plan(game.task, planner_of(game.stage.domain)).plan
+    return _following(map(game.stage.commands.write, plan))
 
 
-def _following(game: Game, plan: Sequence[Action]) -> Agent:
-    pending = deque(plan)
-    return lambda: game.stage.commands.write(pending.popleft()) if pending else DONE
+def _following(commands: Iterable[str]) -> Agent:
+    pending = iter(commands)
+    return lambda: next(pending, DONE)
 
 
 def _about(formula: Formula, thing: Constant) -> Formula:
@@ -315,9 +316,7 @@ class _Greedy(_Explorer):
         self._visited: set[State] = set()
         goal = planning_goal(game.task)
         self._actions = goal.actions
-        subgoals = [Subgoal(condition, {}, True) for condition in goal.conditions]
-        goals = tuple([part for each in subgoals for part in conjuncts(each, game.task.scene)])
-        self._target = Target(goals, len(goal.actions))
+        self._target = Target(subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
 
     def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
         """The action that seems best, if all that the goals name and do not have yet has been seen."""

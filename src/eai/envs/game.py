@@ -608,7 +608,8 @@ class Game:
             yield from self._signed(since)
 
     def _goals_reached(self) -> tuple[bool, ...]:
-        return self._stage.goals.reached(self._episode.state, self.taken, self._episode.trajectory)
+        goals, episode = self._stage.goals, self._episode
+        return goals.reached(episode.state, self.taken, episode.trajectory if goals.watches else None)
 
     def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> _Info:
         info = _Info(

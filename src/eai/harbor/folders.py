@@ -17,7 +17,7 @@ from eai.acting.setting import ACTING
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import PDDL, registered
 from eai.benchmark.suite import Suite
-from eai.data.files import files_below, write_whole
+from eai.data.files import content_of, files_below, write_whole
 from eai.envs.command import DONE
 from eai.errors import InputError
 from eai.harbor.verify import is_right
@@ -93,7 +93,7 @@ def write_task_folders(
         raise InputError(f"{out}: expected a new or an empty folder")
     if is_shared and suite.ability in _SHAPES:
         raise InputError(f"--shared: {suite.ability} is scored where the agent cannot write")
-    contents: _Files = {wheel.name: _content(wheel) for wheel in wheels}
+    contents: _Files = {wheel.name: content_of(wheel) for wheel in wheels}
     exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
     gold = open_answer_book(suite.benchmark, suite.ability, suite.source).gold
     chosen: dict[str, str] = {}
@@ -208,21 +208,14 @@ def _carried(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
     if kind == PDDL:
         domain, problems = map(Path, named.split(",", 1))
         parts = [problems] if problems.is_file() else files_below(problems, "*.pddl")
-        beside = {part.relative_to(problems.parent).as_posix(): _content(part) for part in parts}
-        return f"{PDDL}:{domain.name},{problems.name}", {domain.name: _content(domain), **beside}
+        beside = {part.relative_to(problems.parent).as_posix(): content_of(part) for part in parts}
+        return f"{PDDL}:{domain.name},{problems.name}", {domain.name: content_of(domain), **beside}
     path = Path(reference)
     if reference in registered() or not path.exists():
         return reference, {}
     name = f"{path.resolve().name.partition('.')[0]}.jsonl"
     kept = [place.content for place in lines_in(path) if json.loads(place.content)["id"] in task_ids]
     return name, {name: b"\n".join(kept) + b"\n"}
-
-
-def _content(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
 
 
 def _filled(group: str, values: Mapping[str, str]) -> _Files:

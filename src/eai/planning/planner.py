@@ -16,7 +16,7 @@ from eai.logic.formula import Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
 from eai.planning.greedy_search import GreedySearch, Target
 from eai.planning.search import Limits, Node, SearchEnd, SearchResult
-from eai.planning.subgoal import Subgoal, conjuncts
+from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.planning.successor_generator import CarryOut, PlanNode, SuccessorGenerator
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -144,8 +144,7 @@ class _PlanSearch:
 
     def run(self, start: PlanNode) -> SearchResult[Action]:
         """Search until there is a plan, nothing is left, or the limits are reached."""
-        subgoals = [Subgoal(condition, {}, True) for condition in self.goal.conditions]
-        goals = tuple([goal for each in subgoals for goal in conjuncts(each, start.state.scene)])
+        goals = subgoals_of(self.goal.conditions, start.state.scene)
         agenda = _Agenda(self.search, goals)
         everything = Target(goals, len(self.goal.actions))
         node, limits, effort = start, _FIRST, self.search.effort

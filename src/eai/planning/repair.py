@@ -18,7 +18,7 @@ from eai.planning.effect_schema import Change
 from eai.planning.flips import Changes, Flips
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
-from eai.planning.subgoal import Subgoal, conjuncts
+from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -110,8 +110,7 @@ class Mender:
         self.flips = Flips(planner.domain, initial, objects, planner.heuristic.achievers)
         self._plans: dict[int, tuple[Action, ...] | None] = {}
         self._forget()
-        goals = [Subgoal(condition, {}, True) for condition in goal.conditions]
-        self._goals = [part for each in goals for part in conjuncts(each, initial.scene)]
+        self._goals = subgoals_of(goal.conditions, initial.scene)
 
     def _forget(self) -> None:
         """Know no state but the initial one."""

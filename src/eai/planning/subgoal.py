@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
@@ -138,6 +138,11 @@ class Unfolding:
                 for x in rows
             ),
         )
+
+
+def subgoals_of(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
+    """The conjuncts of closed conditions, in order."""
+    return tuple([part for each in conditions for part in conjuncts(Subgoal(each, {}, True), scene)])
 
 
 def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:

@@ -23,6 +23,7 @@ from typing_extensions import TypedDict
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.data.files import content_of
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
@@ -121,9 +122,7 @@ class _System(TypedDict):
 def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
     """The content of a JSON file of a shape."""
     try:
-        return adapter.validate_json(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+        return adapter.validate_json(content_of(path))
     except ValidationError as error:
         raise InputError(f"{path}: expected {shape} ({misfit(error, whole='the file')})") from error
 

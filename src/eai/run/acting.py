@@ -24,17 +24,15 @@ from eai.abilities.record import Usage
 from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, Harness, Setting
-from eai.acting.tools import ACT, END, READ, command_of, tools_of
+from eai.acting.tools import command_of, tools_of
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
-from eai.envs.command import DONE, LOOK
+from eai.envs.command import DONE
 from eai.run.job import PROVIDER
 from eai.run.journal import Desk
-from eai.run.solver import ERRATA, FINAL, part, reason, remember, status, usage_of
-from eai.scoring.trials import Answer
+from eai.run.solver import ERRATA, answer_in, giving_up, part, remember, usage_of
 from eai.tasks.source import ErrataChoice, Source, errata_choice
-from eai.world.domain import Domain
 
 BEGUN = "begun"
 """The field that says how often its episode was begun."""
@@ -58,8 +56,8 @@ def episode_text(state: TaskState | EvalSample) -> str:
 
 
 @cache
-def _tasks(benchmark: Benchmark, errata: ErrataChoice) -> dict[str, Task]:
-    return dict(open_suite(benchmark, ACTING, source=Source(errata=errata)).tasks)
+def _tasks(benchmark: Benchmark, errata: ErrataChoice) -> Mapping[str, Task]:
+    return open_suite(benchmark, ACTING, source=Source(errata=errata)).tasks
 
 
 def _begin(state: TaskState) -> Play | None:
@@ -79,9 +77,8 @@ def _begin(state: TaskState) -> Play | None:
 def _carry_out(state: TaskState, play: Play, command: str) -> str:
     """Play a command, and write the episode into the store."""
     words = _words()
-    thought = "" if words == command else words
-    told = play.look(thought) if command == LOOK else play.act(command, thought)
-    _write_down(state, play)
+    told = play.act(command, "" if words == command else words)
+    state.store_as(_Acted).episode = play.to_json("stopped")
     return told
 
 
@@ -96,34 +93,18 @@ def _words() -> str:
     return "\n\n".join(filter(None, [*reasoning, replies[-1].completion.strip()]))
 
 
-def _write_down(state: TaskState, play: Play, ended: str = "stopped") -> str:
-    text = play.text(ended)
-    state.store_as(_Acted).episode = json.loads(text)
-    return text
-
-
-def _tools(state: TaskState, play: Play, domain: Domain) -> list[ToolDef]:
+def _tools(state: TaskState, play: Play) -> list[ToolDef]:
     """The tools of an agent for one sample."""
 
-    async def act(action: str, objects: list[str]) -> str:
-        return _carry_out(state, play, command_of(ACT, {"action": action, "objects": objects}))
+    def named(name: str) -> Callable[..., Awaitable[str]]:
+        async def call(**arguments: Any) -> str:
+            return _carry_out(state, play, command_of(name, arguments))
 
-    async def look() -> str:
-        return _carry_out(state, play, LOOK)
+        return call
 
-    async def done() -> str:
-        return _carry_out(state, play, DONE)
-
-    calls: Mapping[str, Callable[..., Awaitable[str]]] = {ACT: act, READ: look, END: done}
     return [
-        ToolDef(
-            calls[tool.name],
-            tool.name,
-            tool.description,
-            ToolParams.model_validate(tool.schema),
-            max_output=0,
-        )
-        for tool in tools_of(domain)
+        ToolDef(named(name), name, description, ToolParams.model_validate(schema), max_output=0)
+        for name, description, schema in tools_of(play.game.stage.domain)
     ]
 
 
@@ -135,9 +116,8 @@ def enter() -> Solver:
         state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
         play = _begin(state)
         if play is not None:
-            _write_down(state, play)
-            domain = find_benchmark(str(state.metadata["domain"])).domain
-            state.tools.extend([tool.as_tool() for tool in _tools(state, play, domain)])
+            state.store_as(_Acted).episode = play.to_json("stopped")
+            state.tools.extend([tool.as_tool() for tool in _tools(state, play)])
         return state
 
     return solve
@@ -228,25 +208,9 @@ def act(desk: Desk) -> Solver:
             return state
         question, request = desk.inquiries[place].question, desk.request(place)
         state.metadata[BEGUN] = desk.begin(place, request)
-        try:
+        with giving_up(desk, place):
             state = await perform(await begin(state, generate), generate)
-        except Exception as error:
-            if status(error) in FINAL:
-                desk.stop(reason(error))
-            desk.give_up(*place, reason(error))
-            raise
-        answer = Answer(
-            task_id=place[0],
-            epoch=place[1],
-            request_sha256=request,
-            prompt_sha256=question.sha256,
-            text=state.output.completion,
-            reasoning="",
-            stop_reason=state.output.stop_reason,
-            repairs=(),
-            usage=_usage_of_sample(desk.job.endpoint.model),
-        )
-        desk.take(answer)
+        desk.take(answer_in(state, request, question, _usage_of_sample(desk.job.endpoint.model)))
         return state
 
     return solve

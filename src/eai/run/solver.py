@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, NamedTuple, cast
 
@@ -38,7 +39,7 @@ from eai.abilities.record import Usage
 from eai.prompts.prompt import Image, Prompt
 from eai.run.job import Job
 from eai.run.journal import Desk
-from eai.scoring.trials import Answer, Inquiry, Trials
+from eai.scoring.trials import Answer, Inquiry, Place, Trials
 
 _OPEN, _CLOSE = "<think>", "</think>"
 
@@ -100,26 +101,22 @@ async def _leave_out(response: Any) -> None:
         return
     try:
         body = json.loads(await response.aread())
-        usage = body.pop("usage")
         plain = {**body, "usage": None}
-        await _read(plain)
-    except UNREADABLE:  # no answer at all, or no usage
+    except UNREADABLE:  # no answer at all
         return
-    try:
-        await _read({**body, "usage": usage})
-    except UNREADABLE:
+    if not await _is_readable(body) and await _is_readable(plain):
         response._content = json.dumps(plain).encode()
 
 
-async def _read(body: dict[str, Any]) -> None:
-    """Read a reply as Inspect does.
-
-    Raises:
-        Exception: one of `UNREADABLE`.
-    """
+async def _is_readable(body: dict[str, Any]) -> bool:
+    """Whether Inspect can read a reply."""
     from openai.types.chat import ChatCompletion
 
-    await model_output_from_openai(ChatCompletion.construct(**body))
+    try:
+        await model_output_from_openai(ChatCompletion.construct(**body))
+    except UNREADABLE:
+        return False
+    return True
 
 
 ERRATA = "errata"
@@ -175,6 +172,18 @@ class _Reply:
     usage: Usage
 
 
+@contextmanager
+def giving_up(desk: Desk, place: Place) -> Iterator[None]:
+    """Tells the desk of an error in the block: the task is given up, or the run where nothing else helps."""
+    try:
+        yield
+    except Exception as error:
+        if status(error) in FINAL:
+            desk.stop(reason(error))
+        desk.give_up(*place, reason(error))
+        raise
+
+
 @solver(name="eai_ask")
 def ask(desk: Desk) -> Solver:
     """Asks what is not answered yet; answers go to the desk, and their text without reasoning to the log."""
@@ -191,15 +200,11 @@ def ask(desk: Desk) -> Solver:
                 return state
             question, request = inquiry.question, desk.request(place)
             messages = transcript.ask(question, inquiry)
-            try:
+            with giving_up(desk, place):
                 reply = await _obtain(messages, restrictions(place[0], question.stop))
-            except Exception as error:
-                if status(error) in FINAL:
-                    desk.stop(reason(error))
-                desk.give_up(*place, reason(error))
-                raise
             transcript.hear(reply)
-            desk.take(_answer(state, request, question, reply, attempt=transcript.attempt))
+            answer = answer_in(state, request, question, reply.usage, attempt=transcript.attempt)
+            desk.take(replace(answer, reasoning=reply.parts.reasoning, repairs=reply.parts.repairs))
         return state
 
     return solve
@@ -315,17 +320,20 @@ def status(error: BaseException) -> int | None:
     return status if isinstance(status, int) else None
 
 
-def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply, *, attempt: int) -> Answer:
+def answer_in(
+    state: TaskState, request_sha256: str, prompt: Prompt, usage: Usage, *, attempt: int = 1
+) -> Answer:
+    """The answer that a state has come to, as the journal keeps it, without reasoning and repairs."""
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
         request_sha256=request_sha256,
         prompt_sha256=prompt.sha256,
-        text=reply.parts.answer,
-        reasoning=reply.parts.reasoning,
-        stop_reason=reply.output.stop_reason,
-        repairs=reply.parts.repairs,
-        usage=reply.usage,
+        text=state.output.completion,
+        reasoning="",
+        stop_reason=state.output.stop_reason,
+        repairs=(),
+        usage=usage,
         attempt=attempt,
     )
 
