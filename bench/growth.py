@@ -27,6 +27,7 @@ from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.results.plots import LINES, styled
 from eai.scoring.batch import Scoring, Settings
+from eai.scoring.collector import collecting_seldom
 from eai.scoring.records import write_parts
 from eai.world import State
 from reference_child import cpu_seconds
@@ -213,10 +214,14 @@ def many(tasks: int, samples: int, folder: Path) -> tuple[Benchmark, Path]:
 
 
 def scored(benchmark: Benchmark, answers: Path) -> Work:
+    """Score a file as `eai score` does."""
+
     def work() -> None:
         suite = open_suite(benchmark, PLANS)
         file = read_responses(answers, suite.task_ids, samples=True)
-        write_parts(answers.with_name("out"), Scoring().parts(suite, file, {}, Settings(explanations=False)))
+        with collecting_seldom():
+            parts = Scoring().parts(suite, file, {}, Settings(explanations=False))
+            write_parts(answers.with_name("out"), parts)
 
     return work
 

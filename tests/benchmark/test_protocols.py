@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ def test_protocols_are_found_by_name() -> None:
 def test_another_distribution_adds_one(monkeypatch: pytest.MonkeyPatch) -> None:
     theirs = EntryPoint("theirs", "theirs.rules:RULES", PROTOCOLS)
     gone = EntryPoint("gone", "eai.no_such_package.rules:RULES", PROTOCOLS)
-    monkeypatch.setattr(entry_points, "entry_points", lambda group: [theirs, gone])
+    monkeypatch.setattr(entry_points, "_installed", lambda path: EntryPoints([theirs, gone]))
     found = entry_points.entry_points_of(PROTOCOLS, PROTOCOLS_BUILT_IN)
     assert list(found) == ["eai-1.0.5", "theirs"]
 

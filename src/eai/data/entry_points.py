@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from importlib.resources import files
+from typing import Any
 
 _OURS = "eai."
 
@@ -18,7 +21,14 @@ def entry_points_of(group: str, built_in: Mapping[str, str] | None = None) -> Ma
             was installed since they were declared.
     """
     declared = [EntryPoint(name, value, group) for name, value in (built_in or {}).items()]
-    return {point.name: point for point in (*declared, *entry_points(group=group)) if _is_there(point)}
+    found = _installed(tuple(sys.path)).select(group=group)
+    return {point.name: point for point in (*declared, *found) if _is_there(point)}
+
+
+@cache
+def _installed(path: tuple[str, ...]) -> Any:
+    """Those of all distributions on a path, `sys.path`: each has a file of them, which is read once."""
+    return entry_points()
 
 
 def _is_there(point: EntryPoint) -> bool:
