@@ -117,11 +117,11 @@ def _with_line(episode: _Sealed, raw: bytes, key: bytes) -> _Sealed:
         raise ValueError("the seal is not that of this line in this place")
     episode = replace(episode, seal=seal.decode(), size=episode.size + len(raw) + 1)
     match json.loads(body):
-        case {"begin": begin} if not episode.begin:
+        case {"begin": dict(begin)} if not episode.begin:
             return replace(episode, begin=begin)
-        case {"act": turn} if episode.begin and episode.ended is None:
+        case {"act": {"said": str(), "told": str()} as turn} if episode.begin and episode.ended is None:
             return replace(episode, turns=(*episode.turns, turn))
-        case {"end": why} if episode.begin and episode.ended is None:
+        case {"end": str(why)} if episode.begin and episode.ended is None:
             return replace(episode, ended=why)
     raise ValueError("expected a beginning, turns and an end")
 

@@ -159,10 +159,9 @@ class _View:
         """Return the view of a state of the same episode, which has changed so since the last."""
         changed = stored.predicates
         sight = look.sight if changed.isdisjoint(self._sight_sources) else self._sight(state)
+        is_same = sight == look.sight
         shown = [
-            before
-            if sight == look.sight and changed.isdisjoint(listing.sources)
-            else self._shown(listing, state, sight)
+            before if is_same and changed.isdisjoint(listing.sources) else self._shown(listing, state, sight)
             for listing, before in zip(self._wording.told, look.shown, strict=True)
         ]
         return _Look(state, sight, shown)
@@ -170,6 +169,7 @@ class _View:
     def changes(self, before: _Look, after: _Look, stored: Change) -> list[SignedFact]:
         """Return the visible facts that became true, and those that became false, by what has changed."""
         changed = stored.predicates
+        is_same = before.sight == after.sight
         added: list[Fact] = []
         removed: list[Fact] = []
         for listing, old, new in zip(self._wording.told, before.shown, after.shown, strict=True):
@@ -179,7 +179,7 @@ class _View:
                 added += self._seen(listing, stored.added, after.sight)
                 removed += self._seen(listing, stored.removed, before.sight)
                 continue
-            if before.sight == after.sight:
+            if is_same:
                 was, remains = old.facts, new.facts
             else:
                 was = self._facts(listing, before.state, after.sight)
@@ -591,11 +591,12 @@ class Game:
     def _moved(self, before: _Look, new: Sequence[int]) -> Iterator[str]:
         """Return what went out of sight and what came back, with what has changed of that since."""
         view, after = self._stage.view, self._look
-        gone = [index for index in before.sight if index not in after.sight]
-        back = [index for index in after.sight if index not in before.sight and index not in new]
+        seen, known = {*after.sight}, {*before.sight, *new}
+        gone = [index for index in before.sight if index not in seen]
+        back = [index for index in after.sight if index not in known]
         if gone:
             self._left.update(dict.fromkeys(gone, before))
-            kept = [index for index in before.sight if index in after.sight]
+            kept = [index for index in before.sight if index in seen]
             is_more = len(gone) > len(kept) > 0
             yield f"Gone out of sight: {f'all but {view.names(kept)}' if is_more else view.names(gone)}."
         if back:
