@@ -1,18 +1,19 @@
-"""How far shortcuts come in pairs of which one task has no plan, and whether that is so.
+"""How far shortcuts come in pairs of which one task has no plan, or an ambiguous instruction.
 
     python bench/pairs.py FOLDER [--planned N]
 
 Prints for each shortcut how many tasks it takes for what they are, out of all: to refuse all or none; by the
-length of what a prompt says of the task; by its id; by the kind of thing that lacks something. The last three
-are fitted on every other pair and tried on the rest. With perfect plans that is the success a shortcut has.
-With `--planned` the planner looks for a plan of the first N tasks without one, in 300 states.
+length of what a prompt says of the task; by its id; by the kind of thing that lacks something, or is meant.
+The last three are fitted on every other pair and tried on the rest. With perfect plans that is the success a
+shortcut has. Of ambiguous tasks it prints in how many the thing that is meant is listed before the other.
+With `--planned` the planner looks for a plan of the first N tasks without one, in 3,000 states.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from eai.abilities.planning import find_plan
@@ -26,7 +27,7 @@ from eai.tasks.source import Source
 from eai.tasks.task_files import lines_in
 from eai.tasks.task_lines import read_line
 
-LIMITS = Limits(300)
+LIMITS = Limits(3000)
 
 
 def main() -> None:
@@ -40,15 +41,21 @@ def main() -> None:
     benchmark = find_benchmark(str(arguments.folder))
     tasks = list(benchmark.tasks(Source()).values())
     about = {line.id: line.about for line in (read_line(each.content) for each in lines_in(arguments.folder))}
-    lacks = {task.id: (task.missing or (about[task.id]["lacks"],))[0] for task in tasks}
     shortcuts: dict[str, Callable[[Task], object]] = {
         "all or none": lambda task: 0,
         "length": lambda task: len(_shown(task, benchmark)) // 50,
         "id": lambda task: task.id[-1],
-        "kind": lambda task: _kind(str(lacks[task.id]), task),
+        "kind": lambda task: _kind(task, about[task.id]),
     }
     for name, feature in shortcuts.items():
         print(f"{name}: {_right(tasks, feature)} of {len(tasks)}")
+    listed = [
+        task.scene.index[task.fits[0]] < task.scene.index[task.fits[1]]
+        for task in tasks
+        if task.is_ambiguous and task.fits
+    ]
+    if listed:
+        print(f"meant is listed first: {sum(listed)} of {len(listed)}")
     planner, impossible = Planner(benchmark.domain), [task for task in tasks if task.missing]
     chosen = impossible[: arguments.planned]
     found = sum(bool(find_plan(task, planner, LIMITS).plan) for task in chosen)
@@ -61,10 +68,16 @@ def _shown(task: Task, benchmark: Benchmark) -> str:
     return "".join((wording.objects(task), wording.initial(task), wording.goals(task)))
 
 
-def _kind(fact: str, task: Task) -> tuple[str, str]:
-    """The predicate of a fact, and the category of the thing that it is about."""
+def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
+    """The predicate of the fact that is lacking, and the category of what it is, or an instruction, about."""
+    fact = task.missing[0] if task.missing else f"({task.fits[0]})" if task.fits else str(about["lacks"])
     predicate, _, name = fact.removesuffix(")").partition("(")
     return predicate, task.scene.objects[task.scene.index[name]].category
+
+
+def _is_special(task: Task) -> bool:
+    """Whether it has no plan, or an ambiguous instruction."""
+    return bool(task.missing) or task.is_ambiguous
 
 
 def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
@@ -75,9 +88,9 @@ def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
         votes = Counter[object]()
         for task in tasks:
             if titles[task.title] != half:
-                votes[feature(task)] += 1 if task.missing else -1
+                votes[feature(task)] += 1 if _is_special(task) else -1
         tried = [task for task in tasks if titles[task.title] == half]
-        right += sum((votes[feature(task)] > 0) == bool(task.missing) for task in tried)
+        right += sum((votes[feature(task)] > 0) == _is_special(task) for task in tried)
     return right
 
 

@@ -35,8 +35,8 @@ def test_one_has_a_plan_and_the_other_is_proved_to_have_none(like: str) -> None:
     domain = find_benchmark(like).domain
     assert len(pairs(like)) == len(SEEDS[like])
     for made in pairs(like):
-        solved, unsolved = made.task, made.twin
-        assert unsolved is not None
+        assert made.twin is not None
+        solved, unsolved = made.task, made.twin.task
         assert solves(domain, solved, solved.script)
         assert not is_impossible(solved, domain)
         assert (solved.missing, unsolved.script) == ((), ())
@@ -48,14 +48,14 @@ def test_a_planner_finds_none_either(like: str) -> None:
     domain = find_benchmark(like).domain
     for made in pairs(like):
         assert made.twin is not None
-        assert find_plan(made.twin, Planner(domain), Limits(500)).plan == ()
+        assert find_plan(made.twin.task, Planner(domain), Limits(500)).plan == ()
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_they_differ_in_which_thing_lacks_what(like: str) -> None:
     for made in pairs(like):
-        solved, unsolved = made.task, made.twin
-        assert unsolved is not None
+        assert made.twin is not None
+        solved, unsolved = made.task, made.twin.task
         assert (solved.instruction, solved.goals, solved.title) == (
             unsolved.instruction,
             unsolved.goals,
@@ -76,10 +76,10 @@ def test_they_are_written_and_read_and_checked(like: str) -> None:
     domain = find_benchmark(like).domain
     made = pairs(like)[0]
     assert made.twin is not None
-    for task in (made.task, made.twin):
+    for task in (made.task, made.twin.task):
         line = written(task, like, domain)
         read = task_of(read_line(line), domain)
         assert written(read, like, domain) == line
         assert list(problems_of(read, domain)) == []
-    names = {made.task.id.replace(made.task.title, ""), made.twin.id.replace(made.task.title, "")}
+    names = {made.task.id.replace(made.task.title, ""), made.twin.task.id.replace(made.task.title, "")}
     assert names == {"-a", "-b"}

@@ -73,7 +73,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
 
 def _features_to_json(task: TaskFeatures) -> dict[str, Json]:
     """The features of a task, without those that most have not."""
-    absent: tuple[tuple[str, Json], ...] = (("hazards", []), ("missing", None))
+    absent: tuple[tuple[str, Json], ...] = (("hazards", []), ("missing", None), ("fits", None))
     return {name: value for name, value in dataclass_to_json(task).items() if (name, value) not in absent}
 
 

@@ -156,6 +156,7 @@ class TaskFeatures:
         goals: how many goals it has.
         hazards: what the last of them keep from happening (`eai.abilities.task.Task`).
         missing: the facts for want of which no plan reaches them, where an answer may say so.
+        fits: the objects that the instruction may mean, where an answer may ask.
     """
 
     name: str
@@ -163,12 +164,13 @@ class TaskFeatures:
     goals: int
     hazards: tuple[str, ...] = ()
     missing: tuple[str, ...] | None = None
+    fits: tuple[str, ...] | None = None
 
     @staticmethod
     def of(task: Task) -> TaskFeatures:
         """The features of a task."""
         script, goals = len(task.script) or None, len(task.goals)
-        return TaskFeatures(task.title, script, goals, task.hazards, task.missing)
+        return TaskFeatures(task.title, script, goals, task.hazards, task.missing, task.fits)
 
 
 @dataclass(frozen=True, slots=True)

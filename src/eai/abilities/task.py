@@ -67,6 +67,8 @@ class Task:
         untold: whether nothing is said of these to who is asked.
         missing: the facts for want of which no plan reaches the goals; none where one does, None where an
             answer cannot say that it is impossible.
+        fits: the objects that the instruction may mean, by name, first the one that is meant; None where it
+            cannot be asked which. Goals are then told by the instruction alone.
     """
 
     id: str
@@ -83,6 +85,12 @@ class Task:
     hazards: tuple[str, ...] = ()
     untold: bool = False
     missing: tuple[str, ...] | None = None
+    fits: tuple[str, ...] | None = None
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether the instruction fits several objects, of which one is meant."""
+        return self.fits is not None and len(self.fits) > 1
 
     @property
     def planned_with(self) -> tuple[int, ...]:
@@ -103,6 +111,8 @@ class Task:
     @property
     def told(self) -> Task:
         """The task as who is asked is told it."""
+        if self.fits is not None:
+            return replace(self, goals=())
         if not self.untold:
             return self
         goals = list(self.goals)

@@ -135,6 +135,10 @@ class Counted:
     errors: tuple[tuple[FaultKind, int], ...]
 
 
+ASK = "ASK"
+"""The command by which who acts asks what is meant, where an instruction may fit several objects."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlanVerdict(Verdict):
     """The verdict on a plan.
@@ -146,7 +150,7 @@ class PlanVerdict(Verdict):
         goals: satisfied goals by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
         counted: what it counts as in a summary; None for what the verdict says.
-        refused: why the task is impossible, where the answer says that it is.
+        refused: why the answer gives no plan: the task is impossible, it says, or its question.
     """
 
     executable: bool | None = None
@@ -156,6 +160,11 @@ class PlanVerdict(Verdict):
     goals_satisfied: tuple[bool, ...] = ()
     counted: Counted | None = None
     refused: str | None = None
+
+    @property
+    def declines(self) -> bool:
+        """Whether the answer says that the task is impossible, or asks what it means."""
+        return self.refused is not None
 
     @property
     def columns(self) -> Mapping[str, Json]:

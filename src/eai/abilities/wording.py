@@ -140,7 +140,9 @@ class Wording:
         return f"{self._name(predicate)}({', '.join(names)})"
 
     def goals(self, task: Task) -> str:
-        """The goals of a task."""
+        """The goals of a task; its instruction where that is all that is told of them."""
+        if task.fits is not None:
+            return task.instruction
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }

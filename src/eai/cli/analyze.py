@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from enum import Enum
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,6 @@ from typing import Annotated
 
 import typer
 from pydantic import BeforeValidator
-from rich.table import Table as Grid
 
 from eai.abilities.options import Options, option
 from eai.abilities.verdict import Json
@@ -29,10 +29,11 @@ from eai.cli.options import (
 )
 from eai.cli.progress import scoring_progress
 from eai.errors import EaiError, InputError, did_you_mean, how_to_install
-from eai.results.lines import TABLES
+from eai.results.lines import SUITE, TABLES
 from eai.results.plots import styled, write
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Table
 from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
+from eai.results.terminal import print_table
 from eai.scoring.collector import collecting_seldom
 from eai.studies.records import Records
 from eai.studies.registry import find_study, study_names
@@ -228,36 +229,18 @@ def _show(analysis: Analysis, drawn: int, folder: Path) -> None:
         say(f"{counted(len(analysis.tables), 'table')}, {counted(drawn, 'plot')}; in {folder}")
         return
     for table in analysis.shown:
-        output().print(_grid(table))
+        print_table(output(), _for_the_screen(table))
     for line in analysis.remarks:
         output().print(line, markup=False, highlight=False)
     output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
 
 
-def _grid(table: Table) -> Grid:
-    grid = Grid(title=table.title, title_justify="left")
-    for place, column in enumerate(table.names):
-        grid.add_column(column, justify="right" if place else "left", overflow="fold")
-    for row in table.rows:
-        grid.add_row(*map(_cell, row))
-    return grid
-
-
-def _cell(cell: Cell) -> str:
-    """A cell for the screen: an estimate with its interval below it; a difference has a sign."""
-    match cell:
-        case None | Estimate(value=None):
-            return "-"
-        case Estimate(value=float() as value, low=None) | Estimate(value=float() as value, high=None):
-            return f"{value:.1f}"
-        case Estimate(value=value, denominator=None):
-            return f"{value:+.1f}\n{cell.low:+.1f} to {cell.high:+.1f}"
-        case Estimate(value=value):
-            return f"{value:.1f}\n{cell.low:.1f} to {cell.high:.1f}"
-        case float():
-            return f"{cell:.2f}"
-        case _:
-            return str(cell)
+def _for_the_screen(table: Table) -> Table:
+    """A table whose title says what all of its rows have in common: the suite, mostly."""
+    rows = table.by_name()
+    common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
+    title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title
+    return replace(table.only([name for name in table.names if name not in common]), title=title)
 
 
 def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:

@@ -95,7 +95,8 @@ def generate_tasks(
         TaskKind,
         typer.Option(
             help="order: also ask for an order, or that something never be so. hazards: the shortest way is "
-            "not safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan."
+            "not safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan. "
+            "ambiguous: N pairs, the words of one of each fit two things."
         ),
     ] = TaskKind.PLAIN,
     by_place: Annotated[
@@ -180,10 +181,10 @@ def generate_tasks(
     if validator is not None:
         _validate(validator, benchmark.domain, [each.task for each in made])
     lines = [
-        written(task, like, benchmark.domain, each.about)
+        written(one.task, like, benchmark.domain, one.about)
         for each in made
-        for task in (each.task, each.twin)
-        if task is not None
+        for one in (each, each.twin)
+        if one is not None
     ]
     write_task_file(file, lines)
     entry = manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
@@ -196,7 +197,7 @@ def generate_tasks(
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
         _print_shapes(shape_of(list(tasks.values())), shape_of([each.task for each in made]))
-    number = counted(len(made), "pair" if kind is TaskKind.PAIRS else "task")
+    number = counted(len(made), "task" if all(each.twin is None for each in made) else "pair")
     line = f"{number} written to {file}; {counted(len(rejected), 'seed')} gave none"
     line += "; VAL accepts every certificate" if val else ""
     tell(line, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)

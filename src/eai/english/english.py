@@ -37,6 +37,7 @@ class Hazard:
             way must be found.
         y: the categories of the other thing; empty if there is none.
         kept: how many of the tasks with it alone are kept, where it is so frequent that others would be rare.
+        odd: what at the end of a task with it makes no sense to a person; empty if nothing does.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -49,6 +50,7 @@ class Hazard:
     safe: str = ""
     y: Sequence[str] = ()
     kept: float = 1.0
+    odd: str = ""
 
 
 @dataclass(frozen=True, slots=True)

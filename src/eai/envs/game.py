@@ -20,7 +20,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
-from eai.envs.command import DONE, Commands, is_look
+from eai.envs.command import DONE, Commands, is_look, is_question
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
@@ -329,7 +329,8 @@ class Stage:
 
 def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     """Return the first observation of a task."""
-    parts = [f"{task.title}\n{task.instruction}", f"Goals:\n{wording.goals(task)}"]
+    parts = [f"{task.title}\n{task.instruction}"]
+    parts += [f"Goals:\n{wording.goals(task)}"] if task.fits is None else []
     parts += explanations("environment", [task], Templates())
     known = "" if wording.conventions is None else wording.conventions(task)
     parts += [known] if known else []
@@ -486,6 +487,8 @@ class Game:
         if self._rules.feedback is Feedback.CHANGES and is_look(text, self._stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
+        if self.task.fits is not None and is_question(text, self._stage.domain):
+            return self._answer(self.task.fits[0])
         command = self._stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
         self._has_looked = False
         self._turns += command.meant is not None
@@ -501,6 +504,16 @@ class Game:
             self._faults[tried.fault] += 1
         self.reached = self._goals_reached()
         return self._turn(tried, command.repairs, done=command.meant is None)
+
+    def _answer(self, meant: str) -> _Turn:
+        """Say which object is meant, whatever was asked, for an action."""
+        self._has_looked = False
+        self._turns += 1
+        if self._is_late:
+            return self._turn(_Tried("No actions are left."), ())
+        self.tried += 1
+        name = self._stage.view.names((self.task.scene.index[meant],))
+        return self._turn(_Tried(f"{name} is meant."), ())
 
     def _turn(self, tried: _Tried, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
         """Return the turn that follows from the outcome of a command."""

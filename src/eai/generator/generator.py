@@ -16,6 +16,7 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.lookup import LookupTable
 from eai.errors import InputError
+from eai.generator.ambiguity import ambiguous
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
 from eai.generator.hazards import guarded, guards_of
@@ -248,10 +249,17 @@ class Generator:
         if reason is None and not self._can_be_seen(task):
             reason = Reason.NEVER_SEEN
         outcome = self._judged(task, seed, walk, about) if reason is None else reason
-        if self.spec.kind is not TaskKind.PAIRS or isinstance(outcome, Reason):
-            return outcome
-        may_lack = self.benchmark.english.may_lack
-        return twins_of(outcome, self._free_planner, may_lack, rng) or Reason.NO_TWIN
+        return outcome if isinstance(outcome, Reason) else self._with_twin(outcome, rng)
+
+    def _with_twin(self, made: Generated, rng: random.Random) -> Outcome:
+        """The task, or a pair of which it is one where pairs are wanted."""
+        planner = self._free_planner
+        if self.spec.kind is TaskKind.PAIRS:
+            may_lack = self.benchmark.english.may_lack
+            return twins_of(made, planner, may_lack, rng) or Reason.NO_TWIN
+        if self.spec.kind is TaskKind.AMBIGUOUS:
+            return ambiguous(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
+        return made
 
     def _on_the_way(
         self, task: Task, initial: State, proposals: Proposals, words: Words, rng: random.Random

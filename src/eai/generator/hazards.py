@@ -31,6 +31,9 @@ from eai.world.timeline import timeline
 _LONGER = 6
 """How many steps more a safe way may have."""
 
+_ALONE = 6
+"""For how many steps in a row about other things something may stand open, or run."""
+
 _FREE = Limits(100)
 """The limits of the search for a plan that is short and safe."""
 
@@ -44,6 +47,7 @@ class _Guard(NamedTuple):
         safe: what is to be brought about on the way, if the danger passes by that.
         sentence: the goal in words.
         kept: how many of the tasks with it alone are kept.
+        odd: what at the end makes no sense to a person, if anything does.
     """
 
     name: str
@@ -51,10 +55,25 @@ class _Guard(NamedTuple):
     safe: f.Formula | None
     sentence: str
     kept: float
+    odd: f.Formula | None
 
     def keeps(self, course: Trajectory) -> bool:
         """Whether a course is without the danger."""
         return semantics.holds(self.formula, timeline(course))
+
+    def is_sensible(self, course: Trajectory, planner: Planner) -> bool:
+        """Whether a person would go this way: what is to be safe is not long left alone while it is not."""
+        if self.odd is not None and planner.holds(self.odd, course.final):
+            return False
+        if self.safe is None:
+            return True
+        named, alone = {course.final.scene.index[name] for name in objects(self.safe)}, 0
+        for step, state in zip(course.steps, course.states[1:], strict=True):
+            is_left = named.isdisjoint(step.action.arguments) and not planner.holds(self.safe, state)
+            alone = alone + 1 if is_left else 0
+            if alone > _ALONE:
+                return False
+        return True
 
 
 def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterator[_Guard]:
@@ -72,6 +91,7 @@ def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterat
                 read_goal(hazard.safe.format(**written), domain, scene) if hazard.safe else None,
                 hazard.sentence.format(**said),
                 hazard.kept,
+                read_goal(hazard.odd.format(**written), domain, scene) if hazard.odd else None,
             )
 
 
@@ -145,7 +165,8 @@ class _Guide:
         if not len(task.script) < len(plan) <= len(task.script) + _LONGER:
             return None
         is_safe = all(guard.keeps(course) for guard in guards)  # also of what was not so at the start
-        return (broken, plan) if is_safe and not self._is_safe_anyway(task, broken) else None
+        is_sensible = all(guard.is_sensible(course, self.planner) for guard in broken)
+        return (broken, plan) if is_safe and is_sensible and not self._is_safe_anyway(task, broken) else None
 
     def _course(self, task: Task, plan: Sequence[Action]) -> Trajectory:
         return execute(self.planner.domain, task.initial, plan)

@@ -220,6 +220,15 @@ def _beside(host: int, thing: int, state: State, prior: Prior) -> list[Fact]:
     ]
 
 
+def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
+    """A state with one thing more like a thing, which stands where another one does."""
+    scene, another = state.scene, len(state.scene.objects)
+    double = WorldObject(_free_name(scene.objects[thing].name, scene.objects), scene.objects[thing].category)
+    own = [Fact(name, (another,)) for name in _states(thing, state)]
+    facts = [*state.facts(), *own, *_beside(host, another, state, prior)]
+    return Scene(scene.vocabulary, [*scene.objects, double], scene.agent).state(facts)
+
+
 _MORE = 5
 """How many things more of their kinds a scene has at most."""
 

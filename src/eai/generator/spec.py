@@ -35,6 +35,7 @@ class Reason(str, Enum):
     NO_ORDER = "no goal over time was found that matters"
     NO_HAZARD = "no hazard was found on its shortest way that a longer one avoids"
     NO_TWIN = "no fact was found without which it is proved to have no plan, with another like it"
+    NOT_AMBIGUOUS = "nothing was found beside which another of its kind can stand, so that its words fit both"
     OTHER_SPLIT = "its goals are those of another split"
     KNOWN_PLAN = "the plan of a task of another split with similar goals solves it, or its plan solves such"
     PUBLIC = "a public task has the same goals"
@@ -48,7 +49,7 @@ class Generated:
 
     task: Task
     about: Mapping[str, Json]
-    twin: Task | None = None
+    twin: Generated | None = None
 
 
 Outcome: TypeAlias = "Generated | Reason"
@@ -100,11 +101,13 @@ class TaskKind(str, Enum):
     """The same tasks, in which nothing is said of the constraint."""
     PAIRS = "pairs"
     """Two versions of a task, of which one has no plan, for want of a fact."""
+    AMBIGUOUS = "ambiguous"
+    """Two versions of a task, of which the instruction of one fits two things."""
 
     @property
     def is_over_time(self) -> bool:
         """Whether goals over time are asked for besides."""
-        return self not in (TaskKind.PLAIN, TaskKind.PAIRS)
+        return self in (TaskKind.ORDER, TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
 class Split(str, Enum):

@@ -44,6 +44,7 @@ def twins_of(
     others = [fact for fact in facts if fact not in needed]
     for fact in needed:
         alike = [other for other in others if _is_like(other, fact, task)]
+        alike = [other for other in alike if _kind(other, task) == _kind(fact, task)] or alike
         lacking = _without(task, fact)
         if alike and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
             return _paired(made, fact, rng.choice(alike), rng)
@@ -71,18 +72,25 @@ def _is_like(one: Fact, other: Fact, task: Task) -> bool:
     return one.predicate == other.predicate and (thing in named) == (second in named)
 
 
+def _kind(fact: Fact, task: Task) -> str:
+    return task.scene.objects[fact.arguments[0]].category
+
+
 def _without(task: Task, fact: Fact) -> Task:
     """A task that begins without a fact."""
     return replace(task, initial=task.scene.state(each for each in task.initial.facts() if each != fact))
 
 
+def ids_of(task: Task, rng: random.Random) -> list[str]:
+    """The ids of the twins of a task, in an order by chance."""
+    return rng.sample([f"{task.id}-a", f"{task.id}-b"], 2)
+
+
 def _paired(made: Generated, fact: Fact, other: Fact, rng: random.Random) -> Generated:
-    """The twins, of which it is left to chance which comes first."""
-    task, scene = made.task, made.task.scene
-    names = [f"{task.id}-a", f"{task.id}-b"]
-    rng.shuffle(names)
+    """The twins."""
+    task, scene, names = made.task, made.task.scene, ids_of(made.task, rng)
     solved = replace(_without(task, other), id=names[0], title=task.id, missing=())
     missing = fact_text(fact, scene)
     unsolved = replace(_without(task, fact), id=names[1], title=task.id, script=(), missing=(missing,))
-    about: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
-    return Generated(solved, about, unsolved)
+    lacks: Mapping[str, Json] = {**made.about, "lacks": fact_text(other, scene)}
+    return Generated(solved, lacks, Generated(unsolved, made.about))

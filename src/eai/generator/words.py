@@ -93,7 +93,7 @@ class Words:
     def name(self, name: str) -> str:
         """Return the name of an object: ``the lamp`` if there is no other, else by its place or its name."""
         index = self.scene.index[name]
-        return f"the {self._noun_of(index)}" if self._is_alone(index) else self._by_place.get(index, name)
+        return self._alone(index) if self._is_alone(index) else self._by_place.get(index, name)
 
     def is_described(self, name: str) -> bool:
         """Whether an object can be distinguished from others without its name."""
@@ -101,8 +101,8 @@ class Words:
         return self._is_alone(index) or index in self._by_place
 
     @cached_property
-    def _by_place(self) -> Mapping[int, str]:
-        """The descriptions of things that set them apart from others of their kind at the start.
+    def apart(self) -> Mapping[int, Fact]:
+        """The facts that set things apart from others of their kind at the start.
 
         They alone are in a relation to a thing that is the only one of its kind, or in a state.
         """
@@ -113,14 +113,25 @@ class Words:
             if all(map(self._is_alone, places)):
                 category = self.scene.objects[thing].category
                 described.setdefault((fact.predicate, category, tuple(places)), []).append(thing)
-        found: dict[int, str] = {}
+        found: dict[int, Fact] = {}
         for (predicate, _, there), (thing, *others) in described.items():
             if not others and not self._is_alone(thing):
-                words = [f"the {self._noun_of(thing)} that", *(f"the {self._noun_of(i)}" for i in there)]
-                sentence = self.sentences(predicate)[0]
-                sentence = sentence if there else f"{sentence} now"  # it may not be so in the end
-                found.setdefault(thing, _with_words(sentence, words))
+                found.setdefault(thing, Fact(predicate, (thing, *there)))
         return found
+
+    @cached_property
+    def _by_place(self) -> Mapping[int, str]:
+        """The descriptions of these things."""
+        return {thing: self._described(*fact) for thing, fact in self.apart.items()}
+
+    def _described(self, predicate: str, arguments: Sequence[int]) -> str:
+        thing, *there = arguments
+        sentence = self.sentences(predicate)[0]
+        sentence = sentence if there else f"{sentence} now"  # it may not be so in the end
+        return _with_words(sentence, [f"the {self._noun_of(thing)} that", *map(self._alone, there)])
+
+    def _alone(self, index: int) -> str:
+        return f"the {self._noun_of(index)}"
 
     def _noun_of(self, index: int) -> str:
         return self.nouns[self.scene.objects[index].category]

@@ -135,11 +135,14 @@ def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list
     about = [task.told for task in tasks]
     goals = [goal for task in about for goal in task.goals]
     forms = {type(part) for goal in goals for part in walk(goal.formula)}
+    is_plan, asks = name == Ability.ACTION_SEQUENCING.value, any(task.fits is not None for task in about)
     used = {
         name: any(goal.kind is GoalKind.ACTION for goal in goals),
         **{word: form in forms for form, word in _QUANTIFIERS.items()},
         "over_time": any(goal.is_over_time for goal in goals),
-        "missing": any(task.missing is not None for task in about),
+        "missing": is_plan and any(task.missing is not None for task in about),
+        "ambiguous": is_plan and asks,
+        "ambiguous_acting": name == "environment" and asks,
     }
     return [templates.text(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
 

@@ -23,7 +23,7 @@ _NAMES = 0.4
 def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
     """Print a table under its title.
 
-    The columns up to the first of text name the rows; what does not fit beside them follows below, with the
+    The columns up to the first texts name the rows; what does not fit beside them follows below, with the
     names again. Other texts are folded into what the last part leaves.
 
     Args:
@@ -45,7 +45,8 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
 
 def _parts(console: Console, columns: Sequence[_Shown], limit: int | None) -> Iterator[Sequence[_Shown]]:
     """The columns in groups that fit beside the names, each with one column at least."""
-    first = 1 + next(i for i, (column, _) in enumerate(columns) if not column.number)
+    begin = next(i for i, (column, _) in enumerate(columns) if not column.number)
+    first = next((i for i in range(begin, len(columns)) if columns[i][0].number), begin + 1)
     names, rest = columns[:first], columns[first:]
     beside = taken = _width(console, _grid(names, limit))
     part: list[_Shown] = []

@@ -76,6 +76,14 @@ class _TaskLine(BaseModel):
             "is, none if there is a plan."
         ),
     ] = None
+    fits: Annotated[
+        list[str] | None,
+        Field(
+            min_length=1,
+            description="If it is there, prompts tell the goals by the instruction alone, and an answer may "
+            "ask what it means: the objects that it fits, first the one that is meant.",
+        ),
+    ] = None
     about: Annotated[
         dict[str, JsonValue], Field(description="Whatever else is known of it; read by nobody here.")
     ] = {}
@@ -137,7 +145,12 @@ def task_of(line: _TaskLine, domain: Domain) -> Task:
         hazards=tuple(_hazards(line, goals)),
         untold=line.untold,
         missing=None if line.missing is None else tuple(line.missing),
+        fits=None if line.fits is None else tuple([_known(name, scene) for name in line.fits]),
     )
+
+
+def _known(name: str, scene: Scene) -> str:
+    return scene.objects[_index(name, scene.index, "fits")].name
 
 
 def _hazards(line: _TaskLine, goals: Sequence[Goal]) -> Sequence[str]:
@@ -211,6 +224,7 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
     values |= {"hazards": list(task.hazards)} if task.hazards else {}
     values |= {"untold": True} if task.untold else {}
     values |= {} if task.missing is None else {"missing": list(task.missing)}
+    values |= {} if task.fits is None else {"fits": list(task.fits)}
     values |= {"about": about} if about else {}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
 

@@ -119,7 +119,7 @@ CarryOut: TypeAlias = Callable[[tuple[Action, ...]], Course]
 """How plans are carried out; one of no steps begins and ends where the world is."""
 
 
-_IMPOSSIBLE = "impossible"
+IMPOSSIBLE, ASK = "impossible", "ask"
 """The one member of an answer that there is no plan."""
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
@@ -268,16 +268,16 @@ def _of_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Writte
     return WrittenPlan(tuple(steps), tuple(others)) if steps else None
 
 
-def refusal(reason: str) -> str:
-    """The answer that a task is impossible for a reason."""
-    return json.dumps({_IMPOSSIBLE: reason})
+def refusal(reason: str, how: str = IMPOSSIBLE) -> str:
+    """The answer that a task is impossible for a reason, or (`ASK`) a question about it."""
+    return json.dumps({how: reason})
 
 
-def reason_of(text: str) -> str | None:
-    """Why an answer says that the task is impossible; None if its last JSON value says no such thing."""
+def reason_of(text: str, how: str = IMPOSSIBLE) -> str | None:
+    """Why the task is impossible, or what an answer asks; None if its last JSON value says no such thing."""
     found = find_json(text, lambda value: value if isinstance(value, Pairs | list) else None)
     members = found[0].members if found is not None and isinstance(found[0], Pairs) else ()
-    reasons = [reason for name, reason in members if name == _IMPOSSIBLE and isinstance(reason, str)]
+    reasons = [reason for name, reason in members if name == how and isinstance(reason, str)]
     return reasons[0] if len(members) == 1 and reasons else None
 
 

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.action_sequencing.notation import (
+    ASK,
     CarryOut,
     Course,
     PlanNotation,
@@ -115,8 +116,13 @@ class ActionSequencing(Scorer):
 
     def _assess(self, text: str, carry_out: CarryOut) -> Assessment:
         """The assessment as if the task were not excluded."""
-        if self.task.missing is not None and (reason := reason_of(text)) is not None:
-            return self._believe(reason)
+        task = self.task
+        if task.missing is not None and (reason := reason_of(text)) is not None:
+            missing = ", ".join(task.missing or ("nothing",))
+            return self._declined(reason, bool(task.missing), "said to be impossible", f"missing: {missing}")
+        if task.fits is not None and (question := reason_of(text, ASK)) is not None:
+            fits = f"the instruction fits {' and '.join(task.fits)}"
+            return self._declined(question, task.is_ambiguous, "asked", fits)
         plan = self.notation.read(text)
         if isinstance(plan, Unreadable):
             return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason), (), carry_out)
@@ -136,19 +142,18 @@ class ActionSequencing(Scorer):
             known.update([each for each in zip(plan.steps, actions, strict=True) if _is_plain(each[0])])
         return actions
 
-    def _believe(self, reason: str) -> Assessment:
-        """The assessment of an answer that the task is impossible, for a reason."""
+    def _declined(self, reason: str, is_right: bool, said: str, why: str) -> Assessment:
+        """The assessment of an answer without a plan: what it says, and why that is right or not."""
         reached = self.goals.none_reached
         verdict = PlanVerdict(
             executable=False,
-            success=bool(self.task.missing),
+            success=is_right,
             additional_steps=0,
             goals=self.goals.tallies(reached),
             goals_satisfied=reached,
             refused=reason,
         )
-        missing = ", ".join(self.task.missing or ("nothing",))
-        notes = (f"said to be impossible: {reason}", f"missing: {missing}")
+        notes = (f"{said}: {reason}", why)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
 
     def _refuse(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> Assessment:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from statistics import fmean
 
 from eai.abilities.record import Record, TaskFeatures
 from eai.abilities.verdict import PlanVerdict
@@ -96,32 +97,53 @@ def _of(name: str, task: TaskFeatures, kept: Sequence[bool]) -> list[bool]:
 def _refusals(runs: Sequence[Run]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for run in runs:
-        found = [each for each in _judged(run) if each[0].missing is not None]
-        if not found:
-            continue
-        answered = [each for each in found if each[1].refused is None]
-        solvable = [each for each in found if not each[0].missing]
-        impossible = [each for each in found if each[0].missing]
-        refused = [each for each in impossible if each[1].refused is not None]
-        named = [_names_it(task.missing or (), verdict.refused or "") for task, verdict, _ in refused]
-        shares = [
-            _share(found, [bool(verdict.success) for _, verdict, _ in found]),
-            _share(found, [verdict.refused is None for _, verdict, _ in found]),
-            _share(answered, [not verdict.success for _, verdict, _ in answered]),
-            _share(solvable, [verdict.refused is not None for _, verdict, _ in solvable]),
-            _share(impossible, [verdict.refused is not None for _, verdict, _ in impossible]),
-            _share(refused, named),
-        ]
-        rows.append((*run.key.cells, len(found), *shares))
+        found = list(_judged(run))
+        for kind, posed in (
+            ("impossible", [each for each in found if each[0].missing is not None]),
+            ("ambiguous", [each for each in found if each[0].fits is not None]),
+        ):
+            if posed:
+                rows.append((*run.key.cells, kind, len(posed), *_selective(posed)))
     return Table(
         "refusals",
-        "What is refused",
-        "Tasks of pairs. success: solved, or refused where there is no plan; coverage: not refused; risk: of "
-        "these those that fail; false: of the tasks with a plan those refused; right: of those without; "
-        "reason: of these refusals those that name the missing fact. In percent.",
-        (*SUITE, MODEL, "tasks", "success", "coverage", "risk", "false", "right", "reason"),
+        "What is refused, and what is asked",
+        "Tasks of pairs, of which one of two has no plan (impossible) or words that fit two things "
+        "(ambiguous). success: solved, or declined (refused, asked) where that is right; never: what one who "
+        "never declines can reach on average; coverage: not declined; risk: of these those that fail; false: "
+        "of the other tasks those declined; right: of those where it is right; reason: of these refusals "
+        "those that name the missing fact. In percent.",
+        (*SUITE, MODEL, "kind", "tasks", "success", "never", "coverage", "risk", "false", "right", "reason"),
         tuple(rows),
     )
+
+
+def _selective(found: _Judged) -> list[Cell]:
+    """The shares of tasks in which it is right to decline some."""
+    declined = [verdict.declines for _, verdict, _ in found]
+    answered = [each for each, is_declined in zip(found, declined, strict=True) if not is_declined]
+    plain, special = ([each for each in found if _is_special(each[0]) is which] for which in (False, True))
+    refused = [each for each in special if each[1].refused is not None and each[0].missing]
+    named = [_names_it(task.missing or (), verdict.refused or "") for task, verdict, _ in refused]
+    never = fmean(_without_declining(task) for task, _, _ in found)
+    return [
+        _share(found, [bool(verdict.success) for _, verdict, _ in found]),
+        100 * never,
+        _share(found, [not each for each in declined]),
+        _share(answered, [not verdict.success for _, verdict, _ in answered]),
+        _share(plain, [verdict.declines for _, verdict, _ in plain]),
+        _share(special, [verdict.declines for _, verdict, _ in special]),
+        _share(refused, named),
+    ]
+
+
+def _is_special(task: TaskFeatures) -> bool:
+    """Whether it is right to decline a task."""
+    return bool(task.missing) or len(task.fits or ()) > 1
+
+
+def _without_declining(task: TaskFeatures) -> float:
+    """How often one who never declines can be right: never without a plan, by chance if words fit several."""
+    return 0.0 if task.missing else 1 / len(task.fits or ("",))
 
 
 def _names_it(missing: Sequence[str], reason: str) -> bool:

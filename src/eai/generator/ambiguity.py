@@ -1,0 +1,144 @@
+"""Ambiguous instructions: pairs of tasks in the same words, which fit two things in one, one in the other.
+
+In both one thing is wanted, told by its place. In the ambiguous task a second one of its kind stands there
+too. Whoever does with the second what is asked of the first fails, also beside the first: so one who never
+asks is right about as often as by chance.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import eai.logic.formula as f
+from eai.abilities.goal_test import solves
+from eai.abilities.planning import find_plan
+from eai.abilities.task import Goal, Task, goal
+from eai.benchmark.benchmark import Benchmark
+from eai.generator.prior import Prior
+from eai.generator.scene import with_double
+from eai.generator.spec import Generated
+from eai.generator.twins import ids_of
+from eai.generator.words import Words
+from eai.logic.rewriting import rename_objects
+from eai.logic.traversal import objects
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
+from eai.world.execution import Action
+from eai.world.state import Fact, State
+
+_HALF = 0.5
+"""How often the thing that comes in besides is the wanted one."""
+
+_LIMITS = Limits(300)
+"""The limits of the search for a plan by which the other thing is had."""
+
+
+def ambiguous(
+    made: Generated, benchmark: Benchmark, prior: Prior, planner: Planner, rng: random.Random
+) -> Generated | None:
+    """A pair of twins; None if none is found.
+
+    Args:
+        made: a task with a plan.
+        benchmark: whose world it is in.
+        prior: says where things stand.
+        planner: for its domain.
+        rng: chooses.
+    """
+    task = made.task
+
+    def is_taken(index: int) -> bool:
+        return task.scene.objects[index].category in prior.taken
+
+    things = [i for i in sorted(task.named_by(task.goals)) if i != task.scene.agent]
+    for thing in rng.sample(things, len(things)):
+        initial = with_double(task.initial, prior, thing, thing)
+        hosts = [i for i in task.relevant if is_taken(i) == is_taken(thing)]  # furniture where furniture is
+        for host in rng.sample(hosts, len(hosts)):
+            apart = with_double(task.initial, prior, thing, host)
+            words = Words.of(benchmark, apart, by_place=True)
+            if _fits_both(words, Words.of(benchmark, initial, by_place=True), thing):
+                pair = _paired(made, words, (apart, initial), thing, rng)
+                if pair is not None and _is_open(pair, planner):
+                    return pair
+                break
+    return None
+
+
+def _fits_both(words: Words, unclear: Words, thing: int) -> bool:
+    """Whether what tells a thing from its double by its place fits both where they stand in one place."""
+    said = words.apart.get(thing)
+    if said is None or len(said.arguments) == 1:
+        return False
+    place = said.arguments[1:]
+    there = {each[1][0] for each in unclear.seen if (each[0], each[1][1:]) == (said.predicate, place)}
+    return {thing, len(words.scene.objects) - 1} <= there
+
+
+def _paired(
+    made: Generated, words: Words, states: tuple[State, State], thing: int, rng: random.Random
+) -> Generated | None:
+    """The twins, by their initial states; None if the words of the clear one do not say exactly its goals."""
+    task, ids = made.task, ids_of(made.task, rng)
+    formulas = [each.formula for each in task.goals]
+    instruction = words.instruction(formulas, rng)
+    if not words.says(instruction, formulas):
+        return None
+    initial, unclear_initial = states
+    names = (task.scene.objects[thing].name, initial.scene.objects[-1].name)
+    clear = replace(
+        task,
+        id=ids[0],
+        title=task.id,
+        instruction=instruction,
+        initial=initial,
+        goals=(*task.goals, _only(task.goals, names)),
+        relevant=(*task.relevant, len(task.scene.objects)),
+        fits=names[:1],
+    )
+    unclear = replace(clear, id=ids[1], initial=unclear_initial, fits=names)
+    if rng.random() < _HALF:
+        clear, unclear = _exchanged(clear, names), _exchanged(unclear, names)
+    return Generated(clear, made.about, Generated(unclear, made.about))
+
+
+def _exchanged(task: Task, names: Sequence[str]) -> Task:
+    """A task in which one of two things has the part of the other, so that no name tells which is wanted."""
+    scene, swapped = task.scene, dict(zip(names, reversed(names), strict=True))
+    index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
+
+    def of(arguments: Sequence[int]) -> tuple[int, ...]:
+        return tuple([index.get(i, i) for i in arguments])
+
+    return replace(
+        task,
+        initial=scene.state(Fact(each.predicate, of(each.arguments)) for each in task.initial.facts()),
+        goals=tuple([goal(each) for each in _renamed([each.formula for each in task.goals], names)]),
+        script=tuple([Action(step.operator, of(step.arguments)) for step in task.script]),
+        fits=tuple([swapped[name] for name in task.fits or ()]),
+    )
+
+
+def _only(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
+    """That what is asked of the first thing is not done with the second."""
+    done = tuple(_renamed([each.formula for each in goals if names[0] in objects(each.formula)], names))
+    return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
+
+
+def _renamed(formulas: Sequence[f.Formula], names: Sequence[str]) -> Iterator[f.Formula]:
+    """Formulas about the second thing in place of the first, and the other way round."""
+    swapped = dict(zip(names, reversed(names), strict=True))
+    return (rename_objects(each, swapped) for each in formulas)
+
+
+def _is_open(pair: Generated, planner: Planner) -> bool:
+    """Whether the plan solves both tasks, and each of the things can be had in the ambiguous one."""
+    if pair.twin is None:
+        return False
+    unclear = pair.twin.task
+    formulas = [each.formula for each in unclear.goals]
+    other = replace(unclear, goals=tuple(map(goal, _renamed(formulas, unclear.fits or ()))))
+    each_solves = (solves(planner.domain, task, task.script) for task in (pair.task, unclear))
+    return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

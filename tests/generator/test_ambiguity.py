@@ -1,0 +1,118 @@
+"""Pairs in the same words: they fit two things in one, one in the other; a guess is right half the time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+import eai
+from eai import Benchmark, given
+from eai.abilities.action_sequencing.notation import ASK, refusal
+from eai.abilities.goal_test import solves
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
+from eai.envs.game import RULES, Game, Stage
+from eai.envs.rules import Feedback
+from eai.generator.spec import Generated, TaskKind
+from eai.prompts.prompt import PromptSet
+from eai.tasks.task_files import problems_of
+from eai.tasks.task_lines import read_line, task_of, written
+from eai.world.execution import Action
+from eai.world.slips import Until
+from generator.worlds import HOUSEHOLDS, generator
+
+pytestmark = pytest.mark.usefixtures("data_store")
+SEEDS = {"virtualhome": (22, 24), "behavior": (1, 75)}
+"""Of which each gives a pair."""
+
+
+@cache
+def pairs(like: str) -> list[tuple[Task, Task]]:
+    """The pairs: of the first the words fit one thing, of the second two."""
+    made = generator(like, kind=TaskKind.AMBIGUOUS)
+    found = [made.task(f"tasks-7-{seed}") for seed in SEEDS[like]]
+    return [(each.task, each.twin.task) for each in found if isinstance(each, Generated) and each.twin]
+
+
+def of_the_other(task: Task, plan: tuple[Action, ...]) -> list[Action]:
+    """A plan in which the two things change parts."""
+    one, other = (task.scene.index[name] for name in task.fits or ())
+    swapped = {one: other, other: one}
+    return [Action(step.operator, tuple([swapped.get(i, i) for i in step.arguments])) for step in plan]
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_they_differ_in_where_the_second_thing_stands(like: str) -> None:
+    domain = find_benchmark(like).domain
+    assert len(pairs(like)) == len(SEEDS[like])
+    for clear, unclear in pairs(like):
+        assert (clear.instruction, clear.goals, clear.script, clear.title) == (
+            unclear.instruction,
+            unclear.goals,
+            unclear.script,
+            unclear.title,
+        )
+        assert unclear.fits is not None
+        assert clear.fits == unclear.fits[:1]
+        second = unclear.scene.index[unclear.fits[1]]
+        changed = set(clear.initial.facts()) ^ set(unclear.initial.facts())
+        assert changed
+        assert all(second in fact.arguments for fact in changed)
+        for task in (clear, unclear):
+            assert solves(domain, task, task.script)
+            assert list(problems_of(task, domain)) == []
+            line = written(task, like, domain)
+            assert written(task_of(read_line(line), domain), like, domain) == line
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_with_the_other_thing_or_both_it_fails(like: str) -> None:
+    domain = find_benchmark(like).domain
+    for _, unclear in pairs(like):
+        other = of_the_other(unclear, unclear.script)
+        assert solves(domain, replace(unclear, goals=unclear.goals[:-1]), unclear.script)
+        assert not solves(domain, unclear, other)
+        assert not solves(domain, unclear, [*unclear.script, *other])
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
+    benchmark = find_benchmark(like)
+    for pair in pairs(like):
+        alone = Benchmark("pair", benchmark.domain, given(*pair))
+        suite = eai.open(alone, Ability.ACTION_SEQUENCING)
+        prompts = Library(PromptSet.EAI).open(alone, Ability.ACTION_SEQUENCING)
+        for task in pair:
+            told = prompts[task.id].user
+            assert told.count(task.instruction) == 1
+            assert '{"ask"' in told
+            assert '"impossible"' not in told
+            asked = suite.score(task.id, refusal("Which one?", ASK))
+            assert isinstance(asked, PlanVerdict)
+            assert (asked.success, asked.refused) == (task.is_ambiguous, "Which one?")
+
+
+def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
+    benchmark = find_benchmark("behavior")
+    rules = RULES.model_copy(update={"until": Until.DONE, "feedback": Feedback.CHANGES, "max_steps": 2})
+    for task in pairs("behavior")[0]:
+        stage = Stage(task, benchmark, rules)
+        assert "ASK(your question)" in stage.opening
+        assert stage.opening.count(task.instruction) == 1
+        game = Game(stage)
+        told = [game.act("ASK(which one, please?)").observation for _ in range(3)]
+        assert told[0].startswith(f"{(task.fits or ('',))[0]} is meant.")
+        assert (told[1], game.tried) == (told[0], 2)
+        assert told[2].startswith("No actions are left.")
+        assert game.ended == "steps"
+
+
+def test_elsewhere_nobody_can_ask() -> None:
+    task = replace(pairs("behavior")[0][1], fits=None)
+    game = Game(Stage(task, find_benchmark("behavior"), RULES))
+    assert game.act("ASK(which one?)").info["fault"] == "hallucination"
