@@ -108,12 +108,18 @@ def draw(taken: Mapping[str, Mapping[int, float]], path: Path) -> None:
 
         figure = Figure(figsize=(6.4, 3.6), layout="constrained")
         axes = figure.subplots()
-        for color, (name, of_size) in zip(cycle(LINES), taken.items(), strict=False):
+        marks = cycle(("o-", "s--"))
+        for color, mark, (name, of_size) in zip(cycle(LINES), marks, taken.items(), strict=False):
             label = f"{CURVES[name].title}: {exponent(of_size):.2f}"
-            axes.plot(list(of_size), [1000 * s for s in of_size.values()], "o-", color=color, label=label)
-        axes.set(xscale="log", yscale="log", xlabel="size", ylabel="CPU ms")
+            milliseconds = [1000 * s for s in of_size.values()]
+            axes.plot(list(of_size), milliseconds, mark, color=color, label=label, markersize=4)
+        axes.set(
+            xscale="log", yscale="log", xlabel="size", ylabel="CPU ms", xticks=[1, 100, 10_000, 1_000_000]
+        )
+        axes.xaxis.set_major_formatter("{x:,.7g}")
+        axes.yaxis.set_major_formatter("{x:,.7g}")
         figure.legend(loc="outside right upper", title="exponents", frameon=False)
-        figure.savefig(path, dpi=150, metadata={"Software": None})
+        figure.savefig(path, dpi=100, metadata={"Software": None})
 
 
 def lamps(number: int) -> Benchmark:

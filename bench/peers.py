@@ -2,10 +2,11 @@
 
     .venv/bin/python bench/peers.py --python PYTHON [--steps 10 100 1000]
 
-PYTHON has `unified-planning`, `pyperplan` and `flloat`. A plan of so many steps of a ferry is judged, and a
-formula with ten operators on a trace of so many states. Ours is told twice: the verdict of `strict` from the
-text of the answer, with its diagnosis, and execution of steps that are read already, which is what the others
-do; VAL is a program that reads its files each time.
+PYTHON has `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`. A plan of so many steps of a ferry
+is judged, and a formula with ten operators on a trace of so many states. Ours is told thrice: the verdict of
+`strict` from the text of the answer, with its diagnosis; execution of steps that are read already, which is
+what the others do; and a game in which each step is a command, answered with those that are possible, as
+TextWorld's are. VAL is a program that reads its files each time.
 """
 
 from __future__ import annotations
@@ -22,12 +23,15 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
+from eai.envs.game import Game, Stage
+from eai.envs.rules import Feedback, Rules
 from eai.logic.ltl import parse
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import Trace
 from eai.pddl.val import installed_val
 from eai.world.execution import Action, execute
+from eai.world.slips import Until
 from reference_child import cpu_seconds
 
 WORLDS = Path(__file__).parents[1] / "tests" / "worlds"
@@ -43,6 +47,10 @@ OURS = (
     "eventually always (not f() or next g()) and always eventually (h() and not i() or j())"
 )
 LETTERS = "abcdefghij"
+COLUMNS = (
+    *("verdict", "execution", "VAL", "unified-planning", "pyperplan"),
+    *("game", "TextWorld", "formula", "flloat"),
+)
 
 
 class Facts:
@@ -96,6 +104,7 @@ def judging(steps: list[str]) -> dict[str, float]:
     actions = [
         Action(name, tuple(place[each] for each in objects)) for name, *objects in map(str.split, steps)
     ]
+    rules = Rules(until=Until.DONE, max_steps=None, feedback=Feedback.OUTCOME)
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan"
         plan.write_text(text + "\n")
@@ -103,8 +112,17 @@ def judging(steps: list[str]) -> dict[str, float]:
         return {
             "verdict": milliseconds(lambda: valid(succeeds(scorer.score(text)))),
             "execution": milliseconds(lambda: valid(execute(domain, task.initial, actions).failure is None)),
+            "game": milliseconds(lambda: valid(plays(Game(Stage(task, suite.benchmark, rules)), actions))),
             "VAL": milliseconds(lambda: valid("Plan valid" in subprocess.check_output(words, text=True))),
         }
+
+
+def plays(game: Game, actions: Sequence[Action]) -> bool:
+    """Whether a game is won by actions, each a command that is answered with those that are possible."""
+    for action in actions:
+        game.act(game.stage.commands.write(action))
+        [game.stage.commands.write(each) for each in game.admissible()]
+    return all(game.reached)
 
 
 def evaluating(length: int) -> dict[str, float]:
@@ -132,13 +150,11 @@ def main() -> None:
     parser.add_argument("--python", required=True)
     parser.add_argument("--steps", type=int, nargs="+", default=[10, 100, 1_000])
     arguments = parser.parse_args()
-    print("| steps | verdict | execution | VAL | unified-planning | pyperplan | formula | flloat |")
-    print("|---:|---:|---:|---:|---:|---:|---:|---:|")
+    print(f"| steps | {' | '.join(COLUMNS)} |\n{'|---:' * (1 + len(COLUMNS))}|")
     for length in arguments.steps:
         steps = plan_of(length)
         took = {**judging(steps), **evaluating(len(steps)), **of_others(arguments.python, steps)}
-        order = ("verdict", "execution", "VAL", "unified-planning", "pyperplan", "formula", "flloat")
-        print(f"| {len(steps)} | {' | '.join(f'{took[name]:.3g}' for name in order)} |", flush=True)
+        print(f"| {len(steps)} | {' | '.join(f'{took[name]:.3g}' for name in COLUMNS)} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """What other libraries take for the work of `peers.py`: processor milliseconds of each, printed as JSON.
 
-It runs in an environment of its own with `unified-planning`, `pyperplan` and `flloat`. Standard input has the
-work: files of a domain and a problem, a plan, a formula and a trace. Reading and grounding are not counted.
+It runs in an environment of its own with `unified-planning`, `pyperplan`, `textworld[pddl]` and `flloat`.
+Standard input has the work: files of a domain and a problem, a plan, a formula and a trace. Reading and
+grounding are not counted, but for TextWorld's, which begins a game anew each time.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import json
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 
@@ -60,6 +62,39 @@ def replaying(domain: str, problem: str, plan: str) -> Callable[[], object]:
     return replay
 
 
+PLACES = {"?from": "?here", "?to": "?there"}
+"""Parameters that are words of Python, by names that are none: TextWorld evaluates them."""
+
+GRAMMAR = """
+grammar :: \"\"\"{"intro": [{"rhs": "A ferry."}], "done": [{"rhs": "Done."}]}\"\"\";
+action sail { template :: "sail {here} {there}"; feedback :: "#done#"; }
+action board { template :: "board {v} {h}"; feedback :: "#done#"; }
+action debark { template :: "debark {v} {h}"; feedback :: "#done#"; }
+"""
+
+
+def playing(domain: str, problem: str, plan: str) -> Callable[[], object]:
+    """Its engine for games in PDDL: a plan as commands, each answered with the commands that are possible."""
+    import textworld
+    from textworld.envs import PddlEnv
+
+    text = Path(domain).read_text()
+    for name, other in PLACES.items():
+        text = text.replace(name, other)
+    game = PddlEnv(textworld.EnvInfos())
+    game.load({"pddl_domain": text, "grammar": GRAMMAR, "pddl_problem": Path(problem).read_text()})
+    commands = [step.strip("()") for step in plan.splitlines()]
+
+    def play() -> None:
+        game.reset()
+        won = False
+        for command in commands:
+            _, _, won = game.step(command)
+        valid(won)
+
+    return play
+
+
 def evaluating(formula: str, trace: list[dict[str, bool]]) -> Callable[[], object]:
     """Its truth of a formula on a finite trace."""
     from flloat.parser.ltlf import LTLfParser
@@ -73,6 +108,7 @@ def main() -> None:
     works = {
         "unified-planning": validating(asked["domain"], asked["problem"], asked["plan"]),
         "pyperplan": replaying(asked["domain"], asked["problem"], asked["plan"]),
+        "TextWorld": playing(asked["domain"], asked["problem"], asked["plan"]),
         "flloat": evaluating(asked["formula"], asked["trace"]),
     }
     print(json.dumps({name: milliseconds(work) for name, work in works.items()}))
