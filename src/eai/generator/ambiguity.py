@@ -17,7 +17,7 @@ from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.prior import Prior
-from eai.generator.scene import with_double
+from eai.generator.scene import stance, with_double
 from eai.generator.spec import Generated
 from eai.generator.twins import ids_of
 from eai.generator.words import Words
@@ -54,8 +54,11 @@ def ambiguous(
 
     things = [i for i in sorted(task.named_by(task.goals)) if i != task.scene.agent]
     for thing in rng.sample(things, len(things)):
+        if not stance(thing, task.initial, prior):
+            continue
         initial = with_double(task.initial, prior, thing, thing)
-        hosts = [i for i in task.relevant if is_taken(i) == is_taken(thing)]  # furniture where furniture is
+        placed = [i for i in task.relevant if stance(i, task.initial, prior)]
+        hosts = [i for i in placed if is_taken(i) == is_taken(thing)]  # furniture where furniture is
         for host in rng.sample(hosts, len(hosts)):
             apart = with_double(task.initial, prior, thing, host)
             words = Words.of(benchmark, apart, by_place=True)

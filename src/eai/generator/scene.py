@@ -176,14 +176,14 @@ def with_guests(
     hosts: dict[frozenset[tuple[str, str]], list[int]] = {}
     for index in range(len(objects)):
         if objects[index].category in prior.taken:
-            hosts.setdefault(_standing(index, state, prior), []).append(index)
+            hosts.setdefault(stance(index, state, prior), []).append(index)
     for _ in range(_ASKED * (most - len(objects))):
         if len(objects) >= most:
             break
         home = rng.choice(tasks)
         guest = rng.choice(home.relevant)
         thing = home.scene.objects[guest]
-        standing = _standing(guest, home.initial, prior)
+        standing = stance(guest, home.initial, prior)
         if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
             number = len(objects)
             objects.append(WorldObject(_free_name(thing.name, objects), thing.category))
@@ -200,7 +200,7 @@ def with_more_of_a_kind(
     state = closed.scene.state(closed.facts)
     objects, facts = list(closed.scene.objects), list(closed.facts)
     usual = prior.several & prior.taken & frozenset(kinds)
-    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and _standing(i, state, prior)]
+    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, state, prior)]
     number = rng.randint(1, _MORE)
     for _ in range(min(number, most - len(objects)) if hosts else 0):
         host, another = rng.choice(hosts), len(objects)
@@ -236,7 +236,7 @@ _ASKED = 30
 """How many things are asked for one that comes."""
 
 
-def _standing(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
+def stance(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
     """How a thing stands: in which relation to things of what category; empty if it is part of a whole."""
     if any(state.relation(name).row(index) | state.relation(name).column(index) for name in prior.parts):
         return frozenset()
