@@ -74,19 +74,15 @@ class ExplorerData:
     def add(self, run: Run) -> None:
         """Add the records of a run."""
         key, background = run.key, self._background(run.key.domain)
-        packed: Json = {
+        packed: dict[str, Json] = {
             "protocol": key.protocol.value,
             "domain": key.domain,
             "ability": key.ability.value,
             "model": key.name,
-            **(
-                {}
-                if run.log is None
-                else {"log": [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"]}
-            ),
+            "log": run.log and [*run.log, f"{_VIEWER}/{quote(run.log[0])}/samples/sample"],
             "answers": [self._answer(record) for record in run.records],
         }
-        self._runs[key] = for_script(packed)
+        self._runs[key] = for_script(_without_empty(packed))
         asked = background.prompts.get(key.ability.value, {})
         kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
         tasks = self._tasks.setdefault(key.domain, {})
