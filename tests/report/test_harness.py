@@ -12,7 +12,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.acting.play import Arena
-from eai.acting.setting import ACTING, Harness, Setting
+from eai.acting.setting import ACTING, REACT, TEXT, Setting
 from eai.benchmark.suite import open_suite
 from eai.cli.table import print_results
 from eai.report.rankings import rankings
@@ -28,7 +28,7 @@ from processes import eai
 SUITE = open_suite(SWITCHES, ACTING)
 
 
-def records(harness: Harness, commands: Sequence[str]) -> list[Record]:
+def records(harness: str, commands: Sequence[str]) -> list[Record]:
     """The records of a model that has no answer to the second task."""
     play = Arena(SWITCHES, Setting(harness=harness)).play(SUITE.tasks["both"])
     for command in commands:
@@ -40,13 +40,13 @@ def records(harness: Harness, commands: Sequence[str]) -> list[Record]:
 @pytest.fixture
 def folders(tmp_path: Path) -> list[Path]:
     """The records of both."""
-    for harness, commands in ((Harness.REACT, [*WON, "DONE"]), (Harness.TEXT, ["DONE"])):
-        write_records(tmp_path / harness.value / "records.jsonl", records(harness, commands))
-    return [tmp_path / harness.value for harness in Harness]
+    for harness, commands in ((REACT, [*WON, "DONE"]), (TEXT, ["DONE"])):
+        write_records(tmp_path / harness / "records.jsonl", records(harness, commands))
+    return [tmp_path / harness for harness in (REACT, TEXT)]
 
 
 def test_a_task_without_an_answer_is_of_the_harness_of_its_run() -> None:
-    assert [record.experiment for record in records(Harness.TEXT, ["DONE"])] == [
+    assert [record.experiment for record in records(TEXT, ["DONE"])] == [
         Experiment(harness="text"),
         Experiment(harness="text"),
     ]
@@ -73,7 +73,7 @@ def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
 
 
 def test_a_terminal_says_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
-    found = {harness.value: Totals.of(records(harness, ["DONE"])) for harness in Harness}
+    found = {harness: Totals.of(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
     print_results("switches", ACTING, found, wide=True)
     printed = capsys.readouterr().out
     assert "react, react" in printed

@@ -16,9 +16,10 @@ from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
 from eai.acting.play import Arena
-from eai.acting.setting import ACTING
+from eai.acting.setting import ACTING, Setting
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
+from eai.errors import InputError
 from eai.run.acting import command_in
 from eai.run.evaluation import read_answers
 from eai.run.registry import TASKS
@@ -54,7 +55,7 @@ def gold() -> list[str]:
 def play(model: Model | str, folder: Path, **arguments: object) -> EvalLog:
     task = TASKS["virtualhome_acting"](tasks=[TASK], **arguments)
     (log,) = inspect_ai.eval(task, model=model, log_dir=str(folder), display="none")
-    assert log.status == "success"
+    assert log.status == "success", log.error
     return log
 
 
@@ -97,6 +98,29 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
     assert [turn["said"] for turn in turns] == said
     assert turns[-1]["thought"] == "I think.\nDONE"
     assert sample.store  # the commands are there for who reads the log
+
+
+def test_an_agent_of_ones_own_gets_the_tools(
+    data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "my_agent.py").write_text(
+        "from inspect_ai.agent import react\n\n\n"
+        "async def until_done(state):\n    return bool(state.output.message.tool_calls)\n\n\n"
+        "def brief(tools):\n"
+        "    return react(prompt='Be brief.', tools=tools, submit=False, on_continue=until_done)\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    outputs = [*map(call, gold()), tool("done"), ModelOutput.from_content("mockllm/model", "That is all.")]
+    log = play(scripted(outputs), tmp_path, harness="my_agent:brief")
+    about = outcome_of(log)
+    assert (about["success"], about["harness"]) == (True, "my_agent:brief")
+    (sample,) = log.samples or ()
+    assert "Be brief." in sample.messages[0].text
+
+
+def test_a_harness_that_there_is_not_is_refused() -> None:
+    with pytest.raises(InputError, match=r"agent\.harness: expected .*module:object"):
+        Setting.read("agent", {"harness": "reakt"})
 
 
 def test_a_model_that_only_looks_comes_to_its_end(data_store: Store, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from eai.abilities.codec import sha256_of
 from eai.abilities.options import misfit
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.acting.setting import AGENT, STANDARD, Harness, Setting
+from eai.acting.setting import AGENT, STANDARD, TEXT, Setting
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.suite import Suite
 from eai.envs.agents import NULLS, UPPER
@@ -39,12 +39,10 @@ AGENTS = {
 }
 """The built-in models that choose each action when its turn has come."""
 
-_HOW = {
-    Harness.REACT: (
-        "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
-    ),
-    Harness.TEXT: "Write one command a message, on its last line: an action, LOOK or DONE.",
-}
+_BY_TOOLS = (
+    "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."
+)
+_BY_TEXT = "Write one command a message, on its last line: an action, LOOK or DONE."
 
 
 def rules_of(setting: Setting) -> Rules:
@@ -84,12 +82,13 @@ class Arena:
         """
         if task.left_out is not None:
             return Prompt(f"{manual(self.benchmark)}\n\n{task.left_out}")
-        return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{_HOW[self.setting.harness]}")
+        how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
+        return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 
     def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
         """A new episode of a task."""
         setting = self.setting
-        return Play(self.stage(task), setting.slip_seed, epoch, harness=setting.harness.value, begun=begun)
+        return Play(self.stage(task), setting.slip_seed, epoch, harness=setting.harness, begun=begun)
 
     def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
         """The commands of one of `AGENTS` in an episode."""

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from enum import Enum
 from typing import Any
+
+from pydantic import field_validator
 
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
+from eai.errors import InputError
 
 ACTING = Ability("acting")
 
@@ -15,19 +18,17 @@ AGENT = "agent"
 """The field of a question's metadata that has the setting in which a task is played, as JSON."""
 
 
-class Harness(str, Enum):
-    """How a model acts: by calls of tools in Inspect's ``react``, or by lines of text."""
-
-    REACT = "react"
-    TEXT = "text"
+REACT, TEXT = "react", "text"
+"""The harnesses: calls of tools in Inspect's ``react``, and lines of text."""
 
 
 class Setting(Options):
     """How an agent acts, and the world in which it does; by default the standard setting."""
 
-    harness: Harness = option(
-        "How a model acts: react (it calls the tools act, look and done), or text (a command a message).",
-        Harness.REACT,
+    harness: str = option(
+        "How a model acts: react (it calls the tools act, look and done), text (a command a message), or "
+        "module:object, which makes an Inspect agent of the tools.",
+        REACT,
     )
     view: str = option("The objects that it may see: scene (all), or task (those that matter).", "scene")
     observe: str = option("How much of them it sees: partial (from where it is), or full.", "partial")
@@ -40,6 +41,13 @@ class Setting(Options):
     steps: int | None = option("The most actions whatever the plan.", ge=1)
     tokens: int | None = option("The most tokens of an episode, those of all questions and replies.", ge=1)
     seconds: int | None = option("The most seconds of an episode on the clock.", ge=1)
+
+    @field_validator("harness")
+    @classmethod
+    def _is_harness(cls, harness: str) -> str:
+        if harness not in (REACT, TEXT) and not re.fullmatch(r"[\w.]+:\w+", harness):
+            raise InputError(f"agent.harness: expected {REACT}, {TEXT} or module:object, found {harness!r}")
+        return harness
 
     @classmethod
     def of_question(cls, about: Mapping[str, Any]) -> Setting:

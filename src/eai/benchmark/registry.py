@@ -15,7 +15,7 @@ from importlib import import_module
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from traceback import extract_tb
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.data.entry_points import entry_points_of
@@ -129,7 +129,7 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
     if separator:
-        return _as_benchmark(_load(module, name, reference), reference)
+        return _as_benchmark(loaded(module, name, reference), reference)
     known = registered()
     expected = f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS or a folder of task files"
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
@@ -237,7 +237,12 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
     )
 
 
-def _load(module: str, name: str, reference: str) -> object:
+def loaded(module: str, name: str, reference: str) -> Any:
+    """The object of a module, which may lie in the working directory.
+
+    Raises:
+        InputError: there is no such module or object, or what it declares is not sound.
+    """
     here = str(Path.cwd())
     added = here not in sys.path
     if added:

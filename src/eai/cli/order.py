@@ -79,7 +79,7 @@ def obtain_and_score(
 
         asked, about = in_setting(spec.agent, asked, suite)
         prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
-        harness = None if spec.agent.harness is STANDARD.harness else spec.agent.harness.value
+        harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     job = Job(
         endpoint,
         asked,

@@ -23,10 +23,10 @@ from pydantic import Field
 from eai.abilities.record import Usage
 from eai.abilities.task import Task
 from eai.acting.play import Arena, Play
-from eai.acting.setting import ACTING, Harness, Setting
+from eai.acting.setting import ACTING, REACT, TEXT, Setting
 from eai.acting.tools import command_of, tools_of
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark, loaded
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE
 from eai.run.job import PROVIDER
@@ -127,7 +127,7 @@ def _player(harness: str | None = None) -> Solver:
     """Plays a task with the model: by tools in Inspect's ``react``, or by lines of text.
 
     Args:
-        harness: react or text; that of the task if None.
+        harness: react, text or module:object; that of the task if None.
     """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
@@ -135,7 +135,7 @@ def _player(harness: str | None = None) -> Solver:
         if play is None:
             state.output = ModelOutput.from_content(str(state.model), DONE)
             return state
-        by_text = Harness(harness or setting.harness) is Harness.TEXT
+        chosen = harness or setting.harness
         agent = AgentState(messages=state.messages)
         limits = [
             turn_limit(_PATIENCE * (play.most + 1)),
@@ -143,7 +143,7 @@ def _player(harness: str | None = None) -> Solver:
             time_limit(setting.seconds),
         ]
         with apply_limits(limits, catch_errors=True) as scope:
-            await (_by_text(state, agent, play) if by_text else _by_tools(state, agent))
+            await (_by_text(state, agent, play) if chosen == TEXT else _by_tools(state, agent, chosen))
         state.messages = agent.messages
         ended = "stopped" if scope.limit_error is None else _LIMITS[scope.limit_error.type]
         _end(state, agent.output.stop_reason, ended)
@@ -165,8 +165,13 @@ def _end(state: TaskState, stop_reason: StopReason, ended: str) -> None:
     state.output = ModelOutput.from_content(str(state.model), episode_text(state), stop_reason)
 
 
-async def _by_tools(state: TaskState, agent: AgentState) -> None:
-    """Let the model call tools, until the episode is over or it calls none."""
+async def _by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
+    """Let the model call tools, until the episode is over or it calls none; or an agent of one's own."""
+    if harness != REACT:
+        module, _, name = harness.partition(":")
+        done = await loaded(module, name, harness)(state.tools)(agent)
+        agent.messages, agent.output = done.messages, done.output
+        return
 
     async def resumes(agent: AgentState) -> bool:
         is_over = state.store_as(_Acted).episode["ended"] in ("done", "steps")
