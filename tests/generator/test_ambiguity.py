@@ -27,7 +27,7 @@ from eai.world.slips import Until
 from generator.worlds import HOUSEHOLDS, generator
 
 pytestmark = pytest.mark.usefixtures("data_store")
-SEEDS = {"virtualhome": (22, 24), "behavior": (1, 75)}
+SEEDS = {"virtualhome": (59, 70), "behavior": (75, 76)}
 """Of which each gives a pair."""
 
 

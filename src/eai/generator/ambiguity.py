@@ -47,18 +47,11 @@ def ambiguous(
         planner: for its domain.
         rng: chooses.
     """
-    task = made.task
-
-    def is_taken(index: int) -> bool:
-        return task.scene.objects[index].category in prior.taken
-
-    things = [i for i in sorted(task.named_by(task.goals)) if i != task.scene.agent]
-    for thing in rng.sample(things, len(things)):
-        if not stance(thing, task.initial, prior):
-            continue
+    task, kinds = made.task, [thing.category for thing in made.task.scene.objects]
+    hosts = [i for i in task.relevant if kinds[i] in prior.taken and stance(i, task.initial, prior)]
+    named = task.named_by(task.goals)
+    for thing in rng.sample([i for i in hosts if i in named], len(named.intersection(hosts))):
         initial = with_double(task.initial, prior, thing, thing)
-        placed = [i for i in task.relevant if stance(i, task.initial, prior)]
-        hosts = [i for i in placed if is_taken(i) == is_taken(thing)]  # furniture where furniture is
         for host in rng.sample(hosts, len(hosts)):
             apart = with_double(task.initial, prior, thing, host)
             words = Words.of(benchmark, apart, by_place=True)
