@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import atexit
 import os
+import signal
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
-from multiprocessing import get_all_start_methods, get_context
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import forkserver
+from multiprocessing.context import ForkServerContext, ForkServerProcess
+from multiprocessing.forkserver import ForkServer
+from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+from unittest.mock import patch
 
 from eai.cli import main
 
@@ -27,34 +34,111 @@ class Outcome(NamedTuple):
     err: str
 
 
+_SERVER = ForkServer()
+_SERVER.set_forkserver_preload(
+    [
+        "eai.cli.run",
+        "eai.run.evaluation",
+        "eai.run.registry",
+        "eai.households.behavior.benchmark",
+        "eai.households.virtualhome.benchmark",
+        "inspect_ai.agent._acp.server",
+        "inspect_ai.hooks._startup",
+        "inspect_ai.model._openai_responses",
+        "uvicorn",
+    ]
+)
+"""Forks processes that have imported what runs need; the last four are what Inspect imports when it begins.
+
+It is not the server of the whole process, which workers that score may have started without Inspect.
+"""
+
+
+class _Forked(ForkServerProcess):
+    """A process that is forked by it."""
+
+    @staticmethod
+    def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - of multiprocessing
+        with patch.object(forkserver, "connect_to_new_process", _SERVER.connect_to_new_process):
+            return ForkServerProcess._Popen(process_obj)  # type: ignore[attr-defined]
+
+
+class _Context(ForkServerContext):
+    Process = _Forked
+
+
+@contextmanager
+def own_process() -> Iterator[Executor]:
+    """A process for Inspect, whose warnings are none of ours: functions are called in it by their names."""
+    with ProcessPoolExecutor(1, _Context()) as pool:
+        yield pool
+
+
+class Command:
+    """`eai` in a process of its own, forked from one that has imported Inspect: that takes longest.
+
+    Args:
+        arguments: its words.
+        before: what is called in that process first, by its name.
+    """
+
+    def __init__(self, *arguments: object, before: Callable[[], None] | None = None) -> None:
+        self._printed = tempfile.TemporaryDirectory()
+        started = {**os.environ, "COLUMNS": "120"}
+        words = list(map(str, arguments))
+        self._process = _Forked(target=_run, args=(words, started, str(Path.cwd()), self._files, before))
+        self._process.start()
+
+    @property
+    def _files(self) -> tuple[Path, Path]:
+        """Where its output and its messages are."""
+        return Path(self._printed.name, "out"), Path(self._printed.name, "err")
+
+    def signal(self, number: signal.Signals) -> None:
+        assert self._process.pid is not None
+        os.kill(self._process.pid, number)
+
+    @property
+    def out(self) -> str:
+        """What it has printed so far."""
+        return self._files[0].read_text() if self._files[0].exists() else ""
+
+    def end(self) -> None:
+        """Kill it, if it has not ended yet."""
+        self._process.kill()
+
+    def outcome(self) -> Outcome:
+        """What it leaves, when it has ended; by a signal, the status is less than nothing."""
+        self._process.join(_SECONDS)
+        status = self._process.exitcode
+        if status is None:
+            self.end()
+            raise TimeoutError
+        with self._printed:
+            return Outcome(status, *(each.read_text() for each in self._files))
+
+
 def eai(*arguments: object, **environment: str) -> Outcome:
     """Run `eai` in a process of its own, since Inspect's warnings are none of ours.
 
-    It is forked from one that has imported Inspect, which takes longer than most commands do; where variables
-    of the environment are given, which a library may read when it is imported, it is started from nothing.
+    Where variables of the environment are given, which a library may read when it is imported, it is started
+    from nothing.
     """
-    words = list(map(str, arguments))
+    if not environment:
+        return Command(*arguments).outcome()
+    command = [sys.executable, "-c", "from eai.cli import main; main()", *map(str, arguments)]
     started = {**os.environ, "COLUMNS": "120", **environment}
-    if environment or "forkserver" not in get_all_start_methods():
-        command = [sys.executable, "-c", "from eai.cli import main; main()", *words]
-        done = subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=_SECONDS, env=started
-        )
-        return Outcome(done.returncode, done.stdout, done.stderr)
-    context = get_context("forkserver")
-    context.set_forkserver_preload(["eai.cli.run", "eai.run.evaluation", "eai.run.registry"])
-    with tempfile.TemporaryDirectory() as folder:
-        printed = Path(folder, "out"), Path(folder, "err")
-        process = context.Process(target=_run, args=(words, started, str(Path.cwd()), printed))
-        process.start()
-        process.join(_SECONDS)
-        if process.exitcode is None:
-            process.kill()
-            raise TimeoutError(words)
-        return Outcome(process.exitcode, *(each.read_text() for each in printed))
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_SECONDS, env=started)
+    return Outcome(done.returncode, done.stdout, done.stderr)
 
 
-def _run(arguments: list[str], environment: dict[str, str], folder: str, printed: tuple[Path, Path]) -> None:
+def _run(
+    arguments: list[str],
+    environment: dict[str, str],
+    folder: str,
+    printed: tuple[Path, Path],
+    before: Callable[[], None] | None,
+) -> None:
     """The command in a process that was forked for it."""
     os.environ.clear()
     os.environ.update(environment)
@@ -66,6 +150,8 @@ def _run(arguments: list[str], environment: dict[str, str], folder: str, printed
         setattr(sys, name, open(descriptor, "w", closefd=False))  # noqa: SIM115 - of a descriptor
     sys.argv = ["eai", *arguments]
     try:
+        if before is not None:
+            before()
         main()
     finally:
         atexit._run_exitfuncs()  # which a process that was forked leaves out

@@ -2,22 +2,46 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 import pytest
 
 from cli.conftest import Command
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.generator.census import prior_of
 from eai.generator.generator import Generator
+from eai.generator.prior import Prior
 from eai.generator.sets import Prints
 from eai.generator.spec import Outcome
 from eai.pddl.val import VALID
 
 pytestmark = pytest.mark.usefixtures("data_store")
+FEW = 50
+"""After how many seeds in a row that give none no more are tried here."""
 
 
-def made(eai: Command, out: Path, *options: object) -> list[dict[str, object]]:
-    outcome = eai("generate", "--like", "behavior", "--n", 3, "--out", out, *options)
+@pytest.fixture(scope="module")
+def priors() -> dict[str, Prior]:
+    """What is usual in each benchmark of which tasks were asked for."""
+    return {}
+
+
+@pytest.fixture(autouse=True)
+def counted_once(priors: dict[str, Prior], monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is usual in a benchmark is counted once for all commands."""
+
+    def prior(benchmark: Benchmark, tasks: Sequence[Task]) -> Prior:
+        if benchmark.name not in priors:
+            priors[benchmark.name] = prior_of(benchmark, tasks)
+        return priors[benchmark.name]
+
+    monkeypatch.setattr("eai.generator.generator.prior_of", prior)
+
+
+def made(eai: Command, out: Path, *options: object, n: int = 3) -> list[dict[str, object]]:
+    outcome = eai("generate", "--like", "behavior", "--n", n, "--out", out, *options)
     assert outcome.status == 0, outcome.err
     split = options[options.index("--split") + 1] if "--split" in options else "tasks"
     return [json.loads(line) for line in (out / f"{split}.jsonl").read_text().splitlines()]
@@ -97,12 +121,13 @@ def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
 def test_a_world_that_has_no_more_tasks_says_so(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("eai.generator.generator._FAILURES", FEW)
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2
     kept = (tmp_path / "tasks.jsonl").read_text()
     number = len(kept.splitlines())
-    assert f"only {number} of 1000 tasks found" in outcome.err
+    assert f"only {number} of 1000 tasks found; the last {FEW} seeds gave none" in outcome.err
     assert (
         f"; {number} tasks written to {tmp_path / 'tasks.jsonl'}, those that --n {number} gives"
         in outcome.err
@@ -142,8 +167,8 @@ def test_a_folder_that_cannot_be_is_told_before_anything_is_made(eai: Command, t
 
 
 def test_tasks_of_an_expected_difficulty_are_asked_for(eai: Command, tmp_path: Path) -> None:
-    for low, high in ((-3, 0), (0.5, 9)):
-        for task in made(eai, tmp_path / str(low), "--difficulty", f"{low}:{high}"):
+    for low, high, n in ((-3, 0, 1), (0.5, 9, 3)):
+        for task in made(eai, tmp_path / str(low), "--difficulty", f"{low}:{high}", n=n):
             about = task["about"]
             assert isinstance(about, dict)
             assert low <= about["difficulty"]["expected"] <= high

@@ -14,7 +14,8 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.pddl.fast_downward import FastDownward
-from processes import wait_until, working_in
+from processes import Command, wait_until, working_in
+from run.hindrances import search_forever
 from suites import answer_book
 
 SUITE = ("behavior", Ability.TRANSITION_MODELING)
@@ -59,22 +60,6 @@ def test_nothing_outlives_scoring_that_ends_early(
         process.communicate()
 
 
-ENDLESS = """
-import sys
-from eai.planning.planner import Planner
-
-def search(*arguments):
-    print("searching", flush=True)
-    while True:
-        pass
-
-Planner.plan = search
-from eai.cli import main
-main()
-"""
-"""The command line with a planner that never comes to an end."""
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_is_interrupted_while_the_built_in_planner_searches(
     data_store: Store, tmp_path: Path, number: signal.Signals
@@ -82,20 +67,12 @@ def test_a_run_is_interrupted_while_the_built_in_planner_searches(
     arguments = (
         "run --model eai/planner --domain virtualhome --ability action_sequencing --tasks 27_2 --quiet"
     )
-    process = subprocess.Popen(
-        [sys.executable, "-c", ENDLESS, *arguments.split(), "--out", tmp_path],
-        env={**os.environ, "EAI_DATA_DIR": str(data_store.folder)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    run = Command(*arguments.split(), "--out", tmp_path, before=search_forever)
     try:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "searching\n"
-        process.send_signal(number)
-        _, errors = process.communicate(timeout=600)
-        assert errors.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
-        assert process.returncode == 128 + number
+        assert wait_until(lambda: run.out == "searching\n")
+        run.signal(number)
+        done = run.outcome()
+        assert done.err.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
+        assert done.status == 128 + number
     finally:
-        process.kill()
-        process.communicate()
+        run.end()

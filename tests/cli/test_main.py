@@ -189,14 +189,14 @@ def test_help_is_short_for_help(eai: Command, arguments: tuple[str, ...]) -> Non
 
 @pytest.mark.parametrize("columns", ["60", "80", "150"])
 @pytest.mark.parametrize("command", ["run", "score", "report"])
-def test_help_cuts_no_name_of_an_option(command: str, columns: str) -> None:
-    script = f"import sys; from eai import cli; sys.argv = ['eai', '{command}', '--help']; cli.main()"
-    environment = {**os.environ, "COLUMNS": columns}
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True, env=environment
-    )
-    assert "…" not in done.stdout
-    assert max(map(len, done.stdout.splitlines())) <= int(columns)
+def test_help_cuts_no_name_of_an_option(
+    command: str, columns: str, eai: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", columns)
+    shown = eai(command, "--help").out
+    assert shown
+    assert "…" not in shown
+    assert max(map(len, shown.splitlines())) <= int(columns)
 
 
 def commands(group: Any, *path: str) -> Iterator[str]:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -25,7 +23,7 @@ from eai.run.evaluation import read_answers
 from eai.run.registry import TASKS
 from eai.scoring.records import read_records
 from eai.scoring.runs import read_runs
-from processes import eai
+from processes import Command, eai
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
 TASK = "27_2"
@@ -221,22 +219,14 @@ def test_a_killed_run_keeps_what_is_over_and_begins_the_rest_anew(data_store: St
     words = (
         "run --ability acting --domain virtualhome --model eai/oracle --limit 6 --with requests.max_retries=0"
     )
-    command = [
-        sys.executable,
-        "-c",
-        "from eai.cli import main; main()",
-        *words.split(),
-        "--out",
-        str(tmp_path),
-    ]
     folder = tmp_path / "virtualhome" / "acting" / "eai_oracle"
     begun, journal = folder / "begun.jsonl", folder / "answers.jsonl"
-    first = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    first = Command(*words.split(), "--out", tmp_path)
     deadline = time.monotonic() + 300
     while time.monotonic() < deadline and not (journal.exists() and journal.read_bytes().count(b"\n") >= 2):
         time.sleep(0.01)
-    first.send_signal(signal.SIGKILL)
-    first.communicate()
+    first.signal(signal.SIGKILL)
+    first.outcome()
     finished = journal.read_text().splitlines(keepends=True)
     if len(finished) == len(begun.read_text().splitlines()):  # it was killed between two: lose the last one
         journal.write_text("".join(finished[:-1]))

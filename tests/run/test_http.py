@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -17,6 +16,7 @@ from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Job, Pace
 from eai.scoring.epochs import Obtained
 from eai.studies.variation import Endpoint
+from processes import own_process
 from run.child import obtain_in_child
 from run.server import COUNTED, Log, Reply, serve
 
@@ -28,7 +28,7 @@ Run = Callable[..., tuple[Obtained, Log]]
 @pytest.fixture(scope="module")
 def process() -> Iterator[Executor]:
     """A process of its own for Inspect, whose warnings are none of ours."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with own_process() as pool:
         yield pool
 
 

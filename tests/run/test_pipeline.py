@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.run.registry import TASKS
+from processes import own_process
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
 from suites import answer_book
 
@@ -26,7 +26,7 @@ JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 @pytest.fixture(scope="module")
 def process() -> Iterator[Executor]:
     """A process of its own for Inspect."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with own_process() as pool:
         yield pool
 
 

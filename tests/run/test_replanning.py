@@ -7,8 +7,7 @@ import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor
 from pathlib import Path
 
 import pytest
@@ -27,7 +26,7 @@ from eai.prompts.prompt import PromptSet
 from eai.scoring.records import read_records
 from eai.scoring.trials import open_trials
 from eai.tasks.source import Source
-from processes import eai
+from processes import eai, own_process
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
@@ -44,7 +43,7 @@ FOLDER = Path("behavior", "action_sequencing", "eai_noisy")
 @pytest.fixture(scope="module")
 def process() -> Iterator[Executor]:
     """A process of its own for Inspect."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with own_process() as pool:
         yield pool
 
 

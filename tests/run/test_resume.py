@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -22,7 +21,8 @@ from eai.run.evaluation import obtain_answers
 from eai.run.job import Job
 from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
-from processes import eai
+from processes import Command, eai
+from run.hindrances import interrupt_at
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
 from sweeps import sweep
@@ -33,13 +33,12 @@ TASKS = 10
 KILLED_AFTER = 4
 
 
-def start(url: str, out: Path) -> subprocess.Popen[str]:
+def start(url: str, out: Path) -> Command:
     """The command of a run; it asks one question after the other."""
     arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {url}".split()
     arguments += f"--domain virtualhome --ability action_sequencing --limit {TASKS}".split()
     arguments += f"--max-connections 1 --with requests.max_retries=0 --json --out {out}".split()
-    command = [sys.executable, "-c", "from eai.cli import main; main()", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return Command(*arguments)
 
 
 def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) -> None:
@@ -51,18 +50,18 @@ def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) ->
         deadline = time.monotonic() + 300
         while sum(served.log.asked.values()) <= KILLED_AFTER and time.monotonic() < deadline:
             time.sleep(0.01)
-        first.kill()
-        first.communicate()
+        first.signal(signal.SIGKILL)
+        first.outcome()
         journal = tmp_path / "killed" / RESULTS / "answers.jsonl"
         finished = [json.loads(line)["task_id"] for line in journal.read_text().splitlines()]
         assert KILLED_AFTER <= len(finished) < TASKS
         resumed = start(served.url, tmp_path / "killed")
-        printed, errors = resumed.communicate(timeout=300)
-        assert resumed.returncode == 0, errors
+        status, printed, errors = resumed.outcome()
+        assert status == 0, errors
         for task_id, prompt in prompts.items():
             assert served.log.asked[prompt.user] == 1 or task_id not in finished
         killed, at_once = str(tmp_path / "killed"), tmp_path / "at_once"
-        assert start(served.url, at_once).communicate(timeout=300)[0] == printed.replace(killed, str(at_once))
+        assert start(served.url, at_once).outcome().out == printed.replace(killed, str(at_once))
     for name in ("records.jsonl", "summary.json", "openai-api_local_scripted_outputs.json"):
         interrupted, whole = (tmp_path / run / RESULTS / name for run in ("killed", "at_once"))
         assert interrupted.read_bytes() == whole.read_bytes()
@@ -108,30 +107,10 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(
         deadline = time.monotonic() + 300
         while not served.log.asked and time.monotonic() < deadline:
             time.sleep(0.01)
-        run.send_signal(number)
-        printed, errors = run.communicate(timeout=300)
-    assert (run.returncode, printed) == (128 + number, "")
+        run.signal(number)
+        status, printed, errors = run.outcome()
+    assert (status, printed) == (128 + number, "")
     assert errors.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
-
-
-INTERRUPTED_AT = """
-import signal, sys
-from eai.cli import main
-from eai.run.journal import Desk
-
-take, taken = Desk.take, []
-
-def interrupting(desk, answer):
-    take(desk, answer)
-    taken.append(answer)
-    if len(taken) == number:
-        signal.raise_signal(signal.SIGINT)
-
-Desk.take = interrupting
-number = int(sys.argv[-1])
-sys.argv = ["eai", *sys.argv[1:-1]]
-main()
-"""
 
 
 @pytest.mark.parametrize(
@@ -148,11 +127,10 @@ def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(
         file.write_bytes(questions_content(list(questions)))
         domain = str(file)
     arguments = f"run --model {model} --domain {domain} --limit {TASKS} --out {tmp_path / 'out'}".split()
-    arguments += f"--ability {ability} --max-connections {TASKS} {KILLED_AFTER}".split()
-    command = [sys.executable, "-c", INTERRUPTED_AT, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout) == (130, ""), done.stderr
-    assert done.stderr.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
+    arguments += f"--ability {ability} --max-connections {TASKS}".split()
+    done = Command(*arguments, before=partial(interrupt_at, KILLED_AFTER)).outcome()
+    assert (done.status, done.out) == (130, ""), done.err
+    assert done.err.splitlines()[-1] == "eai: interrupted; the same command resumes from here"
     (journal,) = (tmp_path / "out").glob(f"*/{ability}/{model.replace('/', '_')}/answers.jsonl")
     assert KILLED_AFTER <= len(journal.read_text().splitlines()) <= KILLED_AFTER + 1
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor
 from pathlib import Path
 
 import pytest
@@ -21,6 +20,7 @@ from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import Noise, noise_of, perceive
+from processes import own_process
 from run.child import (
     Asked,
     Whom,
@@ -37,7 +37,7 @@ MAKE = TASKS["behavior_action_sequencing"]
 @pytest.fixture(scope="module")
 def process() -> Iterator[Executor]:
     """A process of its own for Inspect."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with own_process() as pool:
         yield pool
 
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from concurrent.futures import Executor, ProcessPoolExecutor
-from multiprocessing import get_context
+from concurrent.futures import Executor
 from pathlib import Path
 
 import pytest
@@ -27,6 +26,7 @@ from eai.results.summary import summarise
 from eai.run.evaluation import read_answers
 from eai.scoring.batch import Scoring
 from eai.tasks.source import ErrataChoice, Source
+from processes import own_process
 from run.child import (
     PLANNER,
     Asked,
@@ -48,7 +48,7 @@ NOISY = Whom("eai/noisy", {"rate": 0.6, "seed": 3})
 @pytest.fixture(scope="module")
 def process() -> Iterator[Executor]:
     """A process of its own for Inspect."""
-    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    with own_process() as pool:
         yield pool
 
 
