@@ -4,14 +4,18 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from eai.data.store import Store
+from sweeps import swept
 
 FUZZ = Path(__file__).resolve().parents[2] / "bench" / "fuzz.py"
 
 
-def test_every_hostile_answer_has_one_verdict(data_store: Store) -> None:
+@pytest.mark.parametrize("rows", [8, *swept(25)])
+def test_every_hostile_answer_has_one_verdict(data_store: Store, rows: int) -> None:
     run = subprocess.run(
-        [sys.executable, FUZZ, "--rows", "25", "--seed", "5"], capture_output=True, text=True
+        [sys.executable, FUZZ, "--rows", str(rows), "--seed", "5"], capture_output=True, text=True
     )
     assert run.returncode == 0, run.stdout + run.stderr
-    assert run.stdout.count("25 answers, 0 wrong") == 16
+    assert run.stdout.count(f"{rows} answers, 0 wrong") == 16

@@ -16,6 +16,7 @@ from eai.data.store import Store
 from eai.logic.choice import choice_options, ground
 from eai.logic.formula import Formula
 from eai.tasks.source import Source
+from sweeps import swept
 
 
 def entail(stated: set[Formula], task: Task) -> bool:
@@ -32,7 +33,8 @@ def noisy(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str
 
 
 @pytest.mark.parametrize(
-    ("name", "every", "counts"), [("behavior", 8, (13, 6, 1)), ("virtualhome", 12, (17, 10, 3))]
+    ("name", "every", "counts"),
+    [("behavior", 20, (5, 2, 0)), ("virtualhome", 12, (17, 10, 3)), *swept(("behavior", 8, (13, 6, 1)))],
 )
 def test_success_is_entailment(
     name: str, every: int, counts: tuple[int, int, int], data_store: Store

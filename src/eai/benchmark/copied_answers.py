@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeAlias
 
 import eai.logic.formula as f
@@ -41,6 +42,9 @@ _LONGEST = 3
 """In how many words of an instruction a name is looked for: ``floor lamp``, ``next to``."""
 
 _NOBODY = -1
+
+_Copied: TypeAlias = Callable[[Any], WrittenAnswer]
+"""Copies the question of a task."""
 
 _Match: TypeAlias = tuple[Achiever, Mapping[str, int]]
 """A way to make something so, and the objects that are given."""
@@ -124,8 +128,8 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None
     source = source or Source()
     if ability not in _COPIED:
         raise no_answer("copy", benchmark, ability)
-    tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability]
-    return AnswerBook(tuple(tasks), lambda task_id: copied(benchmark, tasks[task_id]))
+    tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability](benchmark)
+    return AnswerBook(tuple(tasks), lambda task_id: copied(tasks[task_id]))
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -189,10 +193,14 @@ def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     return WrittenAnswer(tuple(copied), notation.join)
 
 
-def _plan(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+def _plans(benchmark: Benchmark) -> _Copied:
+    """Copies as plans; what makes what so is compiled once for all tasks."""
+    return partial(_plan, benchmark, Achievers(benchmark.domain))
+
+
+def _plan(benchmark: Benchmark, achievers: Achievers, task: Task) -> WrittenAnswer:
     """An action for each goal about states, then the action goals, about the first objects that will do."""
     task = task.at_the_end
-    achievers = Achievers(benchmark.domain)
     plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
     actions = [achievers.taking(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     plan += [_first([(each, {}) for each in ways], task) for ways in actions]
@@ -254,9 +262,9 @@ def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> P
     return effect
 
 
-_COPIED: dict[Ability, Callable[[Benchmark, Any], WrittenAnswer]] = {
-    Ability.GOAL_INTERPRETATION: _goals,
-    Ability.SUBGOAL_DECOMPOSITION: _subgoals,
-    Ability.ACTION_SEQUENCING: _plan,
-    Ability.TRANSITION_MODELING: _operators,
+_COPIED: dict[Ability, Callable[[Benchmark], _Copied]] = {
+    Ability.GOAL_INTERPRETATION: partial(partial, _goals),
+    Ability.SUBGOAL_DECOMPOSITION: partial(partial, _subgoals),
+    Ability.ACTION_SEQUENCING: _plans,
+    Ability.TRANSITION_MODELING: partial(partial, _operators),
 }
