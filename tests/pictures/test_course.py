@@ -13,6 +13,7 @@ from eai.abilities.record import Attempt, Record
 from eai.abilities.responses import Response
 from eai.abilities.verdict import PlanVerdict
 from eai.abilities.wording import subjects
+from eai.acting.setting import ACTING
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
@@ -22,6 +23,7 @@ from eai.pictures.picture import picture_words
 from eai.scoring.batch import Scoring
 from eai.tasks.source import Source
 from eai.world.execution import execute
+from envs.switches import SWITCHES, WON
 from pictures.kitchen import DOMAIN, KITCHEN, WORDS, fact, kitchen_task, told_by
 
 DONE = ("TAKE(cup_1)", "PUT_ON(cup_1, table_1)", "LIGHT(lamp_2)")
@@ -55,6 +57,13 @@ def test_each_step_is_carried_out_again_and_no_other() -> None:
     assert seen[1] == seen[2] == seen[3]
     assert seen[4] == {str(fact(each)) for each in ("on cup_1 table_1", "on box_1 table_1", "lit lamp_1")}
     assert states_along(DOMAIN, kitchen_task().initial, [put]) is None
+
+
+def test_an_episode_has_a_scene_for_each_turn() -> None:
+    suite = open_suite(SWITCHES, ACTING)
+    commands = [*WON, "DONE"]
+    record, *_ = Scoring().records(suite, "m", [Response("both", "\n".join(commands))], explanations=True)
+    assert len(course_of(record, suite)) == 1 + len(commands)
 
 
 def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:

@@ -68,6 +68,7 @@ class _ActingScorer(Scorer):
     def __init__(self, task: Task, benchmark: Benchmark) -> None:
         self.task = task
         self.benchmark = benchmark
+        self.domain = benchmark.domain  # in which pictures carry out what an episode did
         self.goals = GoalTest(task)
 
     def why_excluded(self) -> str | None:
