@@ -148,7 +148,7 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "why-behavior-action_sequencing-strict",
         "Which precondition is overlooked",
-        "The check that failed, as a share of runtime errors.",
+        "Runtime errors by the check that failed, as shares of all.",
     ),
     Figure(
         "recall",

@@ -95,7 +95,7 @@ def _by_kind(kind: str) -> Claim:
             Status.REPRODUCED if known else Status.NOT_SUPPORTED,
             "Success falls with their number."
             if known
-            else "The correlation cannot be told from none, in GPT-4o or in the mean of the models.",
+            else "The correlation cannot be distinguished from zero, in GPT-4o or in the mean of the models.",
             [
                 Row("rank correlation of GPT-4o's success", "", told(one)),
                 Row(f"of the mean success of {len(evidence.suites[SUITE])} models", "", told(every)),
@@ -188,8 +188,8 @@ def hands(evidence: Evidence) -> Finding:
     rows.append(Row("models in which the right hand is ahead", "", f"{ahead} of {models}"))
     return Finding(
         by_degree(apart > 0 and not overlap, apart > 0),
-        f"In GPT-4o by {apart:.1f} points, with intervals that {'overlap' if overlap else 'are apart'}; "
-        f"in {ahead} of {models} models at all.",
+        f"In GPT-4o the difference is {apart:.1f} points, with intervals that "
+        f"{'overlap' if overlap else 'are apart'}; it has this direction in {ahead} of {models} models.",
         rows,
     )
 

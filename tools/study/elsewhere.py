@@ -193,8 +193,8 @@ def quality(evidence: Evidence) -> Finding:
     random = 1.0
     return Finding(
         by_degree(all(mse < random for mse in printed.values()), False),
-        "1.84 on a scale of five points is more than raters would differ who answer at random: 1 where "
-        "tasks are rated twice, 1.25 for the numbers of ratings that the printed figures allow. The ratings"
+        "1.84 on a scale of five points is more than raters who answer at random differ: by 1 if each task "
+        "is rated twice, by 1.25 with the numbers of ratings that the printed figures allow. The ratings"
         " are not published.",
         [
             Row(f"weighted MSE of {name}, against ratings at random", f"{mse}", f"{random:.0f} to 1.25")

@@ -212,8 +212,8 @@ def slips(evidence: Evidence) -> Finding:
 def vision(evidence: Evidence) -> Finding:
     return Finding(
         Status.CANNOT_BE_CHECKED,
-        "Neither answers nor pictures are published, nor how many tasks were asked: 11.1 % and 2.5 % are "
-        "shares of no 100 tasks (1 of 9 and 1 of 40 are the smallest that give them).",
+        "Neither answers nor pictures are published, nor how many tasks were asked: it cannot have been "
+        "100, which gives neither 11.1 % nor 2.5 % (the smallest numbers that do are 1 of 9 and 1 of 40).",
         [
             Row("goal interpretation, F1: scene graph, image, both", "31.5, 9.1, 25.8", "–"),
             Row("success of plans: scene graph, image, both", "11.1 %, 2.5 %, 11.0 %", "–"),
