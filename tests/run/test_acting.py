@@ -13,7 +13,7 @@ import pytest
 from inspect_ai.log import EvalLog, write_eval_log
 from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 
-from eai.acting.play import Arena
+from eai.acting.play import Arena, in_setting
 from eai.acting.setting import ACTING, Setting
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
@@ -116,9 +116,11 @@ def test_an_agent_of_ones_own_gets_the_tools(
     assert "Be brief." in sample.messages[0].text
 
 
-def test_a_harness_that_there_is_not_is_refused() -> None:
+def test_a_harness_that_there_is_not_is_refused(data_store: Store) -> None:
     with pytest.raises(InputError, match=r"agent\.harness: expected .*module:object"):
         Setting.read("agent", {"harness": "reakt"})
+    with pytest.raises(InputError, match="eai has no object 'nobody'"):
+        in_setting(Setting(harness="eai:nobody"), {}, open_suite("virtualhome", ACTING))
 
 
 def test_a_model_that_only_looks_comes_to_its_end(data_store: Store, tmp_path: Path) -> None:

@@ -15,8 +15,9 @@ from eai.abilities.codec import sha256_of
 from eai.abilities.options import misfit
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.acting.setting import AGENT, STANDARD, TEXT, Setting
+from eai.acting.setting import AGENT, REACT, STANDARD, TEXT, Setting
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import loaded
 from eai.benchmark.suite import Suite
 from eai.envs.agents import NULLS, UPPER
 from eai.envs.command import DONE, Commands, is_look
@@ -100,10 +101,26 @@ class Arena:
         return commands
 
 
+def maker_of(harness: str) -> Any:
+    """The function that makes an agent of the tools, which a harness other than ours names.
+
+    Raises:
+        InputError: there is none.
+    """
+    module, _, name = harness.partition(":")
+    return loaded(module, name, harness)
+
+
 def in_setting(
     setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
-    """The questions of tasks that are played in a setting, and the metadata that says which, by task."""
+    """The questions of tasks that are played in a setting, and the metadata that says which, by task.
+
+    Raises:
+        InputError: its harness names no agent.
+    """
+    if setting.harness not in (REACT, TEXT):
+        maker_of(setting.harness)
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about
