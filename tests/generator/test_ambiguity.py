@@ -9,7 +9,7 @@ import pytest
 
 import eai
 from eai import Benchmark, given
-from eai.abilities.action_sequencing.notation import ASK, refusal
+from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.goal_test import solves
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -92,7 +92,7 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
             assert told.count(task.instruction) == 1
             assert '{"ask"' in told
             assert '"impossible"' not in told
-            asked = suite.score(task.id, refusal("Which one?", ASK))
+            asked = suite.score(task.id, refusal("Which one?", QUESTION))
             assert isinstance(asked, PlanVerdict)
             assert (asked.success, asked.refused) == (task.is_ambiguous, "Which one?")
 

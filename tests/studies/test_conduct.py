@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from eai import Benchmark, InputError, Task, given, make_task
-from eai.abilities.action_sequencing.notation import ASK, refusal
+from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import Settings, score_run
@@ -90,7 +90,7 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
     plain = make_task("", "Light it.", initial(), "lit(lamp)", domain=DOMAIN)
     fits = {"a": ("lamp",), "b": ("lamp",), "c": ("lamp", "torch"), "d": ("lamp", "torch")}
     asked = [replace(plain, id=name, title=name, fits=fitting) for name, fitting in fits.items()]
-    press, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", ASK)
+    press, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
     found = tables(tmp_path, asked, {"a": press, "b": ask, "c": as_plan(["PRESS(torch)"]), "d": ask})
     (row,) = found["refusals"].by_name()
     assert (row["kind"], row["tasks"], row["never"]) == ("ambiguous", 4, 75)

@@ -139,6 +139,11 @@ ASK = "ASK"
 """The command by which who acts asks what is meant, where an instruction may fit several objects."""
 
 
+def is_question(command: str) -> bool:
+    """Whether a command asks what is meant, with any question, as in ``ASK(which one?)``."""
+    return command.split("(")[0].split(maxsplit=1)[:1] == [ASK]
+
+
 @dataclass(frozen=True, slots=True)
 class PlanVerdict(Verdict):
     """The verdict on a plan.

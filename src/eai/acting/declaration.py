@@ -26,7 +26,7 @@ from eai.abilities.declaration import (
     plan_outcome,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ASK, NOTHING, PlanVerdict, Share, of_all
+from eai.abilities.verdict import NOTHING, PlanVerdict, Share, is_question, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ class ActingVerdict(PlanVerdict):
     @property
     def declines(self) -> bool:
         """Whether the agent has asked at any turn."""
-        return any(turn.said.lstrip().startswith(ASK) for turn in self.turns)
+        return any(is_question(turn.said) for turn in self.turns)
 
     def is_action(self, step: int) -> bool:
         """A turn to look, to end the episode, or too late is none."""

@@ -101,16 +101,6 @@ class Arena:
         return commands
 
 
-def maker_of(harness: str) -> Any:
-    """The function that makes an agent of the tools, which a harness other than ours names.
-
-    Raises:
-        InputError: there is none.
-    """
-    module, _, name = harness.partition(":")
-    return loaded(module, name, harness)
-
-
 def in_setting(
     setting: Setting, prompts: Mapping[str, Prompt], suite: Suite
 ) -> tuple[Mapping[str, Prompt], Mapping[str, Mapping[str, str]]]:
@@ -120,7 +110,7 @@ def in_setting(
         InputError: its harness names no agent.
     """
     if setting.harness not in (REACT, TEXT):
-        maker_of(setting.harness)
+        loaded(setting.harness)  # while nobody has been asked yet
     about = {task_id: {AGENT: setting.model_dump_json()} for task_id in prompts}
     if setting == STANDARD:
         return prompts, about

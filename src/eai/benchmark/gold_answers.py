@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeAlias
 
-from eai.abilities.action_sequencing.notation import ASK, refusal
+from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.stated import read_stated
@@ -250,8 +250,8 @@ def _plans(
         task = tasks[task_id]
         if scripts and task.missing:
             return WrittenAnswer((refusal(", ".join(task.missing)),), "".join)
-        if scripts and task.is_ambiguous and task.fits is not None:
-            return WrittenAnswer((refusal(f"{' or '.join(task.fits)}?", ASK),), "".join)
+        if scripts and task.is_ambiguous:
+            return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
         known = scripts and (task.script or task.unsolvable is not None)
         plan = task.script if known else find(task, planner, limits).plan
         return WrittenAnswer(notation.write(plan, task.scene), notation.join)

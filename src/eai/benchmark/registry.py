@@ -129,7 +129,7 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
     if separator:
-        return _as_benchmark(loaded(module, name, reference), reference)
+        return _as_benchmark(loaded(reference), reference)
     known = registered()
     expected = f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS or a folder of task files"
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
@@ -237,12 +237,13 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
     )
 
 
-def loaded(module: str, name: str, reference: str) -> Any:
-    """The object of a module, which may lie in the working directory.
+def loaded(reference: str) -> Any:
+    """The object that ``module:object`` names; the module may lie in the working directory.
 
     Raises:
         InputError: there is no such module or object, or what it declares is not sound.
     """
+    module, _, name = reference.partition(":")
     here = str(Path.cwd())
     added = here not in sys.path
     if added:

@@ -200,7 +200,8 @@ def _draw(planned: Sequence[PlannedPlot], out: Path, formats: Sequence[str]) -> 
                 watch(number)
     except EaiError as error:
         note(f"no plots: {error}")
-    add_plots(out, drawn, formats[0])
+    if drawn:
+        add_plots(out, drawn, formats[0])
     return len(drawn)
 
 

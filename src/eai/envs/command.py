@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep, resolve
 from eai.abilities.task import Task
-from eai.abilities.verdict import ASK, ErrorReport, Unreadable
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.abilities.wording import ObjectName
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -30,11 +30,6 @@ def is_look(text: str, domain: Domain) -> bool:
     """Whether a text asks for all that is seen; where a domain has such an action it is that."""
     line = _LINE.fullmatch(text[:MAX_LENGTH])
     return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
-
-
-def is_question(text: str, domain: Domain) -> bool:
-    """Whether a text asks what is meant, with any question; where a domain has such an action it is that."""
-    return text.split("(")[0].split(maxsplit=1)[:1] == [ASK] and ASK not in domain.arities
 
 
 class _Command(NamedTuple):

@@ -17,10 +17,10 @@ from typing_extensions import TypedDict, assert_never
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ASK, ErrorReport, is_question
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
-from eai.envs.command import DONE, Commands, is_look, is_question
+from eai.envs.command import DONE, Commands, is_look
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import Feedback, Observe, Rules, View
 from eai.errors import InputError
@@ -487,8 +487,9 @@ class Game:
         if self._rules.feedback is Feedback.CHANGES and is_look(text, self._stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
-        if self.task.fits is not None and is_question(text, self._stage.domain):
-            return self._answer(self.task.fits[0])
+        fits, is_action = self.task.fits, ASK in self._stage.domain.arities
+        if fits is not None and not is_action and is_question(text):
+            return self._answer(fits[0])
         command = self._stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
         self._has_looked = False
         self._turns += command.meant is not None

@@ -8,7 +8,7 @@ asks is right about as often as by chance.
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import eai.logic.formula as f
@@ -17,7 +17,7 @@ from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.prior import Prior
-from eai.generator.scene import stance, with_double
+from eai.generator.scene import shuffled, stance, with_double
 from eai.generator.spec import Generated
 from eai.generator.twins import ids_of
 from eai.generator.words import Words
@@ -50,35 +50,35 @@ def ambiguous(
     task, kinds = made.task, [thing.category for thing in made.task.scene.objects]
     hosts = [i for i in task.relevant if kinds[i] in prior.taken and stance(i, task.initial, prior)]
     named = task.named_by(task.goals)
-    for thing in rng.sample([i for i in hosts if i in named], len(named.intersection(hosts))):
-        initial = with_double(task.initial, prior, thing, thing)
-        for host in rng.sample(hosts, len(hosts)):
+    for thing in shuffled([i for i in hosts if i in named], rng):
+        beside = with_double(task.initial, prior, thing, thing)
+        seen = Words.of(benchmark, beside, by_place=True).seen
+        for host in shuffled(hosts, rng):
             apart = with_double(task.initial, prior, thing, host)
             words = Words.of(benchmark, apart, by_place=True)
-            if _fits_both(words, Words.of(benchmark, initial, by_place=True), thing):
-                pair = _paired(made, words, (apart, initial), thing, rng)
-                if pair is not None and _is_open(pair, planner):
-                    return pair
+            if _fits_both(words, seen, thing):
+                pair = _paired(task, words, (apart, beside), thing, rng)
+                if pair is not None and _is_open(*pair, planner):
+                    return Generated(pair[0], made.about, Generated(pair[1], made.about))
                 break
     return None
 
 
-def _fits_both(words: Words, unclear: Words, thing: int) -> bool:
-    """Whether what tells a thing from its double by its place fits both where they stand in one place."""
+def _fits_both(words: Words, seen: Iterable[Fact], thing: int) -> bool:
+    """Whether what tells a thing from its double by its place fits both, where these facts are seen."""
     said = words.apart.get(thing)
     if said is None or len(said.arguments) == 1:
         return False
     place = said.arguments[1:]
-    there = {each[1][0] for each in unclear.seen if (each[0], each[1][1:]) == (said.predicate, place)}
+    there = {each[1][0] for each in seen if (each[0], each[1][1:]) == (said.predicate, place)}
     return {thing, len(words.scene.objects) - 1} <= there
 
 
 def _paired(
-    made: Generated, words: Words, states: tuple[State, State], thing: int, rng: random.Random
-) -> Generated | None:
-    """The twins, by their initial states; None if the words of the clear one do not say exactly its goals."""
-    task, ids = made.task, ids_of(made.task, rng)
-    formulas = [each.formula for each in task.goals]
+    task: Task, words: Words, states: tuple[State, State], thing: int, rng: random.Random
+) -> tuple[Task, Task] | None:
+    """The clear and the ambiguous task, by their initial states; None if words say other goals."""
+    ids, formulas = ids_of(task, rng), [each.formula for each in task.goals]
     instruction = words.instruction(formulas, rng)
     if not words.says(instruction, formulas):
         return None
@@ -97,12 +97,12 @@ def _paired(
     unclear = replace(clear, id=ids[1], initial=unclear_initial, fits=names)
     if rng.random() < _HALF:
         clear, unclear = _exchanged(clear, names), _exchanged(unclear, names)
-    return Generated(clear, made.about, Generated(unclear, made.about))
+    return clear, unclear
 
 
 def _exchanged(task: Task, names: Sequence[str]) -> Task:
     """A task in which one of two things has the part of the other, so that no name tells which is wanted."""
-    scene, swapped = task.scene, dict(zip(names, reversed(names), strict=True))
+    scene, swapped = task.scene, _swapped(names)
     index = {scene.index[name]: scene.index[other] for name, other in swapped.items()}
 
     def of(arguments: Sequence[int]) -> tuple[int, ...]:
@@ -111,7 +111,7 @@ def _exchanged(task: Task, names: Sequence[str]) -> Task:
     return replace(
         task,
         initial=scene.state(Fact(each.predicate, of(each.arguments)) for each in task.initial.facts()),
-        goals=tuple([goal(each) for each in _renamed([each.formula for each in task.goals], names)]),
+        goals=_renamed(task.goals, names),
         script=tuple([Action(step.operator, of(step.arguments)) for step in task.script]),
         fits=tuple([swapped[name] for name in task.fits or ()]),
     )
@@ -119,22 +119,22 @@ def _exchanged(task: Task, names: Sequence[str]) -> Task:
 
 def _only(goals: Sequence[Goal], names: Sequence[str]) -> Goal:
     """That what is asked of the first thing is not done with the second."""
-    done = tuple(_renamed([each.formula for each in goals if names[0] in objects(each.formula)], names))
+    asked = [each for each in goals if names[0] in objects(each.formula)]
+    done = tuple([each.formula for each in _renamed(asked, names)])
     return goal(f.Not(done[0] if len(done) == 1 else f.And(done)))
 
 
-def _renamed(formulas: Sequence[f.Formula], names: Sequence[str]) -> Iterator[f.Formula]:
-    """Formulas about the second thing in place of the first, and the other way round."""
-    swapped = dict(zip(names, reversed(names), strict=True))
-    return (rename_objects(each, swapped) for each in formulas)
+def _renamed(goals: Iterable[Goal], names: Sequence[str]) -> tuple[Goal, ...]:
+    """Goals about the second thing in place of the first, and the other way round."""
+    return tuple([goal(rename_objects(each.formula, _swapped(names))) for each in goals])
 
 
-def _is_open(pair: Generated, planner: Planner) -> bool:
+def _swapped(names: Sequence[str]) -> Mapping[str, str]:
+    return dict(zip(names, reversed(names), strict=True))
+
+
+def _is_open(clear: Task, unclear: Task, planner: Planner) -> bool:
     """Whether the plan solves both tasks, and each of the things can be had in the ambiguous one."""
-    if pair.twin is None:
-        return False
-    unclear = pair.twin.task
-    formulas = [each.formula for each in unclear.goals]
-    other = replace(unclear, goals=tuple(map(goal, _renamed(formulas, unclear.fits or ()))))
-    each_solves = (solves(planner.domain, task, task.script) for task in (pair.task, unclear))
+    other = replace(unclear, goals=_renamed(unclear.goals, unclear.fits or ()))
+    each_solves = (solves(planner.domain, task, task.script) for task in (clear, unclear))
     return all(each_solves) and bool(find_plan(other, planner, _LIMITS).plan)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain, count
 from typing import NamedTuple, TypeVar
 
@@ -140,7 +140,7 @@ def closed_scene(
         chosen |= _with_places(index, state, prior)
     usual = prior.taken | prior.used
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
-    usually = (*_shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
+    usually = (*shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
     for index in _by_pattern(prior, state.scene, rng) if rich else usually:
         if len(chosen) >= size:
             break
@@ -185,10 +185,8 @@ def with_guests(
         thing = home.scene.objects[guest]
         standing = stance(guest, home.initial, prior)
         if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
-            number = len(objects)
-            objects.append(WorldObject(_free_name(thing.name, objects), thing.category))
-            facts += [Fact(name, (number,)) for name in _states(guest, home.initial)]
-            facts += _beside(rng.choice(hosts[standing]), number, state, prior)
+            host = rng.choice(hosts[standing])
+            facts += _one_more(objects, thing, _states(guest, home.initial), host, state, prior)
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
     return _ClosedScene(scene, tuple(facts))
 
@@ -203,30 +201,33 @@ def with_more_of_a_kind(
     hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, state, prior)]
     number = rng.randint(1, _MORE)
     for _ in range(min(number, most - len(objects)) if hosts else 0):
-        host, another = rng.choice(hosts), len(objects)
-        objects.append(WorldObject(_free_name(objects[host].name, objects), objects[host].category))
-        facts += [Fact(name, (another,)) for name in _states(host, state)]
-        facts += _beside(host, another, state, prior)
+        host = rng.choice(hosts)
+        facts += _one_more(objects, objects[host], _states(host, state), host, state, prior)
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
     return _ClosedScene(scene, tuple(facts))
 
 
-def _beside(host: int, thing: int, state: State, prior: Prior) -> list[Fact]:
-    """The places of a thing that stands where another one does."""
-    return [
-        Fact(name, (thing, target))
-        for name in prior.places
-        for target in bits(state.relation(name).row(host))
-    ]
-
-
 def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
     """A state with one thing more like a thing, which stands where another one does."""
-    scene, another = state.scene, len(state.scene.objects)
-    double = WorldObject(_free_name(scene.objects[thing].name, scene.objects), scene.objects[thing].category)
-    own = [Fact(name, (another,)) for name in _states(thing, state)]
-    facts = [*state.facts(), *own, *_beside(host, another, state, prior)]
-    return Scene(scene.vocabulary, [*scene.objects, double], scene.agent).state(facts)
+    scene, objects = state.scene, list(state.scene.objects)
+    more = _one_more(objects, objects[thing], _states(thing, state), host, state, prior)
+    return Scene(scene.vocabulary, objects, scene.agent).state([*state.facts(), *more])
+
+
+def _one_more(
+    objects: list[WorldObject],
+    like: WorldObject,
+    states: Iterable[str],
+    host: int,
+    state: State,
+    prior: Prior,
+) -> list[Fact]:
+    """Add an object like another one; returns its facts: it is in these states, and where a host stands."""
+    another = len(objects)
+    objects.append(WorldObject(_free_name(like.name, objects), like.category))
+    places = [(name, target) for name in prior.places for target in bits(state.relation(name).row(host))]
+    own = [Fact(name, (another,)) for name in states]
+    return [*own, *(Fact(name, (another, target)) for name, target in places)]
 
 
 _MORE = 5
@@ -266,7 +267,8 @@ def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
     return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
 
 
-def _shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
+def shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
+    """Indices in an order by chance."""
     return rng.sample(indices, len(indices))
 
 
@@ -274,7 +276,7 @@ def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> It
     """Objects in random order, one of each category before the second of any."""
     ranked: dict[str, int] = {}
     order = []
-    for index in _shuffled(indices, rng):
+    for index in shuffled(indices, rng):
         category = scene.objects[index].category
         ranked[category] = ranked.get(category, -1) + 1
         order.append((ranked[category], rng.random(), index))
@@ -283,9 +285,7 @@ def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> It
 
 def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
     """Objects that together make up what is usually wanted, in random order."""
-    for pattern in _shuffled(
-        [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
-    ):
+    for pattern in shuffled([p for (_, truth), known in prior.patterns.items() if truth for p in known], rng):
         members = [list(bits(scene.category(category))) for category in pattern.categories]
         if all(members):
             yield from map(rng.choice, members)

@@ -314,9 +314,9 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def plots_markdown(plots: Sequence[Plot], kind: str) -> str:
-    """The section of plots, in files of a format; nothing if there are none."""
+    """The section of plots, in files of a format."""
     shown = (f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{kind})\n" for plot in plots)
-    return "\n".join(("\n## Plots\n", *shown)) if plots else ""
+    return "\n".join(("\n## Plots\n", *shown))
 
 
 def _suite(domain: str, ability: Ability) -> str:

@@ -22,11 +22,11 @@ from pydantic import Field
 
 from eai.abilities.record import Usage
 from eai.abilities.task import Task
-from eai.acting.play import Arena, Play, maker_of
+from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, REACT, TEXT, Setting
 from eai.acting.tools import command_of, tools_of
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark, loaded
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE
 from eai.run.job import PROVIDER
@@ -168,7 +168,7 @@ def _end(state: TaskState, stop_reason: StopReason, ended: str) -> None:
 async def _by_tools(state: TaskState, agent: AgentState, harness: str) -> None:
     """Let the model call tools, until the episode is over or it calls none; or an agent of one's own."""
     if harness != REACT:
-        done = await maker_of(harness)(state.tools)(agent)
+        done = await loaded(harness)(state.tools)(agent)
         agent.messages, agent.output = done.messages, done.output
         return
 

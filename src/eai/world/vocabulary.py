@@ -135,7 +135,7 @@ def several(place: str, values: object, kind: type | UnionType) -> None:
     expected = either([each.__name__ for each in get_args(kind) or (kind,)])
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise DomainError(f"{place}: expected a tuple of {expected}, found {type(values).__name__}")
-    one_of_each_type = dict(zip(map(type, values), values, strict=True))  # a scene has hundreds of objects
+    one_of_each_type = {type(value): value for value in values}  # a scene has hundreds of objects
     for value in one_of_each_type.values():
         if not isinstance(value, kind):
             raise DomainError(f"{place}: expected {expected}, found {type(value).__name__}")

@@ -119,8 +119,8 @@ CarryOut: TypeAlias = Callable[[tuple[Action, ...]], Course]
 """How plans are carried out; one of no steps begins and ends where the world is."""
 
 
-IMPOSSIBLE, ASK = "impossible", "ask"
-"""The one member of an answer that there is no plan."""
+IMPOSSIBLE, QUESTION = "impossible", "ask"
+"""The one member of an answer that there is no plan, and of one that asks."""
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
 _REMARK = re.compile(r";[^\n]*")
@@ -269,7 +269,7 @@ def _of_lines(text: str, step_of: Callable[[str], WrittenStep | None]) -> Writte
 
 
 def refusal(reason: str, how: str = IMPOSSIBLE) -> str:
-    """The answer that a task is impossible for a reason, or (`ASK`) a question about it."""
+    """The answer that a task is impossible for a reason, or (`QUESTION`) a question about it."""
     return json.dumps({how: reason})
 
 

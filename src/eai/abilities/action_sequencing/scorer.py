@@ -7,7 +7,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.action_sequencing.notation import (
-    ASK,
+    QUESTION,
     CarryOut,
     Course,
     PlanNotation,
@@ -120,7 +120,7 @@ class ActionSequencing(Scorer):
         if task.missing is not None and (reason := reason_of(text)) is not None:
             missing = ", ".join(task.missing or ("nothing",))
             return self._declined(reason, bool(task.missing), "said to be impossible", f"missing: {missing}")
-        if task.fits is not None and (question := reason_of(text, ASK)) is not None:
+        if task.fits is not None and (question := reason_of(text, QUESTION)) is not None:
             fits = f"the instruction fits {' and '.join(task.fits)}"
             return self._declined(question, task.is_ambiguous, "asked", fits)
         plan = self.notation.read(text)

@@ -119,16 +119,16 @@ def _refusals(runs: Sequence[Run]) -> Table:
 
 def _selective(found: _Judged) -> list[Cell]:
     """The shares of tasks in which it is right to decline some."""
-    declined = [verdict.declines for _, verdict, _ in found]
-    answered = [each for each, is_declined in zip(found, declined, strict=True) if not is_declined]
-    plain, special = ([each for each in found if _is_special(each[0]) is which] for which in (False, True))
+    answered = [each for each in found if not each[1].declines]
+    plain = [each for each in found if not _is_special(each[0])]
+    special = [each for each in found if _is_special(each[0])]
     refused = [each for each in special if each[1].refused is not None and each[0].missing]
     named = [_names_it(task.missing or (), verdict.refused or "") for task, verdict, _ in refused]
     never = fmean(_without_declining(task) for task, _, _ in found)
     return [
         _share(found, [bool(verdict.success) for _, verdict, _ in found]),
         100 * never,
-        _share(found, [not each for each in declined]),
+        _share(found, [not verdict.declines for _, verdict, _ in found]),
         _share(answered, [not verdict.success for _, verdict, _ in answered]),
         _share(plain, [verdict.declines for _, verdict, _ in plain]),
         _share(special, [verdict.declines for _, verdict, _ in special]),
