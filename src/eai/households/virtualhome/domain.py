@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import cache
 
 from eai.households.virtualhome.operators import declared_operators, switch_hands
@@ -17,14 +17,13 @@ from eai.households.virtualhome.predicates import (
     shut_in,
 )
 from eai.world.domain import Domain
-from eai.world.operator import in_paper_order
+from eai.world.operator import Operator, in_paper_order
 
 
 @cache
 def as_meant() -> Domain:
     """The domain as the paper means it: the declared one, with checks in the paper's order."""
-    declared = as_declared()
-    return replace(declared, operators=tuple(in_paper_order(o) for o in declared.operators))
+    return _household([in_paper_order(operator) for operator in declared_operators()])
 
 
 @cache
@@ -34,7 +33,12 @@ def with_either_hand() -> Domain:
 
 
 def as_declared() -> Domain:
-    """The domain with the reference's order of checks.
+    """The domain with the reference's order of checks."""
+    return _household(declared_operators())
+
+
+def _household(operators: Sequence[Operator]) -> Domain:
+    """The household with these operators.
 
     The character sees what it holds and what is in its room but in nothing closed; it knows all rooms.
     What is near or faced it is told of itself alone: between things, these are most of a scene's facts.
@@ -42,7 +46,7 @@ def as_declared() -> Domain:
     return Domain(
         "virtualhome",
         VOCABULARY,
-        declared_operators(),
+        tuple(operators),
         visible=held(X) | (in_same_room(X) & ~shut_in(X)),
         landmarks=room(X),
         egocentric=(next_to, facing),
