@@ -33,12 +33,11 @@ COLORS = 48
 INTRODUCTION = """\
 # Gallery
 
-On this page you can see the figures of `eai report` and `eai analyze`, and the command for each.
+On this page you can see the figures of `eai report` and `eai analyze`, each with its command.
 
-They show public answers of the paper's models under `strict`, drawn by `tools/gallery.py`.
-The last figure shows scenes.
-`eai analyze` writes each as SVG, PNG and PDF, `eai report` as SVG or as `--formats` says.
-[Reports](reports.md) and [Analyses](analyses.md) explain them. The tables beside them have every number.
+All figures but the last show public answers of the paper's models under [`strict`](protocols.md).
+`eai analyze` writes SVG, PNG and PDF. `eai report` writes SVG, or the formats that `--formats` names.
+[Reports](reports.md) and [Analyses](analyses.md) explain the figures.
 """
 
 
@@ -74,7 +73,7 @@ FIGURES = (
         ("*/*/gpt-4o*",),
         "plots/summary-gpt-4o-2024-05-13-strict",
         "A model on one page",
-        "Main results, goals reached and errors, with intervals. Ticks mark nine models' published answers.",
+        "Main results, reached goals and errors, with intervals. Ticks mark nine published models.",
     ),
     Figure(
         "outcomes",
@@ -82,7 +81,7 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/outcomes-behavior-strict",
         "Outcomes of answers",
-        "Every answer is in one band, by the first thing that is wrong with it.",
+        "Each answer counts once, in the band of its first error.",
     ),
     Figure(
         "flow",
@@ -90,7 +89,7 @@ FIGURES = (
         tuple(f"{PLANS_V}/{model}" for model in THREE),
         "plots/flow-action_sequencing-virtualhome-strict",
         "From answer to goal",
-        "How many answers pass each stage, in percent, and why the others do not.",
+        "The percentage of answers that pass each stage, and why the others fail.",
     ),
     Figure(
         "difficulty",
@@ -98,7 +97,7 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/difficulty-action_sequencing-behavior-strict",
         "Success by features of a task",
-        "Marks of fewer than five tasks are hollow.",
+        "A hollow mark stands for fewer than five tasks.",
     ),
     Figure(
         "actions",
@@ -106,8 +105,8 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/actions-subgoal_decomposition-behavior-strict",
         "By action",
-        "The share of steps that are executed, in percent; brackets mark fewer than five steps. A "
-        "second figure shows goals by predicate.",
+        "The percentage of steps that were executed. Brackets mark fewer than five steps. A second figure "
+        "shows goals by predicate.",
     ),
     Figure(
         "curves",
@@ -115,7 +114,7 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "curves-behavior-action_sequencing-strict",
         "What lowers success",
-        "All models together, with intervals; thin lines are single models.",
+        "The thick line is all models together, with intervals. Thin lines are single models.",
     ),
     Figure(
         "adjusted",
@@ -123,8 +122,8 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "adjusted-behavior-action_sequencing-strict",
         "Each feature, the others held fixed",
-        "Tasks with many objects have long plans. With the length of plans held fixed, the number of objects "
-        "shows no effect.",
+        "Tasks with many objects have long plans. Among plans of equal length, the number of objects shows "
+        "no effect.",
     ),
     Figure(
         "leaves",
@@ -132,7 +131,7 @@ FIGURES = (
         (f"{PLANS_V}/*",),
         "leaves-virtualhome-action_sequencing-strict",
         "Errors by the paper's taxonomy",
-        "Models and leaves, in percent of answers.",
+        "The percentage of each model's answers with each kind of error.",
     ),
     Figure(
         "bands",
@@ -140,7 +139,7 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "flow-behavior-action_sequencing-strict",
         "Errors of all models together",
-        "Success, missed goals, errors of grammar and of execution, with their kinds.",
+        "Success, missed goals, grammar errors and execution errors, with their kinds.",
     ),
     Figure(
         "why",
@@ -148,7 +147,7 @@ FIGURES = (
         (f"{PLANS_B}/*",),
         "why-behavior-action_sequencing-strict",
         "Which precondition is overlooked",
-        "Runtime errors by the check that failed, as shares of all.",
+        "Each check that failed, with its share of all runtime errors.",
     ),
     Figure(
         "recall",
@@ -156,7 +155,7 @@ FIGURES = (
         ("behavior/goal_interpretation/*",),
         "recall-behavior-goal_interpretation-strict",
         "Which goals are found",
-        "Recall of goal interpretation by predicate.",
+        "The recall of goal interpretation by predicate.",
     ),
     Figure(
         "items",
@@ -164,7 +163,8 @@ FIGURES = (
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
         "Tasks and models on one scale",
-        "A task says most about models near its difficulty. Most models have few such tasks here.",
+        "A task measures best the models whose ability is near its difficulty. Here most models have few "
+        "such tasks.",
     ),
     Figure(
         "rendered",
