@@ -1,11 +1,11 @@
-"""``eai play``: a person plays tasks in the terminal, as models do."""
+"""``eai play``: a person plays tasks as models do, in the terminal or on a page."""
 
 from __future__ import annotations
 
 import json
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,7 +16,7 @@ import typer
 from eai.abilities.responses import SUFFIX, model_name, read_responses
 from eai.acting.setting import ACTING, Setting
 from eai.benchmark.suite import Suite
-from eai.cli.console import counted, say
+from eai.cli.console import counted, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
@@ -36,6 +36,15 @@ def play(
     sample: Sample = None,
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
+    page: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65_535,
+            help="Play on a page in a browser on this machine, not in the terminal; 0: at any free port.",
+        ),
+    ] = None,
     out: Annotated[
         Path,
         typer.Option(metavar="FILE", help=f"Where episodes go: NAME{SUFFIX}.", rich_help_panel=OUTPUT),
@@ -46,14 +55,23 @@ def play(
 
     Each command is kept at once. The same command resumes where you stopped, also within a task.
 
-    Without a terminal, commands are read line by line from standard input.
+    Without a terminal, commands are read line by line from standard input. With --page, the command ends
+    when all tasks are over.
 
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
     """
     setting = setting_of_others(settings or ())
     suite, chosen = playable(domain, tasks, sample, seed, data)
-    over = _play_all(chosen, suite, setting, _Answers(out, suite))
-    say(f"{over} of {counted(len(chosen), 'task')} over; written to {out}")
+    answers = _Answers(out, suite)
+    begun, total = _begun(chosen, suite, setting, answers), len(chosen)
+    if page is None:
+        over = _in_terminal(begun, total, answers.put)
+    else:
+        from eai.acting.page import serve_page
+
+        serve_page(page, begun, total, answers.put, lambda address: note(f"open {address}"))
+        over = total
+    say(f"{over} of {counted(total, 'task')} over; written to {out}")
     say(f"To score: eai score {out} --domain {domain} --ability {ACTING.value} --allow-missing")
 
 
@@ -79,7 +97,7 @@ class _Answers:
         """The episode of a task so far; empty where none was begun."""
         return str(self._rows.get(task_id, {}).get("llm_output") or "")
 
-    def put(self, task_id: str, text: str, seconds: float) -> None:
+    def put(self, play: Play, seconds: float) -> None:
         """Keep an episode, and so many more seconds in which it was played.
 
         Raises:
@@ -87,6 +105,7 @@ class _Answers:
         """
         if self._read() != self._written:
             raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
+        task_id, text = play.game.task.id, play.text("stopped")
         spent = float(self._rows.get(task_id, {}).get("seconds", 0)) + seconds
         self._rows[task_id] = {"identifier": task_id, "llm_output": text, "seconds": round(spent, 1)}
         write_whole({self._path: json.dumps([*self._rows.values()], indent=1) + "\n"})
@@ -96,28 +115,39 @@ class _Answers:
         return self._path.read_bytes() if self._path.exists() else None
 
 
-def _play_all(task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers) -> int:
-    """Play what is not over yet, task by task, until the person stops; returns how many are over."""
-    from eai.acting.person import RULES, begin
+def _begun(
+    task_ids: Sequence[str], suite: Suite, setting: Setting, answers: _Answers
+) -> Iterator[tuple[int, Play, Sequence[str]]]:
+    """The tasks that are not over yet: number, episode, and what was observed in it so far."""
+    from eai.acting.person import begin
     from eai.acting.play import Arena
 
     arena = Arena(suite.benchmark, setting)
-    say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
     for number, task_id in enumerate(task_ids, 1):
         stage = arena.stage(suite.tasks[task_id])
         play, told = begin(stage, setting.slip_seed, answers.text(task_id))
-        if play.game.over:
-            continue
-        say(f"Task {number} of {len(task_ids)}\n\n{play.game.opening()[0]}\n")
+        if not play.game.over:
+            yield number, play, told
+
+
+def _in_terminal(
+    begun: Iterator[tuple[int, Play, Sequence[str]]], total: int, keep: Callable[[Play, float], None]
+) -> int:
+    """Play task by task, until the person stops; returns how many are over."""
+    from eai.acting.person import RULES
+
+    say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
+    for number, play, told in begun:
+        say(f"Task {number} of {total}\n\n{play.game.opening()[0]}\n")
         for turn, text in zip(play.turns, told, strict=True):
             say(f"> {turn.said}\n{text}\n")
-        _play(play, partial(answers.put, task_id))
+        _play(play, keep)
         if not play.game.over:
             return number - 1
-    return len(task_ids)
+    return total
 
 
-def _play(play: Play, keep: Callable[[str, float], None]) -> None:
+def _play(play: Play, keep: Callable[[Play, float], None]) -> None:
     """Carry out what a person types, until the task is over or they stop."""
     from eai.acting.person import completions, enter
 
@@ -129,7 +159,7 @@ def _play(play: Play, keep: Callable[[str, float], None]) -> None:
             return
         if line.strip():
             told = enter(play, line)
-            keep(play.text("stopped"), time.monotonic() - since)
+            keep(play, time.monotonic() - since)
             say(f"{told}\n")
 
 

@@ -77,7 +77,7 @@ def write_prompts(
             chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
             content, system = prompt_file(chosen), system_file(chosen)
             if out.suffix == PAGE and ability is ACTING:
-                raise InputError(f"--out {out}: a page cannot carry actions out; people act by eai play")
+                raise InputError(f"--out {out}: a file carries no actions out; people act by eai play --page")
             if out.suffix == PAGE:
                 write_whole({out: form_html(benchmark, ability, chosen, source)})
                 made: Json = {"file": str(out), "questions": len(chosen)}

@@ -25,16 +25,18 @@ _HEAD = """\
 """
 
 
-def build_page(package: str, folder: str, scripts: Sequence[str], data: str) -> str:
+def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, sends: bool = False) -> str:
     """The page of a folder with ``page.html``, from its body on, ``style.css`` and scripts.
 
-    Its policy allows its own style and program, by digest, and nothing else: no request, no other script.
+    Its policy allows its own style and program, by digest, and nothing else: no other script, and no request
+    but to the server that it comes from, if it ``sends`` any.
 
     Args:
         package: the package that the folder is in.
         folder: the folder, which is also what the page is called.
         scripts: the parts of the program, in the order in which they need each other.
         data: what the page is about: from `for_script`, or as HTML.
+        sends: whether it sends requests to where it comes from.
     """
 
     def read(name: str) -> str:
@@ -49,6 +51,7 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str) -> 
             f"script-src '{_digest(program)}'",
             "base-uri 'none'",
             "form-action 'none'",
+            *(["connect-src 'self'"] if sends else []),
         )
     )
     parts = {"policy": policy, "name": folder, "style": style, "program": program, "data": data}

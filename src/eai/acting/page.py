@@ -1,0 +1,224 @@
+"""The page on which a person plays, served to this machine alone.
+
+The page sends one line at a time and shows what it gets as text; what a line means is `eai.acting.person`'s.
+A request under the name of another host is refused, and so is a command from the page of another site.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from threading import Lock
+from typing import Any, TypeAlias
+
+from eai.abilities.verdict import Json
+from eai.acting.person import RULES, completions, enter
+from eai.acting.play import Play
+from eai.errors import EaiError, InputError
+from eai.results.page import build_page, for_script
+
+MAX_BODY = 65_536
+"""The longest request, in bytes."""
+
+_PATIENCE = 10
+"""How many seconds a request may take to arrive."""
+
+_HOST = "127.0.0.1"
+_HEADERS = {
+    "Content-Security-Policy": "frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Cache-Control": "no-store",
+}
+_FAILED = re.compile(r"Failed \(|.*: (?:failed \(|not needed:|nothing happened)")
+"""How the observation of an action begins that changed nothing."""
+
+Begun: TypeAlias = tuple[int, Play, Sequence[str]]
+"""A task that is not over: its number, its episode, and what was observed in it so far."""
+
+Keep: TypeAlias = Callable[[Play, float], None]
+"""Takes an episode after each line, and the seconds that the line took."""
+
+
+class _Sitting:
+    """The tasks that a person plays, as the page shows them, and what becomes of a line that it sends.
+
+    Args:
+        first: the first task that is not over.
+        tasks: the others.
+        total: how many tasks there are, those that are over included.
+        keep: takes the episode.
+    """
+
+    def __init__(self, first: Begun, tasks: Iterator[Begun], total: int, keep: Keep) -> None:
+        self._tasks, self._total, self._keep = tasks, total, keep
+        self._go_on(first)
+
+    def _go_on(self, begun: Begun) -> None:
+        self._number, self._play, told = begun
+        said = [turn.said for turn in self._play.turns]
+        self._log = [_entry(*turn) for turn in zip(said, told, strict=True)]
+        self._next: Begun | None = None
+        self._since = time.monotonic()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing is left to play."""
+        return self._play.game.over and self._next is None
+
+    def take(self, line: str, at: str) -> bool:
+        """Carry a line out, or leave a task that is over; nothing, and False, if the page is not up to date.
+
+        Raises:
+            InputError: the episode cannot be kept.
+        """
+        if at != self._at:
+            return False
+        if self._play.game.over and self._next is not None:
+            self._go_on(self._next)
+        elif line.strip() and not self._play.game.over:
+            self._carry_out(line)
+        return True
+
+    def _carry_out(self, line: str) -> None:
+        known = len(self._play.turns)
+        told = enter(self._play, line)
+        self._keep(self._play, time.monotonic() - self._since)
+        self._since = time.monotonic()
+        turns = [_entry(turn.said, told) for turn in self._play.turns[known:]]
+        self._log += turns or [[line, told, "aside"]]
+        if self._play.game.over:
+            self._next = next(self._tasks, None)
+
+    @property
+    def _at(self) -> str:
+        return f"{self._number}.{len(self._log)}"
+
+    def to_json(self) -> dict[str, Json]:
+        """All that the page shows."""
+        play = self._play
+        return {
+            "title": play.game.stage.benchmark.title or play.game.stage.benchmark.name,
+            "number": self._number,
+            "total": self._total,
+            "rules": RULES,
+            "opening": play.game.opening()[0],
+            "log": [*self._log],
+            "at": self._at,
+            "words": [completions(play, ""), completions(play, "an action")],
+            "over": play.game.over,
+            "last": self.is_over,
+        }
+
+
+def _entry(said: str, told: str) -> list[str]:
+    """A turn in the log: the command, the observation, and whether it failed."""
+    return [said, told, "failed" if _FAILED.match(told) else "done"]
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """Answers one request."""
+
+    server: _Server
+    timeout = _PATIENCE
+
+    def do_GET(self) -> None:
+        """Send the page."""
+        if self._is_for_us():
+            with self.server.lock:
+                data = for_script(self.server.sitting.to_json())
+            self._send("text/html", build_page("eai.acting", "player", ("player.js",), data, sends=True))
+
+    def do_POST(self) -> None:
+        """Carry a line out, and send what the page shows then; the last one ends the server."""
+        line = self._line() if self._is_for_us() else None
+        if line is None:
+            return
+        server = self.server
+        with server.lock:
+            try:
+                taken = server.sitting.take(line, self.path.removeprefix("/"))
+                self._send("application/json", json.dumps({**server.sitting.to_json(), "taken": taken}))
+            except EaiError as error:
+                server.error = error
+                self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "it is not kept: the terminal says why")
+            if server.error is not None or server.sitting.is_over:
+                server.shutdown()
+
+    def _is_for_us(self) -> bool:
+        """Whether a request is under a name of this machine; another one is refused."""
+        is_ours = (self.headers["Host"] or "").partition(":")[0] in (_HOST, "localhost")
+        if not is_ours:
+            self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
+        return is_ours
+
+    def _line(self) -> str | None:
+        """The line that the page sends; None, and refused, if it comes from elsewhere or is too long."""
+        length = self.headers["Content-Length"] or ""
+        if self.headers["Origin"] != f"http://{self.headers['Host']}":
+            self.send_error(HTTPStatus.FORBIDDEN)
+        elif not re.fullmatch("[0-9]{1,5}", length) or int(length) > MAX_BODY:
+            self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+        else:
+            return self.rfile.read(int(length)).decode(errors="replace")
+        return None
+
+    def _send(self, kind: str, text: str) -> None:
+        self.send_response(HTTPStatus.OK)
+        for name, value in {**_HEADERS, "Content-Type": f"{kind}; charset=utf-8"}.items():
+            self.send_header(name, value)
+        self.end_headers()
+        self.wfile.write(text.encode())
+
+    def log_message(self, *about: object) -> None:
+        """Nothing: the terminal is for whoever began it."""
+
+
+class _Server(ThreadingHTTPServer):
+    """Serves a sitting; ``lock`` is for who uses it, and ``error`` why it ended before its end."""
+
+    def __init__(self, port: int, sitting: _Sitting) -> None:
+        self.sitting, self.lock = sitting, Lock()
+        self.error: EaiError | None = None
+        super().__init__((_HOST, port), _Handler)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that has gone away is no error."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
+
+
+def serve_page(
+    port: int, tasks: Iterator[Begun], total: int, keep: Keep, ready: Callable[[str], None]
+) -> None:
+    """Serve the page until all tasks are over.
+
+    Args:
+        port: where; 0 for any that is free.
+        tasks: those that are not over.
+        total: how many tasks there are, those that are over included.
+        keep: takes an episode after each line.
+        ready: takes the address, once the page can be opened.
+
+    Raises:
+        InputError: the port cannot be used, or an episode cannot be begun or kept.
+    """
+    first = next(tasks, None)
+    if first is None:
+        return
+    try:
+        server = _Server(port, _Sitting(first, tasks, total, keep))
+    except OSError as error:
+        raise InputError(f"--page {port}: cannot be used ({error.strerror})") from error
+    ready(f"http://{_HOST}:{server.server_port}/")
+    try:
+        server.serve_forever(poll_interval=0.1)
+    finally:
+        with server.lock:  # a line that is being carried out is kept
+            server.server_close()
+    if server.error is not None:
+        raise server.error
