@@ -190,6 +190,8 @@ def _parts(line: str, kind: _Kind) -> Iterator[Part]:
             part = replace(part, is_solid=False)
         elif word in _STATES:
             part = replace(part, when=word)
+        elif word.startswith("turn-"):
+            part = replace(part, turn=math.radians(float(word.removeprefix("turn-"))))
         elif word.startswith(("mirror-", "ring-")):
             copies = word
         else:
@@ -216,13 +218,13 @@ def _turned(part: Part, angle: float) -> Part:
     middle = np.array(
         [x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z]
     )
-    return replace(part, box=part.box - part.box.mean(0) + middle, turn=angle)
+    return replace(part, box=part.box - part.box.mean(0) + middle, turn=part.turn + angle)
 
 
 def _mirrored(part: Part, axis: int) -> Part:
     box = part.box.copy()
     box[:, axis] = -box[::-1, axis]
-    return replace(part, box=box)
+    return replace(part, box=box, turn=-part.turn)
 
 
 def _box(fractions: Sequence[float], size: Vector) -> Box:
