@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
 import os
 import signal
@@ -25,6 +26,7 @@ from mcp import Client, MCPError, StdioServerParameters
 from mcp.client.streamable_http import streamable_http_client
 
 from eai.abilities.responses import read_responses
+from eai.acting import play
 from eai.acting.declaration import ActingVerdict
 from eai.acting.play import OVER, Arena
 from eai.acting.server import MAX_BODY, MAX_COMMAND, http_app, server_of
@@ -32,6 +34,7 @@ from eai.acting.setting import ACTING, Setting
 from eai.acting.worlds import Worlds, journal_in, opened
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
+from eai.prompts.prompt import Image
 from envs.switches import SWITCHES
 from processes import wait_until
 
@@ -134,6 +137,22 @@ def test_an_agent_reads_its_task_and_wins(tmp_path: Path) -> None:
     verdict = verdicts(tmp_path)[TASK]
     assert (verdict.success, verdict.harness) == (True, "mcp")
     assert [turn.said for turn in verdict.turns] == [WINNING[0], "LOOK", *WINNING[1:], "DONE"]
+
+
+def test_what_an_agent_is_shown_goes_with_what_it_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def run(worlds: Worlds) -> None:
+        async with Client(server_of(worlds, SWITCHES.domain)) as client:
+            told, shown = (await client.call_tool("look", {})).content
+            assert "Now:\nWhat the pictures show." in told.text  # type: ignore[union-attr]
+            assert (shown.type, shown.mime_type) == ("image", "image/png")
+            assert base64.b64decode(shown.data) == b"picture"
+
+    monkeypatch.setattr(play, "photographs_of", lambda *_, **__: (Image("image/png", b"picture"),))
+    setting = Setting(feedback="pictures", observe="full")
+    with opened(tmp_path, SUITE, ONE, setting) as worlds:
+        asyncio.run(run(worlds))
 
 
 def test_a_whole_plan_in_one_call_is_one_error(tmp_path: Path) -> None:

@@ -428,7 +428,10 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
         ),
         ({"reward": "sparse"}, "the reward 'sparse' is called 'success' now"),
         ({"reward": "verdict"}, "the reward 'verdict' is called 'goals' now"),
-        ({"feedback": "none"}, "make.feedback: expected 'facts', 'changes' or 'outcome', found 'none'"),
+        (
+            {"feedback": "none"},
+            "make.feedback: expected 'facts', 'changes', 'outcome' or 'pictures', found 'none'",
+        ),
         (
             {"observe": "partial", "feedback": "outcome"},
             "a partial view is told by its facts or changes, not by the outcome alone",

@@ -24,7 +24,8 @@ from eai.envs.command import DONE, Commands, is_look
 from eai.envs.game import Game, Stage, manual, staged
 from eai.envs.rules import Feedback, Rules
 from eai.errors import InputError
-from eai.prompts.prompt import Prompt
+from eai.pictures.rendered import VIEWS, photographs_of
+from eai.prompts.prompt import Image, Prompt
 from eai.world.slips import Until
 
 OVER = "The episode is over."
@@ -86,6 +87,15 @@ class Arena:
         how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
         return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 
+    def shown(self, task: Task) -> Prompt:
+        """The question with the pictures that go with it.
+
+        Raises:
+            InputError, EaiError: as of `Play.pictures`.
+        """
+        images = () if task.left_out is not None else self.play(task).pictures()
+        return replace(self.prompt(task), images=images)
+
     def play(self, task: Task, epoch: int = 1, begun: int = 1) -> Play:
         """A new episode of a task."""
         setting = self.setting
@@ -107,7 +117,8 @@ def in_setting(
     """The questions of tasks that are played in a setting, and the metadata that says which, by task.
 
     Raises:
-        InputError: its harness names no agent.
+        InputError: its harness names no agent, or a scene cannot be shown in pictures.
+        EaiError: what draws them is not installed.
     """
     if setting.harness not in (REACT, TEXT):
         loaded(setting.harness)  # while nobody has been asked yet
@@ -115,7 +126,7 @@ def in_setting(
     if setting == STANDARD:
         return prompts, about
     arena = Arena(suite.benchmark, setting)
-    return {task_id: arena.prompt(suite.tasks[task_id]) for task_id in prompts}, about
+    return {task_id: arena.shown(suite.tasks[task_id]) for task_id in prompts}, about
 
 
 def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
@@ -235,6 +246,18 @@ class Play:
         self.turns.append(_Command(said, sha256_of(told), "" if thought == self._thought else thought))
         self._thought = thought
         return told
+
+    def pictures(self) -> tuple[Image, ...]:
+        """Pictures of the world now, where turns are told by pictures and the episode is not over.
+
+        Raises:
+            InputError: its things have no bodies, or find no places.
+            EaiError: what draws them is not installed.
+        """
+        game = self.game
+        if game.stage.rules.feedback is not Feedback.PICTURES or game.over:
+            return ()
+        return photographs_of(game.task, VIEWS[:2], state=game.state)
 
     def text(self, ended: str) -> str:
         """The episode as an answer."""

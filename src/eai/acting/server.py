@@ -7,6 +7,7 @@ the protocol has no sessions that could be one. There is no route but that of th
 from __future__ import annotations
 
 import asyncio
+import base64
 import logging
 import os
 import signal
@@ -29,6 +30,7 @@ from mcp.types import (
     INTERNAL_ERROR,
     CallToolRequestParams,
     CallToolResult,
+    ImageContent,
     ListToolsResult,
     TextContent,
     Tool,
@@ -40,6 +42,7 @@ from eai import __version__
 from eai.acting.tools import command_of, tools_of
 from eai.acting.worlds import Worlds
 from eai.errors import EaiError, InputError
+from eai.prompts.prompt import Image
 from eai.world.domain import Domain
 
 MAX_BODY = 65_536
@@ -90,7 +93,8 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
         except InputError as error:
             return CallToolResult(content=[TextContent(text=str(error))], is_error=True)
         try:
-            return CallToolResult(content=[TextContent(text=worlds.call(place, command))])
+            told = TextContent(text=worlds.call(place, command))
+            return CallToolResult(content=[told, *map(_shown, worlds.pictures(place))])
         except EaiError as error:  # which is not for the agent: it names files
             _LOG.error("%s", error)
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
@@ -98,6 +102,10 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
     return Server(
         "eai", version=__version__, instructions=_HOW, on_list_tools=list_tools, on_call_tool=call_tool
     )
+
+
+def _shown(image: Image) -> ImageContent:
+    return ImageContent(data=base64.b64encode(image.data).decode(), mime_type=image.media_type)
 
 
 def _ticket(context: ServerRequestContext[Any]) -> str:

@@ -32,7 +32,11 @@ class Setting(Options):
     )
     view: str = option("The objects that it may see: scene (all), or task (those that matter).", "scene")
     observe: str = option("How much of them it sees: partial (from where it is), or full.", "partial")
-    feedback: str = option("What it is told of each action: changes, facts or outcome.", "changes")
+    feedback: str = option(
+        "What it is told of each action: changes, facts, outcome, or pictures (the outcome, and what holds "
+        "in rendered pictures alone).",
+        "changes",
+    )
     slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
     slip_seed: int = option("The seed of those draws.", 0)
     budget: float = option(

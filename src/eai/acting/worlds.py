@@ -17,6 +17,7 @@ from eai.benchmark.suite import Suite
 from eai.data.files import sole_run, write_whole
 from eai.envs.command import LOOK
 from eai.errors import InputError
+from eai.prompts.prompt import Image
 from eai.scoring.trials import Place
 
 HARNESS = "mcp"
@@ -99,6 +100,10 @@ class Worlds:
         elif journal.ended is not None:
             self._append(place)
         return told
+
+    def pictures(self, place: Place) -> tuple[Image, ...]:
+        """The pictures that go with an observation (`Play.pictures`)."""
+        return self._journal(place).play.pictures()
 
     def end(self) -> None:
         """End all episodes that have begun.

@@ -20,16 +20,25 @@ _LEAST = 12
 _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 
 
-def photographs(task: Task, views: Collection[View], seed: int = 0, *, numbered: bool = False) -> list[bytes]:
-    """Pictures of the initial state of a task as PNG, one a view; with numbered boxes if asked for.
+def photographs(
+    task: Task,
+    views: Collection[View],
+    seed: int = 0,
+    *,
+    numbered: bool = False,
+    state: State | None = None,
+) -> list[bytes]:
+    """Pictures of a state of a task, the initial one if None is given, as PNG, one a view.
 
-    The number of a thing is its index.
+    With numbered boxes if asked for: the number of a thing is its index.
 
     Raises:
         InputError: its things find no places, or have no bodies.
         EaiError: nothing can be drawn; says what to install.
     """
     with Camera(BodyScene(task, seed)) as camera:
+        if state is not None and state != task.initial:
+            camera.scene.show(state)
         drawn = [Image.fromarray(camera.colours(view)) for view in views]
         if numbered:
             for image, view in zip(drawn, views, strict=True):

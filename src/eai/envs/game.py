@@ -22,7 +22,7 @@ from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands, is_look
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
-from eai.envs.rules import Feedback, Observe, Rules, View
+from eai.envs.rules import OUTCOMES, Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.logic.formula import TRUE, Atom
 from eai.logic.traversal import walk
@@ -473,7 +473,9 @@ class Game:
 
     def _described(self, objects: Collection[int]) -> str:
         things = self._stage.view.objects(objects)
-        return f"Objects [kind]: properties\n{things}\n\nNow:\n{self._look.text or '-'}"
+        is_pictured = self._rules.feedback is Feedback.PICTURES
+        now = "What the pictures show." if is_pictured else self._look.text or "-"
+        return f"Objects [kind]: properties\n{things}\n\nNow:\n{now}"
 
     def act(self, text: str) -> _Turn:
         """Play one turn. Whatever the text, it is a turn and costs an action, but the first `LOOK` after one.
@@ -570,7 +572,7 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
-                news = "" if self._rules.feedback is Feedback.OUTCOME else f"\n{self._news(outcome)}"
+                news = "" if self._rules.feedback in OUTCOMES else f"\n{self._news(outcome)}"
                 return _Tried(f"{line}: done.{news}")
             case _:
                 assert_never(outcome)
@@ -660,6 +662,10 @@ _OBSERVED: Mapping[Feedback, str] = {
     ),
     Feedback.CHANGES: f"{_AT_FIRST} your action has changed.",
     Feedback.OUTCOME: f"{_AT_FIRST} became of your action; what it changes follows from the list of actions.",
+    Feedback.PICTURES: (
+        "At first and after each turn two pictures show what holds: from where the robot stands, and near the"
+        " place of work. Each turn you are told what became of your action."
+    ),
 }
 
 

@@ -34,13 +34,18 @@ class Observe(str, Enum):
 class Feedback(str, Enum):
     """The observation after a turn: all visible facts, the changes, or the outcome of the action alone.
 
-    The opening lists all facts in any case, so that with ``changes`` they are known to who keeps count.
+    The opening lists all facts, so that with ``changes`` they are known to who keeps count; but with
+    ``pictures`` it lists none: what holds is in rendered pictures, then and after each turn.
     """
 
     FACTS = "facts"
     CHANGES = "changes"
     OUTCOME = "outcome"
+    PICTURES = "pictures"
 
+
+OUTCOMES = (Feedback.OUTCOME, Feedback.PICTURES)
+"""The ways in which a turn tells the outcome of the action alone."""
 
 _RENAMED = {"sparse": Shaping.SUCCESS.value, "verdict": Shaping.GOALS.value}
 """Rewards by the names that they once had."""
@@ -89,8 +94,9 @@ class Rules(Options):
     )
     admissible: bool = option("List all actions that are possible now, about what has been seen.", False)
     feedback: Feedback = option(
-        "What is told of each turn: all facts that are seen, changes alone, or the outcome of the action "
-        "alone. In a partial view changes say also what comes into sight, with its facts, and what goes.",
+        "What is told of each turn: all facts that are seen, changes alone, the outcome of the action alone, "
+        "or this and no facts even at first, for those who are shown pictures. In a partial view changes say "
+        "also what comes into sight, with its facts, and what goes.",
         Feedback.FACTS,
     )
 
@@ -103,7 +109,7 @@ class Rules(Options):
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
-        if self.observe is Observe.PARTIAL and self.feedback is Feedback.OUTCOME:
+        if self.observe is Observe.PARTIAL and self.feedback in OUTCOMES:
             raise InputError("a partial view is told by its facts or changes, not by the outcome alone")
         return self
 

@@ -28,8 +28,12 @@ def _installed() -> Iterator[None]:
         raise EaiError(f"scenes with bodies need {error.name}: {how_to_install('physics')}") from error
 
 
-def photographs_of(task: Task, views: Sequence[View] = VIEWS, *, numbered: bool = False) -> tuple[Image, ...]:
-    """Pictures of the initial state of a task, one a view, with numbered boxes around things if asked for.
+def photographs_of(
+    task: Task, views: Sequence[View] = VIEWS, *, numbered: bool = False, state: State | None = None
+) -> tuple[Image, ...]:
+    """Pictures of a state of a task, one a view, with numbered boxes around things if asked for.
+
+    It is the initial state if None is given.
 
     Raises:
         InputError: its things find no places, or have no bodies; says which.
@@ -38,7 +42,7 @@ def photographs_of(task: Task, views: Sequence[View] = VIEWS, *, numbered: bool 
     with _installed():
         from eai.bodies.pictures import photographs
 
-        return tuple([Image(PNG, each) for each in photographs(task, views, numbered=numbered)])
+        return tuple([Image(PNG, each) for each in photographs(task, views, numbered=numbered, state=state)])
 
 
 def photographed(

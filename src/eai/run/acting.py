@@ -14,7 +14,7 @@ from typing import Any
 from inspect_ai.agent import AgentState, react
 from inspect_ai.event import ModelEvent
 from inspect_ai.log import EvalSample, transcript
-from inspect_ai.model import ChatMessageUser, ContentReasoning, ModelOutput, StopReason, get_model
+from inspect_ai.model import ChatMessageUser, Content, ContentReasoning, ModelOutput, StopReason, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.tool import ToolDef, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
@@ -29,9 +29,10 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, loaded
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE
+from eai.prompts.prompt import Prompt
 from eai.run.job import PROVIDER
 from eai.run.journal import Desk
-from eai.run.solver import ERRATA, answer_in, giving_up, part, remember, usage_of
+from eai.run.solver import ERRATA, answer_in, content_of, giving_up, part, remember, usage_of
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 
 BEGUN = "begun"
@@ -74,12 +75,12 @@ def _begin(state: TaskState) -> Play | None:
     return play
 
 
-def _carry_out(state: TaskState, play: Play, command: str) -> str:
-    """Play a command, and write the episode into the store."""
+def _carry_out(state: TaskState, play: Play, command: str) -> str | list[Content]:
+    """Play a command, and write the episode into the store; returns what the agent is told and shown."""
     words = _words()
     told = play.act(command, "" if words == command else words)
     state.store_as(_Acted).episode = play.to_json("stopped")
-    return told
+    return content_of(Prompt(told, images=play.pictures()))
 
 
 def _words() -> str:
@@ -96,8 +97,8 @@ def _words() -> str:
 def _tools(state: TaskState, play: Play) -> list[ToolDef]:
     """The tools of an agent for one sample."""
 
-    def named(name: str) -> Callable[..., Awaitable[str]]:
-        async def call(**arguments: Any) -> str:
+    def named(name: str) -> Callable[..., Awaitable[str | list[Content]]]:
+        async def call(**arguments: Any) -> str | list[Content]:
             return _carry_out(state, play, command_of(name, arguments))
 
         return call

@@ -129,7 +129,7 @@ def messages_of(prompt: Prompt, about: Mapping[str, Any]) -> list[ChatMessage]:
     The last of them says what it is about: built-in models read it there. From other models the metadata
     stays at home.
     """
-    messages: list[ChatMessage] = [ChatMessageUser(content=_content(prompt))]
+    messages: list[ChatMessage] = [ChatMessageUser(content=content_of(prompt))]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))
     for turn in prompt.turns:
@@ -138,8 +138,8 @@ def messages_of(prompt: Prompt, about: Mapping[str, Any]) -> list[ChatMessage]:
     return messages
 
 
-def _content(prompt: Prompt) -> str | list[Content]:
-    """The question, after its pictures if it has any."""
+def content_of(prompt: Prompt) -> str | list[Content]:
+    """The text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
     return [*[ContentImage(image=_url(image)) for image in prompt.images], ContentText(text=prompt.user)]
