@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -20,6 +21,7 @@ from eai.envs.game import RULES, Game, Stage
 from eai.envs.rules import Feedback
 from eai.generator.spec import Generated, TaskKind
 from eai.prompts.prompt import PromptSet
+from eai.tasks.source import Source
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
 from eai.world.execution import Action
@@ -116,3 +118,16 @@ def test_elsewhere_nobody_can_ask() -> None:
     task = replace(pairs("behavior")[0][1], fits=None)
     game = Game(Stage(task, find_benchmark("behavior"), RULES))
     assert game.act("ASK(which one?)").info["fault"] == "hallucination"
+
+
+def test_goals_are_not_asked_for_where_words_may_fit_two_and_twins_have_no_such_tasks(tmp_path: Path) -> None:
+    domain = find_benchmark("behavior").domain
+    (clear, unclear), *_ = pairs("behavior")
+    plain = replace(clear, id="plain", fits=None)
+    lines = [written(task, "behavior", domain) for task in (clear, unclear, plain)]
+    (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
+    benchmark, twin = find_benchmark(f"{tmp_path}/"), find_benchmark(f"obfuscated:{tmp_path}/")
+    assert list(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, Source())) == ["plain"]
+    assert len(benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())) == 3
+    for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
+        assert list(twin.tasks_for(ability, Source())) == ["plain"]

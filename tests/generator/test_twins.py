@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import random
+from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import pytest
 
+import eai
+from eai.abilities.action_sequencing.notation import reason_of
 from eai.abilities.goal_test import solves
 from eai.abilities.planning import find_plan, is_impossible
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.generator.spec import Generated, TaskKind
+from eai.generator.twins import Leaning, twins_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.tasks.task_files import problems_of
@@ -83,3 +92,31 @@ def test_they_are_written_and_read_and_checked(like: str) -> None:
         assert list(problems_of(read, domain)) == []
     names = {made.task.id.replace(made.task.title, ""), made.twin.task.id.replace(made.task.title, "")}
     assert names == {"-a", "-b"}
+
+
+def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None:
+    domain = find_benchmark("behavior").domain
+    twin = pairs("behavior")[0].twin
+    assert twin is not None
+    (tmp_path / "tasks.jsonl").write_text(written(twin.task, "behavior", domain), encoding="utf-8")
+    other = find_benchmark(f"obfuscated:{tmp_path}/")
+    gold = open_answer_book(other, Ability.ACTION_SEQUENCING).gold(twin.task.id).text
+    (missing,) = twin.task.missing or ()
+    assert reason_of(gold) != missing
+    verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)
+    assert isinstance(verdict, PlanVerdict)
+    assert (verdict.success, verdict.refused) == (True, missing)
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_the_kind_of_thing_tells_nothing(like: str) -> None:
+    """However often pairs are made, no kind is much more often on one side."""
+    (made,) = pairs(like)
+    assert made.twin is not None
+    facts = {*made.task.initial.facts(), *made.twin.task.initial.facts()}
+    whole = replace(made.task, initial=made.task.scene.state(facts))
+    assert solves(find_benchmark(like).domain, whole, whole.script)
+    planner, leaning = Planner(find_benchmark(like).domain), Leaning()
+    found = [twins_of(Generated(whole, {}), planner, (), leaning, random.Random(seed)) for seed in range(4)]
+    assert any(found)
+    assert all(abs(number) <= 1 for number in leaning.values())

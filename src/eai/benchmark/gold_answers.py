@@ -249,7 +249,7 @@ def _plans(
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         if scripts and task.missing:
-            return WrittenAnswer((refusal(", ".join(task.missing)),), "".join)
+            return WrittenAnswer((refusal(notation.encoded(", ".join(task.missing))),), "".join)
         if scripts and task.is_ambiguous:
             return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
         known = scripts and (task.script or task.unsolvable is not None)

@@ -202,8 +202,14 @@ class _TwinPlans(PlanNotation):
     def __init__(self, plain: PlanNotation, cipher: _Cipher) -> None:
         self._plain, self._cipher = plain, cipher
 
+    def encoded(self, text: str) -> str:
+        return self._cipher.encode(text)
+
+    def decoded(self, text: str) -> str:
+        return self._cipher.decode(text)
+
     def read(self, text: str) -> WrittenPlan | Unreadable:
-        return self._plain.read(self._cipher.decode(text))
+        return self._plain.read(self.decoded(text))
 
     def operator(self, word: str) -> str:
         return self._plain.operator(word)
@@ -212,7 +218,7 @@ class _TwinPlans(PlanNotation):
         return self._plain.objects(task)
 
     def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
-        return tuple(map(self._cipher.encode, self._plain.write(plan, scene)))
+        return tuple(map(self.encoded, self._plain.write(plan, scene)))
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)
@@ -255,6 +261,11 @@ def plain_name(name: str) -> str:
     return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
 
 
+def _is_told_by_goals(task: Task) -> bool:
+    """Whether a task is told by goals, which can be put in other words, and not by its instruction."""
+    return task.fits is None
+
+
 def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
@@ -268,6 +279,8 @@ def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Ben
             english=benchmark.english,
         )
 
+    asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION, _is_told_by_goals)
+
     def in_capitals(text: str) -> str:
         return _TOKEN.sub(lambda t: _replaced(t[0], cipher.words) if t[0].isupper() else t[0], text)
 
@@ -279,7 +292,11 @@ def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Ben
         subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), cipher),
         wordings=wording,
         formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
-        asks={**benchmark.asks, Ability.GOAL_INTERPRETATION: lambda task: False},
+        asks={
+            Ability.GOAL_INTERPRETATION: lambda task: False,
+            Ability.ACTION_SEQUENCING: _is_told_by_goals,
+            Ability.SUBGOAL_DECOMPOSITION: lambda task: _is_told_by_goals(task) and asks_subgoals(task),
+        },
         open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
         published_prompts=None,
         reference="",

@@ -444,6 +444,8 @@ class Game:
         ]
 
     def _earned(self, *, is_last: bool) -> Merit | None:
+        if self.task.missing:  # what is reached on the way to goals that cannot be
+            return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
         return merit_of_actions(self.reached, self._at_start, ended=ended, faults=self._faults)
 

@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.generator.ambiguity import ambiguous
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
-from eai.generator.hazards import guarded, guards_of
+from eai.generator.hazards import guarded, guards_of, may_occur
 from eai.generator.measures import Measure, difficulty_model, measured
 from eai.generator.prior import Prior, Theme, clash, is_idle, subjects_of
 from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_more_of_a_kind
@@ -44,7 +44,7 @@ from eai.generator.spec import (
     Tier,
     tier_of,
 )
-from eai.generator.twins import twins_of
+from eai.generator.twins import Leaning, twins_of
 from eai.generator.walk import (
     Seeker,
     Walk,
@@ -167,7 +167,7 @@ class Generator:
     plans_again: bool = False
 
     def __post_init__(self) -> None:
-        self._made = 0
+        self._made, self._leaning = 0, Leaning()
         self._difficulty = difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
             raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
@@ -214,6 +214,9 @@ class Generator:
         rng = self.spec.rng(seed)
         base = rng.choices(self._bases, self._weights)[0]
         initial, hidden = self._scene(base, rng)
+        is_hazardous = self.spec.kind in (TaskKind.HAZARDS, TaskKind.UNTOLD)
+        if is_hazardous and not may_occur(self.benchmark.english.hazards, initial.scene):
+            return Reason.NO_HAZARD
         least, most = self._window(base)
         walk = self._walk(base, initial, hidden, rng, least, most)
         if not walk.goals:
@@ -256,7 +259,7 @@ class Generator:
         planner = self._free_planner
         if self.spec.kind is TaskKind.PAIRS:
             may_lack = self.benchmark.english.may_lack
-            return twins_of(made, planner, may_lack, rng) or Reason.NO_TWIN
+            return twins_of(made, planner, may_lack, self._leaning, rng) or Reason.NO_TWIN
         if self.spec.kind is TaskKind.AMBIGUOUS:
             return ambiguous(made, self.benchmark, self.prior, planner, rng) or Reason.NOT_AMBIGUOUS
         return made
@@ -275,7 +278,7 @@ class Generator:
             tempting = {"temptation": plan_of(replace(task, script=tuple(found.temptation)))}
             return Generated(replace(task, goals=goals, script=plan, instruction=instruction), tempting)
         guards = list(guards_of(self.benchmark.english.hazards, self.benchmark.domain, words))
-        guide = self._free_planner, self._usage.domain
+        guide = self._free_planner, self._planner
         safe = guarded(task, initial, guards, guide, rng, untold=self.spec.kind is TaskKind.UNTOLD)
         return Reason.NO_HAZARD if safe is None else Generated(safe, tempting)
 

@@ -21,11 +21,12 @@ from eai.english.english import Hazard
 from eai.generator.walk import Walk, certificate, reach_all
 from eai.generator.words import Words
 from eai.logic.traversal import is_state_formula, objects
+from eai.logic.traversal import walk as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory, execute
-from eai.world.state import State
+from eai.world.state import Scene, State
 from eai.world.timeline import timeline
 
 _LONGER = 6
@@ -81,8 +82,7 @@ def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterat
     scene = words.scene
     lexicon = lexicon_of_goals(domain, scene)
     for hazard in hazards:
-        kinds = [kinds for kinds in (hazard.x, hazard.y) if kinds]
-        for chosen in product(*[_things_of(each, words) for each in kinds]):
+        for chosen in product(*_things_of(hazard, scene)):
             written = dict(zip("xy", [lexicon.name(i) for i in chosen], strict=False))
             said = dict(zip("xy", [words.name(scene.objects[i].name) for i in chosen], strict=False))
             yield _Guard(
@@ -95,16 +95,29 @@ def guards_of(hazards: Sequence[Hazard], domain: Domain, words: Words) -> Iterat
             )
 
 
-def _things_of(kinds: Sequence[str], words: Words) -> list[int]:
-    things = enumerate(words.scene.objects)
-    return [i for i, thing in things if any(fnmatchcase(thing.category, kind) for kind in kinds)]
+def may_occur(hazards: Sequence[Hazard], scene: Scene) -> bool:
+    """Whether a scene has things for one of some hazards."""
+    return any(all(_things_of(hazard, scene)) for hazard in hazards)
+
+
+def _things_of(hazard: Hazard, scene: Scene) -> list[list[int]]:
+    """The objects that a hazard's variables may stand for, in order."""
+    return [
+        [
+            i
+            for i, thing in enumerate(scene.objects)
+            if any(fnmatchcase(thing.category, kind) for kind in kinds)
+        ]
+        for kinds in (hazard.x, hazard.y)
+        if kinds
+    ]
 
 
 def guarded(
     task: Task,
     start: State,
     guards: Sequence[_Guard],
-    guide: tuple[Planner, Domain],
+    guide: tuple[Planner, Planner],
     rng: random.Random,
     *,
     untold: bool,
@@ -115,7 +128,7 @@ def guarded(
         task: the task; its goals are about states.
         start: its initial state, as it is walked in.
         guards: the hazards of its scene.
-        guide: finds plans by all actions; and the domain as far as it is usual, in which others are found.
+        guide: finds plans by all actions; and one that finds others, by usual actions.
         rng: chooses.
         untold: whether the instruction is to be silent about them.
     """
@@ -140,11 +153,11 @@ class _Guide:
 
     Attributes:
         planner: finds plans by all actions.
-        walked: the domain as far as it is usual, in which other ways are found.
+        usual: finds other ways, by usual actions.
     """
 
     planner: Planner
-    walked: Domain
+    usual: Planner
 
     def avoided(
         self, task: Task, start: State, guards: Sequence[_Guard], rng: random.Random
@@ -199,19 +212,22 @@ class _Guide:
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
             return
+        walked = self.usual.domain
 
         def carry_out(action: Action, state: State) -> tuple[Action, ...]:
-            compiled = self.walked.compiled[action.operator]
+            compiled = walked.compiled[action.operator]
             binding = compiled.bind(state, action.arguments)
             if not compiled.is_possible(state, binding):
                 return ()
             after = compiled.apply(state, binding)
-            return (action,) if all(planner.holds(each, after) for each in invariants) else ()
+            return (action,) if all(self.usual.holds(each, after) for each in invariants) else ()
 
-        planner = Planner(self.walked, carry_out)
-        named = {name for guard in guards for name in objects(guard.formula)}
-        for ordered in (goals, sorted(goals, key=lambda goal: not named.isdisjoint(objects(goal)))):
-            walk = Walk(self.walked, planner, start)
+        planner = self.usual.by(carry_out)
+        parts = {part for invariant in invariants for part in parts_of(invariant)}
+        safe = [guard.safe for guard in guards if guard.safe is not None]
+        calm, last = [[each for each in goals if (each in parts) == late] for late in (False, True)]
+        for ordered in (goals, [*calm, *safe, *last]):
+            walk = Walk(walked, planner, start)
             if reach_all(walk, ordered):
                 yield walk
 

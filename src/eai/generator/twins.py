@@ -2,14 +2,17 @@
 
 That there is no plan is proved by the delete relaxation (`eai.planning.possible`). Both twins lack one fact
 that says what a thing is good for, of the same predicate, and goals name both things or neither: neither that
-a thing lacks something, nor what it lacks, says whether there is a plan.
+a thing lacks something, nor what it lacks, says whether there is a plan. Nor does the kind of thing: it is
+the same in both twins, or it has been on either side about as often in the pairs before.
 """
 
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from typing import TypeAlias
 
 from eai.abilities.goal_test import solves
 from eai.abilities.planning import is_impossible
@@ -23,9 +26,12 @@ from eai.planning.planner import Planner
 from eai.world.domain import Domain
 from eai.world.state import Fact
 
+Leaning: TypeAlias = Counter[tuple[str, str]]
+"""How many more tasks without a plan than with one were for want of a property, of a thing of a kind."""
+
 
 def twins_of(
-    made: Generated, planner: Planner, may_lack: Collection[str], rng: random.Random
+    made: Generated, planner: Planner, may_lack: Collection[str], leaning: Leaning, rng: random.Random
 ) -> Generated | None:
     """A pair of twins; None if none is found.
 
@@ -33,6 +39,7 @@ def twins_of(
         made: a task with a plan.
         planner: for the domain; where goals look reachable to it no proof is tried.
         may_lack: the properties that a thing may lack; all if empty.
+        leaning: of the pairs before; the new one is counted, too.
         rng: chooses.
     """
     task, domain = made.task, planner.domain
@@ -43,11 +50,16 @@ def twins_of(
     needed = [fact for fact in facts if not solves(domain, _without(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
     for fact in needed:
+        kind = _kind(fact, task)
         alike = [other for other in others if _is_like(other, fact, task)]
-        alike = [other for other in alike if _kind(other, task) == _kind(fact, task)] or alike
+        same = [other for other in alike if _kind(other, task) == kind]
+        even = same or [other for other in alike if leaning[kind] <= 0 <= leaning[_kind(other, task)]]
         lacking = _without(task, fact)
-        if alike and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
-            return _paired(made, fact, rng.choice(alike), rng)
+        if even and not _looks_possible(lacking, planner) and is_impossible(lacking, domain):
+            other = rng.choice(even)
+            leaning[kind] += 1
+            leaning[_kind(other, task)] -= 1
+            return _paired(made, fact, other, rng)
     return None
 
 
@@ -72,8 +84,9 @@ def _is_like(one: Fact, other: Fact, task: Task) -> bool:
     return one.predicate == other.predicate and (thing in named) == (second in named)
 
 
-def _kind(fact: Fact, task: Task) -> str:
-    return task.scene.objects[fact.arguments[0]].category
+def _kind(fact: Fact, task: Task) -> tuple[str, str]:
+    """The property, and the category of what has it."""
+    return fact.predicate, task.scene.objects[fact.arguments[0]].category
 
 
 def _without(task: Task, fact: Fact) -> Task:

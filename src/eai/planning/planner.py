@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import heapq
 from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 
 from eai.logic.formula import Formula
@@ -99,6 +100,12 @@ class Planner:
         self.domain = domain
         self._carry_out = carry_out
         self.heuristic = AdditiveHeuristic(domain)
+
+    def by(self, carry_out: CarryOut) -> Planner:
+        """The planner that carries out actions otherwise, and shares what this one knows of its domain."""
+        other = copy(self)
+        other._carry_out = carry_out
+        return other
 
     def holds(self, condition: Formula, state: State) -> bool:
         """Whether a closed condition holds in a state. It is read once, and kept as long as the planner."""

@@ -323,7 +323,13 @@ class Reward:
         return replace(self.suite.score(task_id, ""), error=too_long)
 
     def _merit(self, task_id: str, verdict: Verdict) -> Merit | None:
-        return merit(verdict, self._reached_at_start(task_id) if self.suite.has_plans else ())
+        if not self.suite.has_plans:
+            return merit(verdict)
+        earned = merit(verdict, self._reached_at_start(task_id))
+        is_vain = (
+            isinstance(verdict, PlanVerdict) and not verdict.declines and self.suite.tasks[task_id].missing
+        )
+        return replace(earned, gain=0.0, success=False) if earned is not None and is_vain else earned
 
     def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
         """For each goal, in order, whether it is reached where nothing is done."""

@@ -7,13 +7,14 @@ from dataclasses import replace
 import pytest
 
 import eai
-from eai import Benchmark, Reward, Suite, Task, given, make_task
+from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
 from eai.abilities.action_sequencing.notation import reason_of, refusal
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.repair import EFFORT
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.gold_answers import open_answer_book
+from eai.envs.game import RULES, Game, Stage
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
 from eai.scoring.batch import Settings, score_run
@@ -92,6 +93,20 @@ def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
         gold = open_answer_book(asked, opened.ability).gold("t").text
         assert Reward(opened)("t", gold) == 1.0
         assert (gold == NO) == bool(missing)
+
+
+def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> None:
+    asked = world(missing=(WHY,))
+    opened = eai.open(asked, "action_sequencing")
+    plan = as_plan(["PRESS(lamp)"])
+    assert {Reward(opened, shaping)("t", plan) for shaping in Shaping} == {0.0}
+    assert Reward(opened, Shaping.REPAIR)("t", NO) == 1.0
+    assert Reward(eai.open(world(missing=()), "action_sequencing"), Shaping.REPAIR)("t", NO) == 0.0
+    task = opened.tasks["t"]
+    assert isinstance(task, Task)
+    for shaping in Shaping:
+        game = Game(Stage(task, asked, RULES.model_copy(update={"reward": shaping})))
+        assert (game.act("PRESS(lamp)").reward, game.final_worth) == (0.0, 0.0)
 
 
 def test_records_keep_it_and_no_repair_is_looked_for() -> None:

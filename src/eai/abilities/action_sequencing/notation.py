@@ -155,6 +155,14 @@ class PlanNotation(ABC):
     def join(self, parts: Iterable[str]) -> str:
         """The parts as one answer."""
 
+    def encoded(self, text: str) -> str:
+        """A text with the declared names in the words of answers."""
+        return text
+
+    def decoded(self, text: str) -> str:
+        """A text in the words of answers with the declared names."""
+        return text
+
     def command(self, operator: str, names: Sequence[str]) -> str:
         """An action on objects of these names as one line of an agent, such as ``OPEN(jar_0)``."""
         return f"{operator}({', '.join(names)})"

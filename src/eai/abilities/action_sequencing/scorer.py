@@ -83,6 +83,8 @@ class ActionSequencing(Scorer):
         """
         if not self._is_plain:
             raise InputError("how near a plan is to success is known under the protocol strict only")
+        if self.task.missing:  # which no edits make a plan for
+            return float(reason_of(text) is not None)
         plan = self.notation.read(text)
         return 0.0 if isinstance(plan, Unreadable) else self.mender.nearness(self.mender.steps(plan))
 
@@ -117,7 +119,7 @@ class ActionSequencing(Scorer):
     def _assess(self, text: str, carry_out: CarryOut) -> Assessment:
         """The assessment as if the task were not excluded."""
         task = self.task
-        if task.missing is not None and (reason := reason_of(text)) is not None:
+        if task.missing is not None and (reason := reason_of(self.notation.decoded(text))) is not None:
             missing = ", ".join(task.missing or ("nothing",))
             return self._declined(reason, bool(task.missing), "said to be impossible", f"missing: {missing}")
         if task.fits is not None and (question := reason_of(text, QUESTION)) is not None:
