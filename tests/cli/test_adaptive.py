@@ -1,19 +1,25 @@
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shutil import rmtree
 from typing import Any, cast
 
 import pytest
 
+from cli.conftest import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
+from eai.acting.play import Arena
+from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import order
 from eai.cli.order import Order
 from eai.data.store import Store
+from eai.errors import InputError
 from eai.run.spec import RunSpec
 from eai.studies.variation import Endpoint
 from eai.tasks.adaptive import item_difficulties
@@ -58,3 +64,41 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
     sizes = [len(asked) for asked in rounds]
     assert sizes == [5 * number for number in range(1, len(rounds) + 1)]
     assert (len(rounds) == 1) == (not excluded)
+
+
+@pytest.fixture
+def runs(eai: Command, tmp_path: Path) -> Path:
+    """Runs of models that act: one wins all tasks, one some and one none; and one had but two tasks."""
+    suite = open_suite("envs.switches:SWITCHES", ACTING)
+    for model, won in {"good": 4, "fair": 2, "poor": 0, "short": 1}.items():
+        answers = [
+            {"identifier": task_id, "llm_output": answer_of(suite, task_id) if place < won else "WAVE"}
+            for place, task_id in enumerate(suite.task_ids)
+        ]
+        file = tmp_path / f"{model}_outputs.json"
+        file.write_text(json.dumps(answers[:2] if model == "short" else answers))
+        named = ("--domain", "envs.switches:SWITCHES", "--ability", "acting", "--allow-missing")
+        assert eai("score", file, *named, "--out", tmp_path / "runs" / model).status == 0
+    return tmp_path / "runs"
+
+
+def answer_of(suite: Suite, task_id: str) -> str:
+    """Commands that win a task; of one that is not played none do."""
+    task = suite.tasks[task_id]
+    commands = Arena(suite.benchmark).stage(task).reference.commands if task.left_out is None else None
+    return "\n".join([*(commands or ()), "DONE"])
+
+
+def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
+    suite = open_suite("envs.switches:SWITCHES", ACTING)
+    assert order.adaptive_suites([suite], [ACTING], runs) == [suite]
+    known = order._difficulties(suite, runs)
+    assert known.models == f"the 3 models in {runs}"
+    easy, hard = known.of_tasks["both"], known.of_tasks["half"]
+    assert [*known.of_tasks] == [task_id for task_id in suite.task_ids if task_id != "none"]
+    assert easy == known.of_tasks["greet"] < hard
+    rmtree(runs / "fair")
+    with pytest.raises(InputError, match="whole runs of 3 models in switches acting, strict; found 2"):
+        order.adaptive_suites([suite], [ACTING], runs)
+    with pytest.raises(InputError, match="acting have no known difficulties; --with tasks"):
+        order.adaptive_suites([suite], [ACTING], None)

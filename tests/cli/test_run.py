@@ -300,7 +300,7 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
         (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
         (("--model", "eai/orcle"), "eai: eai/orcle: expected one of eai/oracle, "),
         (("--model", "gpt-4o"), "eai: --model gpt-4o: expected PROVIDER/NAME, such as openai/gpt-4o"),
-        (("--model", "eai/noisy", "-M", "rate=much"), "eai: eai/noisy: expected -M rate= with a number from"),
+        (("--model", "eai/noisy", "-M", "rate=much"), "eai: eai/noisy.rate: expected a valid number"),
         (("--model", ".."), "eai: --model ..: expected PROVIDER/NAME, such as openai/gpt-4o"),
         (
             ("--model", "openai/a b", "--model", "openai/a_b"),

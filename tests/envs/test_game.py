@@ -426,8 +426,6 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
             {"reward": "much"},
             "make.reward: expected 'success', 'goals', 'progress', 'diagnosis' or 'repair', found 'much'",
         ),
-        ({"reward": "sparse"}, "the reward 'sparse' is called 'success' now"),
-        ({"reward": "verdict"}, "the reward 'verdict' is called 'goals' now"),
         (
             {"feedback": "none"},
             "make.feedback: expected 'facts', 'changes', 'outcome' or 'pictures', found 'none'",

@@ -9,6 +9,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import typer
 
@@ -25,12 +26,14 @@ from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.results.table_files import write_files
+from eai.results.tidy import TableMaker
+from eai.results.totals import Totals
 from eai.run.job import Job
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import Obtained, SuiteResult, settle
-from eai.scoring.runs import write_log_place
+from eai.scoring.runs import read_runs, write_log_place
 from eai.scoring.trials import Trials
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
@@ -73,7 +76,7 @@ def obtain_and_score(
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
-    prompt_name, harness, effort = spec.prompts.name, None, spec.generation.effort
+    prompt_name, harness, effort = spec.prompts.name, None, spec.generation.reasoning_effort
     if suite.ability is ACTING:
         from eai.acting.play import in_setting
 
@@ -168,26 +171,70 @@ def _effort(outcome: SuiteResult) -> str:
     return f"{', '.join(parts)}; records in {outcome.folder}"
 
 
-def adaptive_suites(suites: Sequence[Suite], named: Sequence[Ability] | None) -> list[Suite]:
+def adaptive_suites(
+    suites: Sequence[Suite], named: Sequence[Ability] | None, folder: Path | None
+) -> list[Suite]:
     """The suites whose tasks have known difficulties.
 
     Args:
         suites: those that are asked for.
         named: the abilities that the user named, if any.
+        folder: runs that tell them; the published ones if None.
 
     Raises:
         InputError: one that was named has none, or none has any.
     """
-    for suite in suites:
-        if suite.protocol is not DEFAULT_PROTOCOL:
-            raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
-        if named and not item_difficulties(suite.domain, suite.ability):
-            asked = f"{suite.domain} {suite.ability.value}"
-            raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties")
-    known = [suite for suite in suites if item_difficulties(suite.domain, suite.ability)]
-    if not known:
-        raise InputError("--adaptive: the tasks of these suites have no known difficulties")
+    if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
+        raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
+    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder).of_tasks]
+    unknown = [suite for suite in suites if suite not in known]
+    if unknown and (named or not known):
+        asked = f"{unknown[0].domain} {unknown[0].ability.value}"
+        hint = "; --with tasks.calibration=DIR takes them from runs of several models"
+        raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
     return known
+
+
+class _Difficulties(NamedTuple):
+    """How difficult tasks are, in logits from the mean ability of some models.
+
+    Attributes:
+        of_tasks: by task; empty where it is not known.
+        variance: how much a model's ability varies from name to name, in squared logits.
+        models: which models these are.
+    """
+
+    of_tasks: Mapping[str, float]
+    variance: float
+    models: str
+
+
+def _difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
+    """The difficulties of the tasks of a suite: the published ones, or by whole runs in a folder.
+
+    Raises:
+        InputError: too few runs of the suite are there.
+    """
+    if folder is None:
+        known = item_difficulties(suite.domain, suite.ability)
+        variance = variance_between_names(suite.domain, suite.ability)
+        return _Difficulties(known, variance, "nine models of 2024")
+    from eai.studies.items.analysis import FEWEST_MODELS, scores_of
+    from eai.studies.items.rasch import fit_rasch, variance_between
+
+    maker, place = TableMaker(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
+    for run in read_runs([folder]):
+        if run.key[:3] == place and run.key.is_plain and Totals.of(run.records).coverage.ranked:
+            maker.add(run.records)
+    scores = scores_of(maker.tables.answers)
+    if len(scores.models) < FEWEST_MODELS:
+        wanted = f"{FEWEST_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
+        raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")
+    fitted = fit_rasch(scores.matrix)
+    values = map(float, fitted.difficulties - fitted.abilities.mean())
+    of_tasks = dict(zip(scores.tasks, values, strict=True))
+    variance = variance_between(scores.matrix, fitted, scores.names)
+    return _Difficulties(of_tasks, variance, f"the {len(scores.models)} models in {folder}")
 
 
 def obtain_adaptively(
@@ -198,11 +245,10 @@ def obtain_adaptively(
     Every round is a run of all tasks so far, of which what is answered is not asked again, so that a run that
     was interrupted resumes. It ends early where a task cannot be answered, and where there is none left.
     """
-    known = item_difficulties(suite.domain, suite.ability)
+    known, variance, models = _difficulties(suite, order.spec.tasks.calibration)
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
     tasks = suite.benchmark.tasks(suite.source)
     names = {task_id: tasks[task_id].title for task_id in difficulties}
-    variance = variance_between_names(suite.domain, suite.ability)
     chosen: list[str] = []
     scores: dict[str, float] = {}
     while True:
@@ -219,18 +265,19 @@ def obtain_adaptively(
         ability, error = ability_of(scores, difficulties, names, variance)
         if error <= target or result.failures or len(chosen) == len(difficulties):
             break
-    content = {"ability": ability, "error": error, "target": target, "tasks": chosen}
+    content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}
     write_files(result.folder, {ADAPTIVE_FILE: json.dumps(content, indent=1) + "\n"})
     if not order.quiet:
-        say(_estimate_text(result, ability, error, len(chosen)))
+        estimate = f"ability {ability:+.2f} logits, standard error {error:.2f}"
+        say(_estimate_text(result, estimate, len(chosen), models))
     return result
 
 
-def _estimate_text(result: SuiteResult, ability: float, error: float, tasks: int) -> str:
+def _estimate_text(result: SuiteResult, estimate: str, tasks: int, models: str) -> str:
     suite = result.suite
     return (
-        f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, "
-        f"standard error {error:.2f}, from {tasks} of {len(suite.task_ids)} tasks. 0 is the mean "
-        "of nine models of 2024; percentages are of tasks that were chosen to be neither easy nor hard for "
+        f"{result.model}, {suite.domain} {suite.ability.value}: {estimate}, "
+        f"from {tasks} of {len(suite.task_ids)} tasks. 0 is the mean "
+        f"of {models}; percentages are of tasks that were chosen to be neither easy nor hard for "
         "this model."
     )

@@ -143,7 +143,8 @@ def run(
             for name in spec.tasks.domain or of_the_paper()
             for each in (wanted if spec.tasks.ability else asked_by_default(find_benchmark(name), wanted))
         ]
-        suites = suites if target is None else adaptive_suites(suites, spec.tasks.ability)
+        if target is not None:
+            suites = adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         chosen = []
         for suite, named in zip(suites, tasks_of(spec.tasks.ids, suites), strict=True):

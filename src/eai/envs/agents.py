@@ -150,23 +150,18 @@ def _about(formula: Formula, thing: Constant) -> Formula:
     )
 
 
-def explorer_agent(game: Game, seed: int = 0) -> Agent:
+class _Explorer:
     """`eai/explorer`: plans over what it has seen, and looks further where that does not reach the goals.
 
     Looking further is to go where it has not been, landmark by landmark, and then to open what may hide
     something, as the domain's `visible` says. It says `DONE` when all goals hold, or nothing is left to try.
-    """
-    return _Explorer(game)
-
-
-class _Explorer:
-    """The agent of `explorer_agent`.
 
     Args:
         game: the game, which it plays from now on.
+        seed: as of all agents; nothing is left to chance.
     """
 
-    def __init__(self, game: Game) -> None:
+    def __init__(self, game: Game, seed: int = 0) -> None:
         self._game = game
         self._domain = game.stage.domain
         self._planner = planner_of(self._domain)
@@ -299,19 +294,14 @@ class _Explorer:
         return found
 
 
-def greedy_agent(game: Game, seed: int = 0) -> Agent:
+class _Greedy(_Explorer):
     """`eai/greedy`: of the possible actions the one after which the planner's heuristic is least.
 
     It looks further as the explorer does. It is an upper line, no null: one step of planning wins most of the
     public tasks.
     """
-    return _Greedy(game)
 
-
-class _Greedy(_Explorer):
-    """The agent of `greedy_agent`."""
-
-    def __init__(self, game: Game) -> None:
+    def __init__(self, game: Game, seed: int = 0) -> None:
         super().__init__(game)
         self._visited: set[State] = set()
         goal = planning_goal(game.task)
@@ -348,7 +338,7 @@ UPPER: Mapping[str, Callable[[Game, int], Agent]] = {
     "reference": reference_agent,
     "gold": gold_agent,
     "planner": planner_agent,
-    "explorer": explorer_agent,
-    "greedy": greedy_agent,
+    "explorer": _Explorer,
+    "greedy": _Greedy,
 }
 """The agents that plan."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import random
 import string
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -27,34 +27,11 @@ if TYPE_CHECKING:
     from eai.bodies.camera import Camera
 
 
-class RandomAgent:
-    """`eai/random`: takes any of the admissible commands; of the same seed the same ones.
-
-    The environment has to list them: ``make(..., admissible=True)``.
-
-    Args:
-        seed: of its choices.
-    """
-
-    def __init__(self, seed: int = 0) -> None:
-        self._random = random.Random(seed)  # noqa: S311 - chance, not secrets
-
-    def __call__(self, observation: str, info: Mapping[str, Any]) -> str:
-        """The next command.
-
-        Raises:
-            InputError: the environment does not list admissible commands, or there are none.
-        """
-        commands: Sequence[str] = info.get("admissible_commands", ())
-        if not commands:
-            raise InputError("eai/random needs admissible commands: make(..., admissible=True)")
-        return self._random.choice(commands)
-
-
 MAX_OBSERVATION = 1 << 16
 """How long an observation may be, in characters."""
 
 
+@dataclass(unsafe_hash=True)
 class AnyText(gymnasium.Space[str]):
     """All texts up to a length, whatever their characters; samples are of printable ASCII.
 
@@ -63,9 +40,10 @@ class AnyText(gymnasium.Space[str]):
     that it needs ``shared_memory=False``.
     """
 
-    def __init__(self, max_length: int) -> None:
+    max_length: int
+
+    def __post_init__(self) -> None:
         super().__init__(dtype=str)
-        self.max_length = max_length
 
     def sample(self, mask: None = None, probability: None = None) -> str:
         """A text of random printable characters."""
@@ -82,15 +60,6 @@ class AnyText(gymnasium.Space[str]):
     def is_np_flattenable(self) -> bool:
         """A text is no array."""
         return False
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, AnyText) and self.max_length == other.max_length
-
-    def __hash__(self) -> int:
-        return hash((AnyText, self.max_length))
-
-    def __repr__(self) -> str:
-        return f"AnyText({self.max_length})"
 
 
 RENDER_MODE, CAMERA = "rgb_array", "camera"

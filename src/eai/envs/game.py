@@ -358,6 +358,9 @@ class Game:
         epoch: which of the games with this seed it is.
 
     Attributes:
+        stage: the values that it shares with the other games of its task.
+        task: the task that is played.
+        look: the present view.
         ended: how it has ended; None while it lasts.
         won: whether it has ended with all goals reached; where `DONE` ends it, that was said.
         taken: the operators of the actions that were carried out.
@@ -371,7 +374,7 @@ class Game:
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
         luck = Luck(Slips(stage.rules.slip, seed), stage.task.id, epoch)
-        self._stage = stage
+        self.stage, self.task = stage, stage.task
         self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)
         self.taken: list[str] = []
@@ -379,9 +382,9 @@ class Game:
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
-        self._look = stage.view.first
-        self.known = {*self._look.sight, *stage.view.landmarks}
-        self._seen = {*self._look.sight}
+        self.look = stage.view.first
+        self.known = {*self.look.sight, *stage.view.landmarks}
+        self._seen = {*self.look.sight}
         self._left: dict[int, _Look] = {}
         self._has_looked = False
         self._at_start = self.reached = self._goals_reached()
@@ -393,16 +396,6 @@ class Game:
         self.changes: list[SignedFact] = []
 
     @property
-    def task(self) -> Task:
-        """The task that is played."""
-        return self._stage.task
-
-    @property
-    def stage(self) -> Stage:
-        """The values that it shares with the other games of its task."""
-        return self._stage
-
-    @property
     def over(self) -> bool:
         """Whether it has ended."""
         return self.ended is not None
@@ -411,11 +404,6 @@ class Game:
     def state(self) -> State:
         """The state of the world now, seen or not."""
         return self._episode.state
-
-    @property
-    def look(self) -> _Look:
-        """The present view."""
-        return self._look
 
     @property
     def metrics(self) -> Mapping[str, float]:
@@ -431,7 +419,7 @@ class Game:
         earned = self._earned(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
-            return self._stage.mender.nearness((*self._worked(), *last)) or 0.0
+            return self.stage.mender.nearness((*self._worked(), *last)) or 0.0
         return 0.0 if earned is None else earned.worth(self._rules.reward)
 
     def _worked(self) -> list[Action]:
@@ -456,14 +444,14 @@ class Game:
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
         return (
-            f"{manual(self._stage.benchmark, self._rules.feedback, self._rules.view)}\n\n{self.opening()[0]}"
+            f"{manual(self.stage.benchmark, self._rules.feedback, self._rules.view)}\n\n{self.opening()[0]}"
         )
 
     def opening(self) -> tuple[str, _Info]:
         """The first observation, and what there is to know besides."""
-        text = self._stage.opening
+        text = self.stage.opening
         if self._rules.budget is not None:
-            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self._stage.limit)})}"
+            text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.limit)})}"
         return f"{text}\n\n{self._described(self.known)}", self._info(_Tried(""), ())
 
     def look_around(self) -> str:
@@ -471,12 +459,12 @@ class Game:
         if self._has_looked:
             return "You have looked already: nothing has changed since."
         self._has_looked = True
-        return self._described(self._look.sight)
+        return self._described(self.look.sight)
 
     def _described(self, objects: Collection[int]) -> str:
-        things = self._stage.view.objects(objects)
+        things = self.stage.view.objects(objects)
         is_pictured = self._rules.feedback is Feedback.PICTURES
-        now = "What the pictures show." if is_pictured else self._look.text or "-"
+        now = "What the pictures show." if is_pictured else self.look.text or "-"
         return f"Objects [kind]: properties\n{things}\n\nNow:\n{now}"
 
     def act(self, text: str) -> _Turn:
@@ -488,13 +476,13 @@ class Game:
         if self.over:
             raise InputError("the episode is over")
         self.action, self.changes = None, []
-        if self._rules.feedback is Feedback.CHANGES and is_look(text, self._stage.domain):
+        if self._rules.feedback is Feedback.CHANGES and is_look(text, self.stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
-        fits, is_action = self.task.fits, ASK in self._stage.domain.arities
+        fits, is_action = self.task.fits, ASK in self.stage.domain.arities
         if fits is not None and not is_action and is_question(text):
             return self._answer(fits[0])
-        command = self._stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
+        command = self.stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
         self._has_looked = False
         self._turns += command.meant is not None
         if self._is_late:
@@ -517,12 +505,12 @@ class Game:
         if self._is_late:
             return self._turn(_Tried("No actions are left."), ())
         self.tried += 1
-        name = self._stage.view.names((self.task.scene.index[meant],))
+        name = self.stage.view.names((self.task.scene.index[meant],))
         return self._turn(_Tried(f"{name} is meant."), ())
 
     def _turn(self, tried: _Tried, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
         """Return the turn that follows from the outcome of a command."""
-        complete, limit = all(self.reached), self._stage.limit
+        complete, limit = all(self.reached), self.stage.limit
         if done:
             self.ended = "done"
         elif self._rules.until is Until.GOAL and complete:
@@ -537,14 +525,14 @@ class Game:
         elif self._rules.budget is not None and limit is not None:
             observation += f"\n{limit - self._turns} of {limit} actions left."
         if self._rules.feedback is Feedback.FACTS:
-            observation += f"\n\nNow:\n{self._look.text or '-'}"
+            observation += f"\n\nNow:\n{self.look.text or '-'}"
         terminated = self.over and not truncated
         return _Turn(observation, self._pay(), terminated, truncated, self._info(tried, repairs))
 
     @property
     def _is_late(self) -> bool:
         """Whether more is tried than is allowed; after the last action that is, `DONE` may still be said."""
-        return self._stage.limit is not None and self._turns > self._stage.limit
+        return self.stage.limit is not None and self._turns > self.stage.limit
 
     def _pay(self) -> float:
         """The reward of the turn: by how much it changes what the episode is worth."""
@@ -555,19 +543,19 @@ class Game:
         """The objects that a command may name."""
         if self._rules.observe is Observe.PARTIAL:
             return self.known
-        return range(len(self._stage.task.scene.objects))
+        return range(len(self.stage.task.scene.objects))
 
     def _try(self, meant: Action | ErrorReport | None) -> _Tried:
         """Carry out what a command means."""
         if meant is None:
             return _Tried(f"{DONE}.")
         if isinstance(meant, ErrorReport):
-            hint = f" {self._stage.commands.hint}" if meant.kind is FaultKind.PARSING else ""
+            hint = f" {self.stage.commands.hint}" if meant.kind is FaultKind.PARSING else ""
             return _Tried(f"Failed ({_words(meant.kind)}): {meant.detail}.{hint}", meant.kind)
-        line, outcome = self._stage.commands.write(meant), self._episode.act(meant)
+        line, outcome = self.stage.commands.write(meant), self._episode.act(meant)
         match outcome:
             case Fault(kind):
-                reason = describe(outcome, self._stage.domain, meant, self._stage.task.scene)
+                reason = describe(outcome, self.stage.domain, meant, self.stage.task.scene)
                 failed = "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_words(kind)})"
                 return _Tried(f"{line}: {failed}: {reason}.", kind)
             case Slip():
@@ -581,9 +569,9 @@ class Game:
 
     def _news(self, state: State) -> str:
         """Return the visible changes of an action, and things that are seen for the first time."""
-        view, before = self._stage.view, self._look
+        view, before = self.stage.view, self.look
         stored = change(before.state, state)
-        self._look = after = view.next(before, state, stored)
+        self.look = after = view.next(before, state, stored)
         self.changes = view.changes(before, after, stored)
         news = [*self._signed(self.changes)] or ["No fact that you see has changed."]
         new = [index for index in after.sight if index not in self.known]
@@ -604,11 +592,11 @@ class Game:
     def _signed(self, changes: Sequence[SignedFact]) -> Iterator[str]:
         """The lines of changes."""
         for sign, facts in groupby(changes, itemgetter(0)):
-            yield from (f"{sign} {line}" for line in self._stage.view.lines(fact for _, fact in facts))
+            yield from (f"{sign} {line}" for line in self.stage.view.lines(fact for _, fact in facts))
 
     def _moved(self, before: _Look, new: Sequence[int]) -> Iterator[str]:
         """Return what went out of sight and what came back, with what has changed of that since."""
-        view, after = self._stage.view, self._look
+        view, after = self.stage.view, self.look
         seen, known = {*after.sight}, {*before.sight, *new}
         gone = [index for index in before.sight if index not in seen]
         back = [index for index in after.sight if index not in known]
@@ -627,12 +615,12 @@ class Game:
             yield from self._signed(since)
 
     def _goals_reached(self) -> tuple[bool, ...]:
-        goals, episode = self._stage.goals, self._episode
+        goals, episode = self.stage.goals, self._episode
         return goals.reached(episode.state, self.taken, episode.trajectory if goals.watches else None)
 
     def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> _Info:
         info = _Info(
-            task_id=self._stage.task.id,
+            task_id=self.stage.task.id,
             goals=list(self.reached),
             won=self.won,
             fault=None if tried.fault is None else tried.fault.value,
@@ -645,13 +633,13 @@ class Game:
 
     def admissible_commands(self) -> list[str]:
         """All commands for possible actions about what has been seen, and `DONE` where that is one."""
-        commands = [self._stage.commands.write(action) for action in self.admissible()]
+        commands = [self.stage.commands.write(action) for action in self.admissible()]
         return [*commands, DONE] if self._rules.until is Until.DONE else commands
 
     def admissible(self) -> Iterator[Action]:
         """Return all actions that are possible now, about objects that the agent has seen."""
-        objects = [index for index in self._stage.view.subjects if index in self.known]
-        domain, state = self._stage.domain, self._episode.state
+        objects = [index for index in self.stage.view.subjects if index in self.known]
+        domain, state = self.stage.domain, self._episode.state
         for operator in domain.operators:
             yield from applicable_actions(domain, operator, state, objects)
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.task import Task
-from eai.envs.agents import Agent, explorer_agent, gold_agent, planner_of
+from eai.envs.agents import UPPER, Agent, planner_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.planning.planner import needed_actions
@@ -54,9 +54,9 @@ def reference_of(stage: Stage) -> Reference:
     """The reference of a task, in the view of its stage."""
     lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
     endless = stage.endless()
-    for make in (gold_agent, explorer_agent):
+    for name in ("gold", "explorer"):
         game = Game(endless)
-        commands = _played(game, make(game, 0))
+        commands = _played(game, UPPER[name](game, 0))
         if all(game.reached):
             return Reference(min([*lengths, len(commands)]), commands)
     return Reference(min(lengths, default=None), None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
-from pydantic import field_validator, model_validator
+from pydantic import model_validator
 from typing_extensions import Self
 
 from eai.abilities.options import Options, option
@@ -46,9 +46,6 @@ class Feedback(str, Enum):
 
 OUTCOMES = (Feedback.OUTCOME, Feedback.PICTURES)
 """The ways in which a turn tells the outcome of the action alone."""
-
-_RENAMED = {"sparse": Shaping.SUCCESS.value, "verdict": Shaping.GOALS.value}
-"""Rewards by the names that they once had."""
 
 
 class Rules(Options):
@@ -99,13 +96,6 @@ class Rules(Options):
         "also what comes into sight, with its facts, and what goes.",
         Feedback.FACTS,
     )
-
-    @field_validator("reward", mode="before")
-    @classmethod
-    def _by_its_name(cls, reward: object) -> object:
-        if reward in _RENAMED:
-            raise InputError(f"the reward {reward!r} is called {_RENAMED[str(reward)]!r} now")
-        return reward
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:

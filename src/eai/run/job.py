@@ -6,8 +6,8 @@ import hashlib
 import json
 from collections.abc import Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, field
-from enum import Enum
 from functools import partial
+from typing import Literal, TypeAlias
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.options import Options, option
@@ -57,8 +57,6 @@ def check_model(name: str) -> None:
     """Raise InputError for a built-in model that there is not, or a name that no provider can stand in."""
     known = [f"{PROVIDER}/{model}" for model in MODELS]
     provider, separator, _ = name.partition("/")
-    if name == f"{PROVIDER}/eyes":
-        raise InputError(f"{name}: is called {PROVIDER}/{CAPTIONER}")
     if provider == PROVIDER and name not in known:
         raise InputError(f"{name}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
     if not separator:
@@ -66,16 +64,8 @@ def check_model(name: str) -> None:
         raise InputError(f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known[0]}{hint}")
 
 
-class _Effort(Enum):
-    """How much a model is to reason, in Inspect's words."""
-
-    NONE = "none"
-    MINIMAL = "minimal"
-    LOW = "low"
-    MEDIUM = "medium"
-    HIGH = "high"
-    XHIGH = "xhigh"
-    MAX = "max"
+_Effort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+"""How much a model is to reason, in Inspect's words."""
 
 
 class Decoding(Options):
@@ -89,11 +79,6 @@ class Decoding(Options):
     reasoning_tokens: int | None = option("The most tokens of its reasoning.", ge=1)
     stop: bool = option("Stop sequences as in the paper's runs.", True)
     structured: bool = option("Hold answers to the task's form and words, where a provider can.", False)
-
-    @property
-    def effort(self) -> str | None:
-        """How much a model is to reason; None where that is the provider's choice."""
-        return None if self.reasoning_effort is None else self.reasoning_effort.value
 
     @property
     def sampling(self) -> dict[str, int | float | str]:

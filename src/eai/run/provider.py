@@ -24,6 +24,7 @@ from inspect_ai.model import (
 )
 from inspect_ai.tool import ToolChoice, ToolInfo
 
+from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
 from eai.acting.play import AGENTS, Arena, commands_of
@@ -46,7 +47,7 @@ from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import DONE
-from eai.errors import InputError, did_you_mean
+from eai.errors import InputError
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
 from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
@@ -78,7 +79,14 @@ _BOOKS = {
 _NEEDED = frozenset({"domain", "ability", "task_id"})
 """The metadata of a question that a built-in model needs."""
 
-_ARGUMENTS = ("rate", "seed", "heed", "path")
+
+class _Arguments(Options):
+    """The arguments of a built-in model."""
+
+    rate: float = option("The share of errors.", DEFAULT_NOISE, ge=0, le=1)
+    seed: int = option("Of random draws.", 0)
+    heed: float | None = option("The probability with which it mends what feedback says.", ge=0, le=1)
+    path: Path | None = option("A response file, or a folder of them.")
 
 
 class _Question(NamedTuple):
@@ -142,16 +150,8 @@ class BuiltInModel(ModelAPI):
         super().__init__(model_name, base_url, api_key, [], config)
         with refusing():
             check_model(f"{PROVIDER}/{model_name}")
-            self._rate = _share(model_name, "rate", model_args.pop("rate", DEFAULT_NOISE))
-            self._seed = _whole(model_name, model_args.pop("seed", 0))
-            heed = model_args.pop("heed", None)
-            self._heed = None if heed is None else _share(model_name, "heed", heed)
-            self._path = model_args.pop("path", None)
-            if model_args:
-                unknown = next(iter(model_args))
-                hint = did_you_mean(unknown, _ARGUMENTS)
-                raise InputError(f"eai/{model_name}: unknown argument {unknown}{hint}")
-            if model_name == "replay" and self._path is None:
+            self._given = _Arguments.read(f"{PROVIDER}/{model_name}", model_args)
+            if model_name == "replay" and self._given.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_BOOKS.get(model_name, open_answer_book))
         self._episodes: dict[tuple[object, ...], list[str]] = {}
@@ -200,7 +200,7 @@ class BuiltInModel(ModelAPI):
         task = asked.benchmark.tasks(asked.source)[asked.task_id]
         if self.model_name in AGENTS:
             arena = Arena(asked.benchmark, asked.setting)
-            return arena.commands(self.model_name, task, self._seed, asked.epoch)
+            return arena.commands(self.model_name, task, self._given.seed, asked.epoch)
         of_plan = asked._replace(ability=Ability.ACTION_SEQUENCING)
         answer = self._answer(asked if self.model_name == "replay" else of_plan)
         return commands_of(task, asked.benchmark, answer)
@@ -244,7 +244,7 @@ class BuiltInModel(ModelAPI):
         if self.model_name == "planner" and asked.scene is not None:
             return self._believing(asked, asked.scene)
         if self.model_name == "random":
-            seed = f"{self._seed} {asked.epoch} {asked.attempt}"
+            seed = f"{self._given.seed} {asked.epoch} {asked.attempt}"
             draw = self._random(asked.benchmark, asked.ability, asked.source)
             return draw(asked.task_id, seed, asked.done).text
         book = self._book(asked.benchmark, asked.ability, asked.source)
@@ -257,8 +257,8 @@ class BuiltInModel(ModelAPI):
         from eai.studies.perception.belief import scene_words
         from eai.studies.perception.noise import Noise, perceive
 
-        half = self._rate / 2
-        noise, stream = Noise(missing=half, misplaced=half, seed=self._seed), str(asked.epoch)
+        half = self._given.rate / 2
+        noise, stream = Noise(missing=half, misplaced=half, seed=self._given.seed), str(asked.epoch)
         task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]
         return perceive(task, scene_words(asked.benchmark), noise, stream).text
 
@@ -273,20 +273,20 @@ class BuiltInModel(ModelAPI):
 
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
         """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
-        seed = f"{self._seed} {asked.epoch}"
-        if self._heed is not None:
-            question, attempt, rate = asked.text, asked.attempt, self._rate
+        seed = f"{self._given.seed} {asked.epoch}"
+        if self._given.heed is not None:
+            question, attempt, rate = asked.text, asked.attempt, self._given.rate
             return heeding_answer(
-                book, asked.task_id, question, attempt, rate=rate, seed=seed, heed=self._heed
+                book, asked.task_id, question, attempt, rate=rate, seed=seed, heed=self._given.heed
             )
         seed += f" {asked.attempt}" if asked.attempt > 1 else ""
-        return noisy_answer(book, asked.task_id, self._rate, seed)
+        return noisy_answer(book, asked.task_id, self._given.rate, seed)
 
     def _read_recorded(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
         task_ids = self._book(benchmark, ability, source).task_ids
-        file = recorded_file(Path(str(self._path)), benchmark.name, ability, attempt)
+        file = recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, task_ids, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 
@@ -304,22 +304,3 @@ async def _off_the_loop(work: Callable[[], T]) -> T:
 
     Thread(target=do, daemon=True).start()
     return await asyncio.wrap_future(done)
-
-
-def _share(model: str, name: str, value: object) -> float:
-    """A number from 0 to 1; raises InputError for anything else."""
-    try:
-        share = float(str(value))
-    except ValueError:
-        share = -1.0
-    if not 0 <= share <= 1:
-        raise InputError(f"eai/{model}: expected -M {name}= with a number from 0 to 1, not {value!r}")
-    return share
-
-
-def _whole(model: str, value: object) -> int:
-    """A whole number; raises InputError for anything else."""
-    try:
-        return int(str(value))
-    except ValueError as error:
-        raise InputError(f"eai/{model}: expected -M seed= with a whole number, not {value!r}") from error

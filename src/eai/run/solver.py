@@ -6,8 +6,8 @@ have cut off its end, and its figures of usage may be unreadable.
 
 from __future__ import annotations
 
-import base64
 import json
+from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ from inspect_ai.util import JSONSchema
 from tenacity import RetryError
 
 from eai.abilities.record import Usage
-from eai.prompts.prompt import Image, Prompt
+from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Desk
 from eai.scoring.trials import Answer, Inquiry, Place, Trials
@@ -142,12 +142,8 @@ def content_of(prompt: Prompt) -> str | list[Content]:
     """The text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
-    return [*[ContentImage(image=_url(image)) for image in prompt.images], ContentText(text=prompt.user)]
-
-
-def _url(image: Image) -> str:
-    """A picture as Inspect hands it to any provider."""
-    return f"data:{image.media_type};base64,{base64.b64encode(image.data).decode()}"
+    urls = [f"data:{each.media_type};base64,{b64encode(each.data).decode()}" for each in prompt.images]
+    return [*[ContentImage(image=url) for url in urls], ContentText(text=prompt.user)]
 
 
 _REFUSED_PARAMETERS = (400, 422)

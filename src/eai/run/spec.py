@@ -109,6 +109,9 @@ class _ChosenTasks(Options):
     adaptive: float | None = option(
         "Choose the most informative tasks, until the ability's standard error is at most S logits.", ge=0.05
     )
+    calibration: Path | None = option(
+        "A folder with whole runs of three models or more, which tell tasks.adaptive how difficult tasks are."
+    )
     epochs: int = option("Answers a task; the majority counts, in acting the mean.", 1, ge=1)
 
 

@@ -46,14 +46,7 @@ from eai.tasks.source import ErrataChoice, Source, suite_name
 
 
 class _RefusalError(InputError, click.ClickException):
-    """An argument of a task or a model that cannot be used.
-
-    Args:
-        message: which, and what was expected.
-    """
-
-    def __init__(self, message: str) -> None:
-        click.ClickException.__init__(self, message)
+    """An argument of a task or a model that cannot be used."""
 
 
 @contextmanager
@@ -178,7 +171,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
             stage = spec.variation.stage(library, {suite.domain: asked.prompts}, _ask_nobody)
             if ability is ACTING:
-                asked = _playing(spec.agent, asked, suite)
+                asked = _Asked(*in_setting(spec.agent, asked.prompts, suite), asking=player())
             elif stage is not None:
                 spec.variation.abilities([ability])
                 asked = _staged(stage, asked, suite)
@@ -254,12 +247,6 @@ class _Asked(NamedTuple):
         """The solver."""
         asking = self.asking or ask_as_published(self.trials)
         return asking if self.first is None else chain(self.first, asking)
-
-
-def _playing(setting: Setting, asked: _Asked, suite: Suite) -> _Asked:
-    """The same tasks, which are played in a setting."""
-    prompts, about = in_setting(setting, asked.prompts, suite)
-    return _Asked(prompts, about, asking=player())
 
 
 def _ask_nobody(*_: object, **__: object) -> SuiteResult:
