@@ -11,7 +11,7 @@ from PIL import Image
 from bodies import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 from bodies.rooms import SCENE, kitchen, task_of
 from eai.bodies.camera import Camera
-from eai.bodies.pictures import film, photographs
+from eai.bodies.pictures import film, photographs, places
 from eai.bodies.scene import BodyScene
 from eai.errors import EaiError
 
@@ -55,6 +55,16 @@ def test_what_is_held_is_in_view_and_what_is_shut_in_is_not(camera: Camera) -> N
     camera.scene.show(kitchen(["in_left_hand(milk_7)"], ["lies_in(milk_7, fridge_2)"]))
     assert (camera.objects("near") == milk).sum() > 100
     camera.scene.show(kitchen())
+
+
+def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:
+    task, views = task_of(kitchen()), ("near", "top")
+    found = places(task, views)
+    assert {PLATE, COUNTER} <= set(found)
+    assert SCENE.index["milk_7"] not in found
+    with Camera(BodyScene(task)) as whole:
+        objects = [whole.objects(view) for view in views]
+    assert all(objects[number - 1][row, column] == i for i, (number, column, row) in found.items())
 
 
 def test_pictures_are_files(camera: Camera) -> None:

@@ -15,7 +15,7 @@ from eai.bodies.scene import BodyScene
 from eai.world.state import State
 
 _LEAST = 12
-"""How many pixels of a thing must be seen for a box around it."""
+"""How many pixels of a thing must be seen for a box around it, or to point at it."""
 
 _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 
@@ -71,13 +71,38 @@ def frames(task: Task, states: Iterable[State], view: View, seed: int = 0) -> It
             yield camera.colours(view)
 
 
+def places(task: Task, views: Sequence[View], seed: int = 0) -> dict[int, tuple[int, int, int]]:
+    """A pixel of each thing that is seen in pictures of the initial state of a task.
+
+    It is in the first picture that shows the thing, and the one nearest to its middle there.
+
+    Returns:
+        the number of the picture, from 1 on, the column and the row, by the index of the thing.
+
+    Raises:
+        InputError, EaiError: as of `photographs`.
+    """
+    found: dict[int, tuple[int, int, int]] = {}
+    with Camera(BodyScene(task, seed)) as camera:
+        for number, view in enumerate(views, 1):
+            for thing, rows, columns in _seen(camera.objects(view)):
+                nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())
+                found.setdefault(thing, (number, int(columns[nearest]), int(rows[nearest])))
+    return found
+
+
+def _seen(objects: Any) -> Iterator[tuple[int, Any, Any]]:
+    """Each thing that is seen, with the rows and columns of its pixels."""
+    for thing in np.unique(objects[objects >= 0]).tolist():
+        rows, columns = np.nonzero(objects == thing)
+        if len(rows) >= _LEAST:
+            yield thing, rows, columns
+
+
 def _number(image: Image.Image, objects: Any) -> None:
     """Draw a box around each thing that is seen, with its number."""
     draw = ImageDraw.Draw(image)
-    for thing in np.unique(objects[objects >= 0]).tolist():
-        rows, columns = np.nonzero(objects == thing)
-        if len(rows) < _LEAST:
-            continue
+    for thing, rows, columns in _seen(objects):
         left, top = int(columns.min()), int(rows.min())
         draw.rectangle((left - 1, top - 1, int(columns.max()) + 1, int(rows.max()) + 1), outline=_PAPER)
         around = draw.textbbox((left, max(0, top - 11)), str(thing))

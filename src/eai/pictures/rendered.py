@@ -66,6 +66,18 @@ def photographed(
     return found
 
 
+def places_of(task: Task, views: Sequence[View] = VIEWS[:2]) -> dict[int, tuple[int, int, int]]:
+    """The picture, column and row at which each thing is that pictures of a task show.
+
+    Raises:
+        InputError, EaiError: as of `photographs_of`.
+    """
+    with _installed():
+        from eai.bodies.pictures import places
+
+        return places(task, views)
+
+
 def film_of(task: Task, states: Sequence[State]) -> bytes:
     """The states of an episode as a moving picture, GIF.
 

@@ -17,7 +17,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
 from eai.pictures.picture import Clutter, drawn_images, images_in
-from eai.pictures.rendered import photographed
+from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
 from eai.prompts.prompt import Belief, Image, PromptSet
 from eai.prompts.template import Templates
@@ -85,10 +85,14 @@ def shown_scenes(
 def _said(scene: Scene, task: Task, benchmark: Benchmark, templates: Templates) -> str:
     """The words of the question about its pictures."""
     text = templates.text(f"scene_{scene.value}.txt")
-    if scene is not Scene.NUMBERED:
-        return text
     names = scene_words(benchmark).names(task)
-    return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
+    if scene is Scene.NUMBERED:
+        return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
+    if scene is not Scene.POINTED:
+        return text
+    where = places_of(task)
+    lines = [f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in subjects(task) if i in where]
+    return "\n".join([text, *lines])
 
 
 def _pictures(
@@ -96,7 +100,7 @@ def _pictures(
 ) -> Mapping[str, tuple[Image, ...]]:
     if choice.images is not None:
         return images_in(choice.images, tasks)
-    if choice.scene in (Scene.RENDERED, Scene.NUMBERED):
+    if choice.scene in (Scene.RENDERED, Scene.NUMBERED, Scene.POINTED):
         return photographed(tasks, numbered=choice.scene is Scene.NUMBERED)
     return drawn_images(benchmark, tasks, choice.clutter or Clutter.NONE)
 

@@ -38,7 +38,8 @@ class Scene(str, Enum):
 
     ``text``: as a list of what holds. ``image``: in pictures alone. ``both``: in both. ``predicted``: as the
     list that a second model made from pictures. ``noisy``: as a list with seeded errors. Ours are
-    ``rendered``: in pictures of things with bodies; and ``numbered``: in these, with a number at each thing.
+    ``rendered``: in pictures of things with bodies; ``numbered``: in these, with a number at each thing; and
+    ``pointed``: in these as they are, and a pixel of each thing with its name.
     """
 
     TEXT = "text"
@@ -48,11 +49,12 @@ class Scene(str, Enum):
     NOISY = "noisy"
     RENDERED = "rendered"
     NUMBERED = "numbered"
+    POINTED = "pointed"
 
     @property
     def is_pictured(self) -> bool:
         """Whether it is shown in pictures alone."""
-        return self in (Scene.IMAGE, Scene.RENDERED, Scene.NUMBERED)
+        return self in (Scene.IMAGE, Scene.RENDERED, Scene.NUMBERED, Scene.POINTED)
 
 
 def _noise(given: object) -> object:
@@ -73,7 +75,8 @@ class Perception(Variation):
 
     scene: Scene = option(
         "How questions show the scene: text, image, both, predicted (as a second model lists it), "
-        "noisy (with seeded errors), rendered (with bodies) or numbered (with a number at each thing).",
+        "noisy (with seeded errors), rendered (with bodies), numbered (with a number at each thing) or "
+        "pointed (with a pixel of each thing).",
         Scene.TEXT,
     )
     images: Path | None = option(
