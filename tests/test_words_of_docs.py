@@ -49,4 +49,4 @@ def test_a_page_has_at_most_1500_words(page: Path) -> None:
 
 def test_all_written_by_hand_has_at_most_as_many_words_as_now() -> None:
     pages = [page for page in (ROOT / "docs").rglob("*.md") if page.stem not in WRITTEN]
-    assert sum(map(words, pages)) <= 29_800
+    assert sum(map(words, pages)) <= 29_900
