@@ -15,8 +15,10 @@ import pytest
 
 from browsing import needs_browser
 from eai.acting.page import MAX_BODY
+from eai.acting.play import Play
 from eai.cli.play import play
 from eai.errors import EaiError, InputError
+from eai.prompts.prompt import Image
 from envs.switches import WON
 
 DOMAIN = "envs.switches:SWITCHES"
@@ -224,6 +226,29 @@ def test_it_listens_to_this_machine_alone_and_says_when_a_port_is_taken(tmp_path
         port = other.getsockname()[1]
         with pytest.raises(InputError, match=f"--page {port}: cannot be used"):
             play(DOMAIN, tasks="both", page=port, out=tmp_path / "ann_outputs.json")
+
+
+PIXEL = bytes.fromhex(
+    "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c49444154789c63606060000000040001"
+    "f61738550000000049454e44ae426082"
+)
+
+
+@needs_browser
+def test_pictures_are_shown_where_turns_are_told_by_them(
+    sit: Callable[..., Sitting], browser: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Play, "pictures", lambda play: () if play.game.over else (Image("image/png", PIXEL),))
+    sitting = sit()
+    page = browser.new_page()
+    page.goto(f"http://127.0.0.1:{sitting.port}/")
+    picture = page.get_by_alt_text("Picture 1 of the world now")
+    assert picture.evaluate("it => it.decode().then(() => it.naturalWidth)") == 1
+    page.get_by_label("Your next action").fill("DONE")
+    page.keyboard.press("Enter")
+    page.get_by_text("All tasks are over.").wait_for()
+    assert picture.count() == 0
+    page.close()
 
 
 @needs_browser

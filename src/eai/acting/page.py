@@ -107,6 +107,7 @@ class _Sitting:
             "total": self._total,
             "rules": RULES,
             "opening": play.game.opening()[0],
+            "pictures": [image.url for image in play.pictures()],
             "log": [*self._log],
             "at": self._at,
             "words": [completions(play, ""), completions(play, "an action")],

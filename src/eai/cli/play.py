@@ -21,6 +21,7 @@ from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.data.files import write_whole
+from eai.envs.rules import Feedback
 from eai.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,6 +62,8 @@ def play(
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
     """
     setting = setting_of_others(settings or ())
+    if page is None and setting.feedback == Feedback.PICTURES.value:
+        raise InputError("--with feedback=pictures: a terminal shows none; add --page PORT")
     suite, chosen = playable(domain, tasks, sample, seed, data)
     answers = _Answers(out, suite)
     begun, total = _begun(chosen, suite, setting, answers), len(chosen)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from base64 import b64encode
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -50,6 +51,11 @@ class Image(NamedTuple):
 
     media_type: str
     data: bytes
+
+    @property
+    def url(self) -> str:
+        """The picture as an address that has all of it."""
+        return f"data:{self.media_type};base64,{b64encode(self.data).decode()}"
 
 
 @dataclass(frozen=True, slots=True)

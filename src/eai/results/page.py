@@ -29,7 +29,7 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, 
     """The page of a folder with ``page.html``, from its body on, ``style.css`` and scripts.
 
     Its policy allows its own style and program, by digest, and nothing else: no other script, and no request
-    but to the server that it comes from, if it ``sends`` any.
+    but to the server that it comes from, if it ``sends`` any and shows pictures of its answers.
 
     Args:
         package: the package that the folder is in.
@@ -51,7 +51,7 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, 
             f"script-src '{_digest(program)}'",
             "base-uri 'none'",
             "form-action 'none'",
-            *(["connect-src 'self'"] if sends else []),
+            *(["connect-src 'self'", "img-src data:"] if sends else []),
         )
     )
     parts = {"policy": policy, "name": folder, "style": style, "program": program, "data": data}

@@ -7,7 +7,6 @@ have cut off its end, and its figures of usage may be unreadable.
 from __future__ import annotations
 
 import json
-from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -142,8 +141,7 @@ def content_of(prompt: Prompt) -> str | list[Content]:
     """The text of a prompt, after its pictures if it has any."""
     if not prompt.images:
         return prompt.user
-    urls = [f"data:{each.media_type};base64,{b64encode(each.data).decode()}" for each in prompt.images]
-    return [*[ContentImage(image=url) for url in urls], ContentText(text=prompt.user)]
+    return [*[ContentImage(image=image.url) for image in prompt.images], ContentText(text=prompt.user)]
 
 
 _REFUSED_PARAMETERS = (400, 422)

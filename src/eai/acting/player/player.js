@@ -47,6 +47,12 @@ const show = (state) => {
     byId('task-title').scrollIntoView();
   }
   log.append(...state.log.slice(log.children.length).map(turn));
+  byId('pictures').replaceChildren(...state.pictures.map((url, place) => {
+    const picture = made('img', 'picture', '');
+    picture.src = url;
+    picture.alt = `Picture ${place + 1} of the world now`;
+    return picture;
+  }));
   byId('nothing').hidden = state.log.length > 0;
   log.hidden = state.log.length === 0;
   byId('entry').hidden = state.over;
