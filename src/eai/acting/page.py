@@ -52,6 +52,12 @@ class _Sitting:
         tasks: the others.
         total: how many tasks there are, those that are over included.
         keep: takes the episode.
+
+    Attributes:
+        shown: all that the page shows.
+
+    Raises:
+        EaiError: the task cannot be shown in pictures.
     """
 
     def __init__(self, first: Begun, tasks: Iterator[Begun], total: int, keep: Keep) -> None:
@@ -64,6 +70,7 @@ class _Sitting:
         self._log = [_entry(*turn) for turn in zip(said, told, strict=True)]
         self._next: Begun | None = None
         self._since = time.monotonic()
+        self.shown = self._to_json()
 
     @property
     def is_over(self) -> bool:
@@ -93,13 +100,13 @@ class _Sitting:
         self._log += turns or [[line, told, "aside"]]
         if self._play.game.over:
             self._next = next(self._tasks, None)
+        self.shown = self._to_json()
 
     @property
     def _at(self) -> str:
         return f"{self._number}.{len(self._log)}"
 
-    def to_json(self) -> dict[str, Json]:
-        """All that the page shows."""
+    def _to_json(self) -> dict[str, Json]:
         play = self._play
         return {
             "title": play.game.stage.benchmark.title or play.game.stage.benchmark.name,
@@ -131,7 +138,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Send the page."""
         if self._is_for_us():
             with self.server.lock:
-                data = for_script(self.server.sitting.to_json())
+                data = for_script(self.server.sitting.shown)
             self._send("text/html", build_page("eai.acting", "player", ("player.js",), data, sends=True))
 
     def do_POST(self) -> None:
@@ -143,7 +150,7 @@ class _Handler(BaseHTTPRequestHandler):
         with server.lock:
             try:
                 taken = server.sitting.take(line, self.path.removeprefix("/"))
-                self._send("application/json", json.dumps({**server.sitting.to_json(), "taken": taken}))
+                self._send("application/json", json.dumps({**server.sitting.shown, "taken": taken}))
             except EaiError as error:
                 server.error = error
                 self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "it is not kept: the terminal says why")
