@@ -105,8 +105,8 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/actions-subgoal_decomposition-behavior-strict",
         "By action",
-        "The percentage of steps that were executed. Brackets mark fewer than five steps. A second figure "
-        "shows goals by predicate.",
+        "The percentage of steps that were executed. Brackets mark actions with fewer than five steps. "
+        "Another figure shows goals by predicate.",
     ),
     Figure(
         "curves",
