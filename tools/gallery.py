@@ -36,7 +36,6 @@ INTRODUCTION = """\
 On this page you can see the figures of `eai report` and `eai analyze`, each with its command.
 
 All figures but the last show public answers of the paper's models under [`strict`](protocols.md).
-`eai analyze` writes SVG, PNG and PDF. `eai report` writes SVG, or the formats that `--formats` names.
 [Reports](reports.md) and [Analyses](analyses.md) explain the figures.
 """
 
