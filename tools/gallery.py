@@ -104,8 +104,7 @@ FIGURES = (
         tuple(f"behavior/*/{model}" for model in THREE),
         "plots/actions-subgoal_decomposition-behavior-strict",
         "By action",
-        "The percentage of steps that were executed. Brackets mark actions with fewer than five steps. "
-        "Another figure shows goals by predicate.",
+        "The percentage of steps that were executed. Brackets mark actions with fewer than five steps.",
     ),
     Figure(
         "curves",
