@@ -17,7 +17,7 @@ from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, Task, goal
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.prior import Prior
-from eai.generator.scene import shuffled, stance, with_double
+from eai.generator.scene import is_empty, shuffled, stance, with_double
 from eai.generator.spec import Generated
 from eai.generator.twins import ids_of
 from eai.generator.words import Words
@@ -50,7 +50,7 @@ def ambiguous(
     task, kinds = made.task, [thing.category for thing in made.task.scene.objects]
     hosts = [i for i in task.relevant if kinds[i] in prior.taken and stance(i, task.initial, prior)]
     named = task.named_by(task.goals)
-    for thing in shuffled([i for i in hosts if i in named], rng):
+    for thing in shuffled([i for i in hosts if i in named and is_empty(i, task.initial, prior)], rng):
         beside = with_double(task.initial, prior, thing, thing)
         seen = Words.of(benchmark, beside, by_place=True).seen
         for host in shuffled(hosts, rng):

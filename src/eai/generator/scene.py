@@ -208,10 +208,23 @@ def with_more_of_a_kind(
 
 
 def with_double(state: State, prior: Prior, thing: int, host: int) -> State:
-    """A state with one thing more like a thing, which stands where another one does."""
-    scene, objects = state.scene, list(state.scene.objects)
+    """A state with one thing more like a thing, as large, which stands where and beside what another does."""
+    scene, objects, facts = state.scene, list(state.scene.objects), list(state.facts())
     more = _one_more(objects, objects[thing], _states(thing, state), host, state, prior)
-    return Scene(scene.vocabulary, objects, scene.agent).state([*state.facts(), *more])
+    known = set(facts)
+    for name, arguments in facts:
+        stored = scene.vocabulary.stored(name)
+        is_fixed = stored is not None and stored.static
+        model = thing if is_fixed else host
+        if len(arguments) == 2 and model in arguments and (is_fixed or (name, arguments[::-1]) in known):
+            more.append(Fact(name, tuple([len(scene.objects) if i == model else i for i in arguments])))
+    return Scene(scene.vocabulary, objects, scene.agent).state([*facts, *more])
+
+
+def is_empty(index: int, state: State, prior: Prior) -> bool:
+    """Whether nothing lies in or on a thing; what stands beside it does not count."""
+    relations = map(state.relation, prior.places)
+    return not any(relation.column(index) & ~relation.row(index) for relation in relations)
 
 
 def _one_more(

@@ -1,9 +1,9 @@
 """Pairs: a task from which one fact is taken away so that it has no plan, and another so that it keeps one.
 
 That there is no plan is proved by the delete relaxation (`eai.planning.possible`). Both twins lack one fact
-that says what a thing is good for, of the same predicate, and goals name both things or neither: neither that
-a thing lacks something, nor what it lacks, says whether there is a plan. Nor does the kind of thing: it is
-the same in both twins, or it has been on either side about as often in the pairs before.
+that says what a thing is good for, of the same predicate, and goals speak of both things in the same way:
+neither that a thing lacks something, nor what it lacks, says whether there is a plan. Nor does the kind of
+thing: it is the same in both twins, or it has been on either side about as often in the pairs before.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from eai.abilities.verdict import Json
 from eai.abilities.wording import is_property
 from eai.generator.measures import presence
 from eai.generator.spec import Generated
+from eai.logic.traversal import bound_by, walk
 from eai.planning.planner import Planner
 from eai.world.domain import Domain
 from eai.world.state import Fact
@@ -49,9 +50,10 @@ def twins_of(
     rng.shuffle(facts)
     needed = [fact for fact in facts if not solves(domain, _without(task, fact), task.script)]
     others = [fact for fact in facts if fact not in needed]
+    sorts = {fact: _sort(fact, task) for fact in facts}
     for fact in needed:
         kind = _kind(fact, task)
-        alike = [other for other in others if _is_like(other, fact, task)]
+        alike = [other for other in others if sorts[other] == sorts[fact]]
         same = [other for other in alike if _kind(other, task) == kind]
         even = same or [other for other in alike if leaning[kind] <= 0 <= leaning[_kind(other, task)]]
         lacking = _without(task, fact)
@@ -77,11 +79,12 @@ def _properties(task: Task, domain: Domain, may_lack: Collection[str]) -> Iterat
             yield fact
 
 
-def _is_like(one: Fact, other: Fact, task: Task) -> bool:
-    """Whether facts say the same of two things that goals both name or both do not."""
-    named = task.named_by(task.goals)
-    thing, second = one.arguments[0], other.arguments[0]
-    return one.predicate == other.predicate and (thing in named) == (second in named)
+def _sort(fact: Fact, task: Task) -> tuple[str, bool, bool]:
+    """The property, and whether goals name what has it, or speak of all or some of its kind."""
+    (thing,) = fact.arguments
+    parts = (part for each in task.goals for part in walk(each.formula))
+    kinds = {variable.category for part in parts for variable in bound_by(part)}
+    return fact.predicate, thing in task.named_by(task.goals), _kind(fact, task)[1] in kinds
 
 
 def _kind(fact: Fact, task: Task) -> tuple[str, str]:
