@@ -167,10 +167,14 @@ def test_the_course_of_an_answer_is_filmed(eai: Command, data_store: Store, tmp_
     (tmp_path / "m_outputs.json").write_text(json.dumps([{"identifier": JARS, "llm_output": steps}]))
     suite = ("--domain", "behavior", "--ability", "action_sequencing")
     assert eai("score", tmp_path / "m_outputs.json", *suite, "--out", tmp_path / "out").status == 0
-    film = tmp_path / "film.gif"
-    assert eai("explain", tmp_path / "out", JARS, "--film", film).status == 0
+    films = tmp_path / "report" / "films"
+    films.mkdir(parents=True)
+    assert eai("explain", tmp_path / "out", JARS, "--film", films).status == 0
+    (film,) = films.iterdir()
     with Image.open(film) as moving:
         assert moving.n_frames == 3  # type: ignore[attr-defined]
+    assert eai("report", tmp_path / "out", "--no-plots", "--out", films.parent).status == 0
+    assert f'"F":"films/{film.name}"' in (films.parent / "explorer.html").read_text(encoding="utf-8")
     refused = eai("explain", tmp_path / "out", "--failed", "--film", film)
     assert (refused.status, refused.err[:35]) == (2, "eai: --film: expected one answer, f")
 

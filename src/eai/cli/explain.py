@@ -35,7 +35,7 @@ from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError, did_you_mean
 from eai.households.packs import is_at_hand
-from eai.pictures.course import states_of
+from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -95,7 +95,11 @@ def explain(
     limit: Annotated[int, typer.Option(min=0, help="List so many; 0 for all.")] = 20,
     film: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the course of one answer as a GIF (extra 'physics')."),
+        typer.Option(
+            metavar="FILE",
+            help="Write the course of one answer as a GIF (extra 'physics'); into the folder films of a "
+            "report, if that is FILE, whose explorer links to it.",
+        ),
     ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -173,7 +177,7 @@ def _film(chosen: Sequence[Record], records: Path, store: Store, file: Path) -> 
     found = states_of(record, _suite(record, benchmark, store))
     if found is None:
         raise InputError(f"--film: the course of the answer to {record.task_id} is not known")
-    write_whole({file: film_of(*found)})
+    write_whole({file / film_name(record) if file.is_dir() else file: film_of(*found)})
 
 
 def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:

@@ -12,6 +12,7 @@ import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
@@ -24,7 +25,7 @@ from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.households.packs import is_at_hand
-from eai.pictures.course import courses
+from eai.pictures.course import courses, film_name
 from eai.prompts.prompt import PromptSet
 from eai.report.board import board_html
 from eai.report.document import unnamed_remark
@@ -124,7 +125,7 @@ def report(
     kinds = _formats(formats)
     listed_prices = None if prices is None else read_price_list(prices)
     own = benchmarks_of_runs(records)
-    told = partial(background, store(data), own, prompts=prompts, pictures=pictures)
+    told = partial(background, store(data), own, out, prompts=prompts, pictures=pictures)
     explorer, summaries = ExplorerData(told), list[RunSummary]()
     files = len(find_record_files(records))
     with collecting_seldom(), scoring_progress("reading records", files, quiet=False) as watch:
@@ -206,7 +207,7 @@ def _draw(planned: Sequence[PlannedPlot], out: Path, formats: Sequence[str]) -> 
 
 
 def background(
-    source: Store, own: Mapping[str, Benchmark], domain: str, *, prompts: bool, pictures: bool
+    source: Store, own: Mapping[str, Benchmark], out: Path, domain: str, *, prompts: bool, pictures: bool
 ) -> Background:
     """The words of the user's data set on the tasks of a domain, or of the user's own benchmark.
 
@@ -215,6 +216,7 @@ def background(
     Args:
         source: where the data set is, if it is at hand.
         own: the user's own benchmarks, by name.
+        out: the folder of the report, which may have films.
         domain: the domain.
         prompts: whether words are wanted.
         pictures: whether scenes are.
@@ -226,7 +228,14 @@ def background(
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
     known = domain in own or (domain in registered() and is_at_hand(source, domain))
     words = _words(own.get(domain) or find_benchmark(domain), source) if prompts and known else Background()
+    words = replace(words, film=partial(_film, out))
     return replace(words, course=courses(Source(source))) if pictures else words
+
+
+def _film(out: Path, record: Record) -> str:
+    """The address of an answer's film, where there is one (`eai explain --film OUT/films`)."""
+    address = f"films/{film_name(record)}"
+    return address if (out / address).is_file() else ""
 
 
 def _words(benchmark: Benchmark, source: Store) -> Background:

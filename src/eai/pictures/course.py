@@ -11,10 +11,12 @@ from functools import cache
 from typing import Protocol as Structure
 from typing import TypeAlias, runtime_checkable
 
+from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import World
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
+from eai.abilities.responses import file_name
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.registry import registered
@@ -82,6 +84,11 @@ def states_of(record: Record, suite: Suite) -> tuple[Task, list[State]] | None:
     before = _before(record)
     states = states_along(scorer.domain, scorer.task.initial, [*before, *_steps(record.explanation)])
     return None if states is None else (scorer.task, states[len(before) :])
+
+
+def film_name(record: Record) -> str:
+    """The name of the file with the film of an answer in a folder of films, the same for equal answers."""
+    return f"{file_name(record.task_id)}-{sha256_of(record.response)[:12]}.gif"
 
 
 def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:

@@ -45,12 +45,14 @@ class Background:
         operators: operator -> its definition in the data set.
         instructions: task -> what it is in natural language.
         course: what gives the scenes that an answer passes through.
+        film: what gives the address of an answer's film beside the page; empty where there is none.
     """
 
     prompts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     operators: Mapping[str, str] = field(default_factory=dict)
     instructions: Mapping[str, str] = field(default_factory=dict)
     course: Callable[[Record], Course] = lambda _: ()
+    film: Callable[[Record], str] = lambda _: ""
 
 
 class ExplorerData:
@@ -134,6 +136,7 @@ class ExplorerData:
                 "s": [self._step(step) for step in explanation.steps],
                 "G": self._goals(explanation),
                 "A": self._attempts(record),
+                "F": film if (film := self._background(record.domain).film(record)) else None,
                 "P": [self._scene(scene) for scene in self._background(record.domain).course(record)],
             }
         )

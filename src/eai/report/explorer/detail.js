@@ -37,7 +37,7 @@ function heading(answer) {
 
 function body(answer, narrow) {
   return element('div', { class: narrow ? 'body narrow' : 'body' }, verdict(answer), attempts(answer), goals(answer), counts(answer),
-    operators(answer), replay(answer), notes(answer), rawAnswer(answer), logLink(answer));
+    operators(answer), replay(answer), filmLink(answer), notes(answer), rawAnswer(answer), logLink(answer));
 }
 
 function verdict(answer) {
@@ -134,6 +134,10 @@ function logLink(answer) {
   const address = `${samples}/${encodeURIComponent(answer.task)}/${epoch}/`;
   return element('p', { class: 'log' }, element('a', { href: address }, 'This sample in Inspect’s viewer'), ', once ',
     element('code', {}, 'inspect view --log-dir DIR'), ` runs in the folder of ${file}: sample ${answer.task}, epoch ${epoch}.`);
+}
+
+function filmLink(answer) {
+  return answer.row.F ? element('p', {}, element('a', { href: answer.row.F }, 'Film of this answer')) : null;
 }
 
 function rawAnswer(answer) {
