@@ -22,6 +22,10 @@ REACT, TEXT = "react", "text"
 """The harnesses: calls of tools in Inspect's ``react``, and lines of text."""
 
 
+PICTURES = "pictures"
+"""The feedback by which what holds is in rendered pictures alone."""
+
+
 class Setting(Options):
     """How an agent acts, and the world in which it does; by default the standard setting."""
 

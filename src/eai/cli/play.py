@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from eai.abilities.responses import SUFFIX, model_name, read_responses
-from eai.acting.setting import ACTING, Setting
+from eai.acting.setting import ACTING, PICTURES, Setting
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.data.files import write_whole
-from eai.envs.rules import Feedback
 from eai.errors import InputError
 
 if TYPE_CHECKING:
@@ -62,7 +61,7 @@ def play(
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
     """
     setting = setting_of_others(settings or ())
-    if page is None and setting.feedback == Feedback.PICTURES.value:
+    if page is None and setting.feedback == PICTURES:
         raise InputError("--with feedback=pictures: a terminal shows none; add --page PORT")
     suite, chosen = playable(domain, tasks, sample, seed, data)
     answers = _Answers(out, suite)
