@@ -161,7 +161,7 @@ FIGURES = (
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
         "Tasks and models on one scale",
-        "A task measures best the models whose ability is near its difficulty. Here most models have few "
+        "A task measures a model best if its difficulty is near the model's ability. Here most models have few "
         "such tasks.",
     ),
     Figure(
