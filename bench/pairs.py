@@ -18,6 +18,7 @@ from pathlib import Path
 
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
+from eai.abilities.record import TaskFeatures
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
@@ -75,11 +76,6 @@ def _kind(task: Task, about: Mapping[str, object]) -> tuple[str, str]:
     return predicate, task.scene.objects[task.scene.index[name]].category
 
 
-def _is_special(task: Task) -> bool:
-    """Whether it has no plan, or an ambiguous instruction."""
-    return bool(task.missing) or task.is_ambiguous
-
-
 def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
     """How many tasks the majority of those with the same feature in the other pairs is right about."""
     titles = {title: number % 2 for number, title in enumerate(dict.fromkeys(task.title for task in tasks))}
@@ -88,9 +84,9 @@ def _right(tasks: Sequence[Task], feature: Callable[[Task], object]) -> int:
         votes = Counter[object]()
         for task in tasks:
             if titles[task.title] != half:
-                votes[feature(task)] += 1 if _is_special(task) else -1
+                votes[feature(task)] += 1 if TaskFeatures.of(task).is_to_decline else -1
         tried = [task for task in tasks if titles[task.title] == half]
-        right += sum((votes[feature(task)] > 0) == _is_special(task) for task in tried)
+        right += sum((votes[feature(task)] > 0) == TaskFeatures.of(task).is_to_decline for task in tried)
     return right
 
 

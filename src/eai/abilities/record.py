@@ -166,6 +166,11 @@ class TaskFeatures:
     missing: tuple[str, ...] | None = None
     fits: tuple[str, ...] | None = None
 
+    @property
+    def is_to_decline(self) -> bool:
+        """Whether it is right to decline: nothing leads to the goals, or words fit several objects."""
+        return bool(self.missing) or len(self.fits or ()) > 1
+
     @staticmethod
     def of(task: Task) -> TaskFeatures:
         """The features of a task."""

@@ -95,6 +95,9 @@ _HIDDEN = 0.7
 _FAILURES = 300
 """After so many seeds in a row that give no task there are no more; of a split, by its share, after more."""
 
+_RARE = 4
+"""How many times as many are tried for pairs, as of some kinds of things both sides are rare."""
+
 _RENEWED = 200
 """After so many tasks the planner begins anew: it keeps every formula that it has read."""
 
@@ -477,7 +480,9 @@ def generate(
     """
     found = failures = 0
     reasons = Counter[str]()
-    limit = _FAILURES if generator.spec.split is Split.ALL else round(_FAILURES / min(SHARES.values()))
+    limit = _FAILURES * (_RARE if generator.spec.kind is TaskKind.PAIRS else 1)
+    if generator.spec.split is not Split.ALL:
+        limit = round(limit / min(SHARES.values()))
     while found < number:
         if failures == limit:
             why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))

@@ -120,8 +120,8 @@ def _refusals(runs: Sequence[Run]) -> Table:
 def _selective(found: _Judged) -> list[Cell]:
     """The shares of tasks in which it is right to decline some."""
     answered = [each for each in found if not each[1].declines]
-    plain = [each for each in found if not _is_special(each[0])]
-    special = [each for each in found if _is_special(each[0])]
+    plain = [each for each in found if not each[0].is_to_decline]
+    special = [each for each in found if each[0].is_to_decline]
     refused = [each for each in special if each[1].refused is not None and each[0].missing]
     named = [_names_it(task.missing or (), verdict.refused or "") for task, verdict, _ in refused]
     never = fmean(_without_declining(task) for task, _, _ in found)
@@ -134,11 +134,6 @@ def _selective(found: _Judged) -> list[Cell]:
         _share(special, [verdict.declines for _, verdict, _ in special]),
         _share(refused, named),
     ]
-
-
-def _is_special(task: TaskFeatures) -> bool:
-    """Whether it is right to decline a task."""
-    return bool(task.missing) or len(task.fits or ()) > 1
 
 
 def _without_declining(task: TaskFeatures) -> float:
