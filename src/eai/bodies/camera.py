@@ -160,6 +160,8 @@ def _nearby(scene: BodyScene) -> _Sight:
         is_furniture = told.bodies[place].stand not in ("free", "middle")
         ahead = scene.front(place) if is_furniture else np.array([0.0, -1.0, 0.0])
     points = _corners(scene, seen)
+    if not points.size:  # all that could be seen there is in the robot's hands
+        points = _corners(scene, told.bodies if place is None else [place])
     low, high = points.min(0), points.max(0)
     at = (low + high) / 2
     reach = 0.9 if place is None else 0.9 + float(abs(ahead) @ (np.ptp(around(scene, place), 0))) / 2
