@@ -104,11 +104,10 @@ class Arena:
     def commands(self, model: str, task: Task, seed: int, epoch: int) -> list[str]:
         """The commands of one of `AGENTS` in an episode."""
         play = self.play(task, epoch)
-        agent, commands = AGENTS[model](play.game, seed + epoch - 1), list[str]()
+        agent = AGENTS[model](play.game, seed + epoch - 1)
         while not play.game.over:
-            commands.append(agent())
-            play.act(commands[-1])
-        return commands
+            play.act(agent())
+        return [turn.said for turn in play.turns]
 
 
 def in_setting(

@@ -14,7 +14,7 @@ from eai.acting.journal import Journal, is_begun, key_in, read_journal
 from eai.acting.play import OVER, Arena, Play, read_episode
 from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.suite import Suite
-from eai.data.files import sole_run, write_whole
+from eai.data.files import sole_run, write_whole, writing_to
 from eai.envs.command import LOOK
 from eai.errors import InputError
 from eai.prompts.prompt import Image
@@ -137,11 +137,8 @@ class Worlds:
     def _append(self, place: Place) -> None:
         """Add an episode that has ended to the answers, where it is not yet."""
         self._written.add(place)
-        try:
-            with self._answers(place).open("a", encoding="utf-8") as file:
-                file.write(self._answer(place, journal_in(self._folder, place)))
-        except OSError as error:
-            raise InputError(f"{self._answers(place)}: cannot be written ({error.strerror})") from error
+        with writing_to(self._answers(place)), self._answers(place).open("a", encoding="utf-8") as file:
+            file.write(self._answer(place, journal_in(self._folder, place)))
 
     def _answers(self, place: Place) -> Path:
         """The response file that an episode is in; further episodes of a task are another agent's."""

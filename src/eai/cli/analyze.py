@@ -15,7 +15,7 @@ from pydantic import BeforeValidator
 
 from eai.abilities.options import Options, option
 from eai.abilities.verdict import Json
-from eai.cli.console import counted, errors, note, output, print_markdown, say, tell, writing_to
+from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
 from eai.cli.options import (
     OUTPUT,
     RECORDS,
@@ -28,6 +28,7 @@ from eai.cli.options import (
     with_settings,
 )
 from eai.cli.progress import scoring_progress
+from eai.data.files import writing_to
 from eai.errors import EaiError, InputError, did_you_mean, how_to_install
 from eai.results.lines import SUITE, TABLES
 from eai.results.plots import styled, write

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from importlib.util import find_spec
-from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
@@ -17,7 +15,7 @@ from rich.segment import Segment
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import REFERENCES
 from eai.data.files import printable
-from eai.errors import EaiError, InputError, how_to_install
+from eai.errors import EaiError, how_to_install
 
 if TYPE_CHECKING:
     from eai.abilities.verdict import Json
@@ -84,19 +82,6 @@ def _print(console: Console, line: str) -> None:
         )
         line = "\n".join(parts)
     console.print(line, markup=False, highlight=False, soft_wrap=True)
-
-
-@contextmanager
-def writing_to(place: Path) -> Iterator[None]:
-    """Within it, files are written to a place.
-
-    Raises:
-        InputError: it cannot be written.
-    """
-    try:
-        yield
-    except OSError as error:
-        raise InputError(f"{place}: cannot be written ({error.strerror})") from error
 
 
 def print_json(value: Json) -> None:

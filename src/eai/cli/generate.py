@@ -13,8 +13,9 @@ from rich.table import Table
 
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
-from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell, writing_to
+from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
 from eai.cli.options import AsJson, DataFolder, Seed, opened_source
+from eai.data.files import writing_to
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import Measure

@@ -18,10 +18,10 @@ from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
-from eai.cli.console import counted, note, output, print_json, say, tell, writing_to
+from eai.cli.console import counted, note, output, print_json, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, opened_source, store
 from eai.cli.progress import scoring_progress
-from eai.data.files import write_whole
+from eai.data.files import write_whole, writing_to
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.households.packs import is_at_hand

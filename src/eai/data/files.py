@@ -125,6 +125,19 @@ def printable(text: str) -> str:
     )
 
 
+@contextlib.contextmanager
+def writing_to(place: Path) -> Iterator[None]:
+    """Within it, files are written to a place.
+
+    Raises:
+        InputError: it cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{place}: cannot be written ({error.strerror})") from error
+
+
 def write_whole(contents: Mapping[Path, Content]) -> None:
     """Write files, each as a whole: under its name there is the old file or the new one, never a part.
 

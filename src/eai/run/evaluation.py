@@ -21,6 +21,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
+from eai.data.files import writing_to
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.acting import act, episode_text
 from eai.run.job import PROVIDER, Job
@@ -78,10 +79,8 @@ def write_scores(path: Path, records: Mapping[Place, Record], source: Source) ->
     for scorer in log.eval.scorers or ():
         scorer.options = {**(scorer.options or {}), **rules}
     recompute_metrics(log)
-    try:
+    with writing_to(path):
         write_eval_log(log, str(path))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
 
 
 def read_answers(path: Path, suite: Suite) -> ResponseFile:
@@ -176,7 +175,8 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
         desk.report()
         log = find_log(job, log_dir) if desk.complete else None
         if log is None:
-            _make_folder(log_dir)
+            with writing_to(log_dir):
+                log_dir.mkdir(parents=True, exist_ok=True)
             evaluated = _evaluate(job, _task(job, desk), log_dir)
             if desk.stopped is not None:
                 raise desk.stopped
@@ -207,13 +207,6 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         experiment=None if job.trials is None else job.trials.experiment,
         about=job.about,
     )
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be made ({error.strerror})") from error
 
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:

@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
+from eai.data.files import writing_to
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
@@ -57,15 +58,13 @@ class Journal:
         Raises:
             InputError: the file cannot be written, or is not there any more.
         """
-        try:
+        with writing_to(self._path):
             if self._file is None:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
                 self._file = self._path.open("ab")
             self._file.write(json.dumps(answer.to_json()).encode() + b"\n")
             self._file.flush()
             self._path.stat()
-        except OSError as error:
-            raise self._unwritten(error) from error
         self._keep(answer)
 
     def begin(self, place: Place, request_sha256: str) -> int:
@@ -75,14 +74,12 @@ class Journal:
             InputError: the file cannot be read or written.
         """
         path, line = self._path.with_name(BEGUN), json.dumps([*place, request_sha256])
-        try:
+        with writing_to(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             with path.open("a+", encoding="utf-8") as file:
                 file.seek(0)
                 before = file.read().split("\n").count(line)
                 file.write(f"{line}\n")
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written ({error.strerror})") from error
         return before + 1
 
     def close(self) -> None:
@@ -92,20 +89,15 @@ class Journal:
             InputError: what could not be written before still cannot.
         """
         file, self._file = self._file, None
-        try:
-            if file is not None:
+        if file is not None:
+            with writing_to(self._path):
                 file.close()
-        except OSError as error:
-            raise self._unwritten(error) from error
 
     def __enter__(self) -> Journal:
         return self
 
     def __exit__(self, *error: object) -> None:
         self.close()
-
-    def _unwritten(self, error: OSError) -> InputError:
-        return InputError(f"{self._path}: cannot be written ({error.strerror})")
 
     def _keep(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch, answer.attempt)
