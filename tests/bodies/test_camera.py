@@ -14,6 +14,8 @@ from eai.bodies.camera import Camera
 from eai.bodies.pictures import film, photographs, places
 from eai.bodies.scene import BodyScene
 from eai.errors import EaiError
+from eai.households.behavior.predicates import VOCABULARY
+from eai.world.state import Scene
 
 PLATE, COUNTER = (SCENE.index[name] for name in ("plate_6", "countertop_1"))
 STATES = ("is_dusty", "is_stained", "is_soaked", "is_frozen", "is_cooked", "is_burnt")
@@ -55,6 +57,14 @@ def test_what_is_held_is_in_view_and_what_is_shut_in_is_not(camera: Camera) -> N
     camera.scene.show(kitchen(["in_left_hand(milk_7)"], ["lies_in(milk_7, fridge_2)"]))
     assert (camera.objects("near") == milk).sum() > 100
     camera.scene.show(kitchen())
+
+
+def test_what_alone_is_there_may_be_held(camera: Camera) -> None:
+    scene = Scene(VOCABULARY, {"floor_kitchen": "floor.n.01", "apple_5": "apple.n.01"})
+    state = scene.state(["floor(floor_kitchen)", "stands_on(apple_5, floor_kitchen)"])
+    with Camera(BodyScene(task_of(state)), (320, 240), shadows=False) as alone:
+        alone.scene.show(scene.state(["floor(floor_kitchen)", "in_left_hand(apple_5)"]))
+        assert (alone.objects("near") == 1).any()
 
 
 def test_a_pixel_of_each_thing_that_is_seen_is_on_it(camera: Camera) -> None:

@@ -151,8 +151,11 @@ def _nearby(scene: BodyScene) -> _Sight:
     told = scene.told
     place = _busiest(told)
     if place is None:
-        here = [i for i in told.bodies if told.room_of(i) == _fullest(scene) and not told.is_shut_in(i)]
+        out = [i for i in told.bodies if i not in told.hands.values() and not told.is_shut_in(i)]
+        here = [i for i in out if told.room_of(i) == _fullest(scene)]
         seen = [i for i in here if told.bodies[i].stand == "free"] or here
+        if not seen:
+            return _from_head(scene)
         ahead = np.array([0.0, -1.0, 0.0])
     else:
         on_it = [thing for thing in told.bodies if told.root(thing) == place and thing != place]
