@@ -59,6 +59,14 @@ def test_what_is_held_is_in_view_and_what_is_shut_in_is_not(camera: Camera) -> N
     camera.scene.show(kitchen())
 
 
+def test_what_holds_things_may_be_held(camera: Camera) -> None:
+    camera.scene.show(kitchen(["in_left_hand(basket_4)"], ["lies_on(basket_4, breakfast_table_3)"]))
+    seen = set(np.unique(camera.objects("near")).tolist())
+    camera.scene.show(kitchen())
+    assert SCENE.index["basket_4"] in seen
+    assert SCENE.index["apple_5"] not in seen
+
+
 def test_what_alone_is_there_may_be_held(camera: Camera) -> None:
     scene = Scene(VOCABULARY, {"floor_kitchen": "floor.n.01", "apple_5": "apple.n.01"})
     state = scene.state(["floor(floor_kitchen)", "stands_on(apple_5, floor_kitchen)"])

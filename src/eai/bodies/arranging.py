@@ -44,8 +44,7 @@ def place_rest(placing: Placing, told: Told, boxes: Mapping[int, Box], *, crowde
     Raises:
         InputError: a thing finds no place where the state says that it is.
     """
-    held = set(told.hands.values())
-    waiting = [i for i in told.bodies if i not in placing.poses and i not in held]
+    waiting = [i for i in told.bodies if i not in placing.poses and not told.is_held(i)]
     for thing in sorted(waiting, key=lambda i: (told.depth(i), -_volume(told, i), i)):
         try:
             pose = _pose(placing, told, boxes, thing)

@@ -151,7 +151,7 @@ def _nearby(scene: BodyScene) -> _Sight:
     told = scene.told
     place = _busiest(told)
     if place is None:
-        out = [i for i in told.bodies if i not in told.hands.values() and not told.is_shut_in(i)]
+        out = [i for i in told.bodies if not told.is_held(i) and not told.is_shut_in(i)]
         here = [i for i in out if told.room_of(i) == _fullest(scene)]
         seen = [i for i in here if told.bodies[i].stand == "free"] or here
         if not seen:
@@ -175,8 +175,7 @@ def _nearby(scene: BodyScene) -> _Sight:
 
 def _corners(scene: BodyScene, things: Collection[int]) -> Array:
     """The corners of the boxes around things: three numbers each."""
-    held = set(scene.told.hands.values())
-    boxes = [around(scene, thing) for thing in things if thing not in held]
+    boxes = [around(scene, thing) for thing in things if not scene.told.is_held(thing)]
     return np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for box in boxes for i, j, k in product((0, 1), repeat=3)]
     )
@@ -216,9 +215,8 @@ def _vector(array: Array) -> Vector:
 
 def _busiest(told: Told) -> int | None:
     """The thing on or in which most others are to be seen, if any are."""
-    carried = [
-        thing for thing in told.bodies if told.carrier(thing) is not None and not told.is_shut_in(thing)
-    ]
+    out = [i for i in told.bodies if not told.is_held(i) and not told.is_shut_in(i)]
+    carried = [thing for thing in out if told.carrier(thing) is not None]
     many = Counter(map(told.root, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)
 

@@ -103,6 +103,10 @@ class Told:
         near = [second for name in (UNDER, BESIDE) for first, second in self.relations[name] if first == root]
         return next((self.floor_of[each] for each in near if each in self.floor_of), self.floors[0])
 
+    def is_held(self, thing: int) -> bool:
+        """Whether a hand holds a thing, or what carries it: such contents are not shown."""
+        return self.root(thing) in self.hands.values()
+
     def root(self, thing: int) -> int:
         """The thing at the bottom of a pile."""
         for _ in self.bodies:
