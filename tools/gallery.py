@@ -161,8 +161,8 @@ FIGURES = (
         ("virtualhome/subgoal_decomposition/*",),
         "items-virtualhome-subgoal_decomposition-strict",
         "Tasks and models on one scale",
-        "A task measures a model best if its difficulty is near the model's ability. Here most models have few "
-        "such tasks.",
+        "A task measures a model best if its difficulty is near the model's ability. Here most models have "
+        "few such tasks.",
     ),
     Figure(
         "rendered",
