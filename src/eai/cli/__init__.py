@@ -90,14 +90,14 @@ class _Place(NamedTuple):
         summary: the first paragraph of its help, so that the help of the group imports no command.
         target: the module in this package and the name there, of a function or of an app with commands; both
             are the command's name if empty.
-        kind: the class of the command, in the same module; Typer's own if None.
+        old_flags: the module and the function in it that refuses flags which are settings now; none if empty.
         bare: whether it does something without any argument, instead of printing its help.
     """
 
     panel: str
     summary: str
     target: str = ""
-    kind: str | None = None
+    old_flags: str = ""
     bare: bool = False
 
 
@@ -110,7 +110,7 @@ _PLACES = {
     "run": _Place(
         MEASURE,
         "Obtain answers through Inspect and score them. The same command resumes where it was interrupted.",
-        kind="RunCommand",
+        old_flags="flags:refuse_old_flags",
     ),
     "play": _Place(
         MEASURE,
@@ -139,7 +139,7 @@ _PLACES = {
         UNDERSTAND,
         "Make the tables and plots of a study of records; "
         "without a name, list the studies and their options.",
-        kind="AnalyzeCommand",
+        old_flags="analyze:refuse_old_flags",
         bare=True,
     ),
     "generate": _Place(
@@ -196,11 +196,14 @@ class _Commands(TyperGroup):
         """The command that is named.
 
         Raises:
-            InputError: it is called otherwise now.
+            InputError: it, or a flag of it, is called otherwise now.
         """
         for words in (args[:2], args[:1]):
             if " ".join(words) in _RENAMED:
                 raise InputError(f"eai {' '.join(words)}: write eai {_RENAMED[' '.join(words)]}")
+        place = _PLACES.get(args[0])
+        if place is not None and place.old_flags:
+            _object_at(place.old_flags)(args[1:])
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
@@ -221,16 +224,19 @@ class _Loaded(UserDict[str, Any]):
         return found
 
 
-def _imported(name: str, place: _Place) -> Any:
-    module_name, _, attribute = (place.target or f"{name}:{name}").partition(":")
+def _object_at(target: str) -> Any:
+    module, _, name = target.partition(":")
     with collecting_seldom():
-        module = import_module(f"{__name__}.{module_name}")
-    found, kind = getattr(module, attribute), getattr(module, place.kind) if place.kind else None
+        return getattr(import_module(f"{__name__}.{module}"), name)
+
+
+def _imported(name: str, place: _Place) -> Any:
+    found = _object_at(place.target or f"{name}:{name}")
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, typer.Typer):
         app.add_typer(found, name=name, rich_help_panel=place.panel)
     else:
-        app.command(name, cls=kind, no_args_is_help=not place.bare, rich_help_panel=place.panel)(found)
+        app.command(name, no_args_is_help=not place.bare, rich_help_panel=place.panel)(found)
     command: Any = get_group(app).commands[name]
     for each in _with_those_below(command):
         _label(each)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import Enum
@@ -22,8 +22,8 @@ from eai.cli.options import (
     SETTING,
     AsJson,
     DataFolder,
-    SettingsCommand,
     opened_source,
+    refuse_moved,
     setting,
     with_settings,
 )
@@ -57,25 +57,20 @@ class _Formats(Options):
     )
 
 
-class AnalyzeCommand(SettingsCommand):
-    """``eai analyze``, whose studies have options of their own."""
-
-    listed_by = "eai analyze"
-
-    def moved(self, args: Sequence[str]) -> Mapping[str, str]:
-        """The flags that are settings now: the options of the study that is named first."""
-        name = next((each for each in args if not each.startswith("-")), "")
-        if name not in (ALL, TABLE, *study_names()):
-            return {}
-        found = {"--format": "formats=VALUE"} if name == TABLE else {}
-        for each in _studies(name):
-            for key, field in each.choices.model_fields.items():
-                flag = key.replace("_", "-")
-                if isinstance(field.default, bool):
-                    found |= {f"--{flag}": f"{key}=true", f"--no-{flag}": f"{key}=false"}
-                else:
-                    found[f"--{flag}"] = f"{key}=VALUE"
-        return found
+def refuse_old_flags(args: Sequence[str]) -> None:
+    """Raise if a flag is an option of the study that is named first, or of the tidy tables."""
+    name = next((each for each in args if not each.startswith("-")), "")
+    if name not in (ALL, TABLE, *study_names()):
+        return
+    now = {"--format": "formats=VALUE"} if name == TABLE else {}
+    for each in _studies(name):
+        for key, field in each.choices.model_fields.items():
+            flag = key.replace("_", "-")
+            if isinstance(field.default, bool):
+                now |= {f"--{flag}": f"{key}=true", f"--no-{flag}": f"{key}=false"}
+            else:
+                now[f"--{flag}"] = f"{key}=VALUE"
+    refuse_moved(args, now, "eai analyze")
 
 
 def analyze(

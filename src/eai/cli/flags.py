@@ -6,7 +6,7 @@ Also the models that they name, and what is wrong with them.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from eai.acting.setting import AGENT
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.suite import Suite
 from eai.cli import options
-from eai.cli.options import SETTING, SettingsCommand
+from eai.cli.options import SETTING, refuse_moved
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
 from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
@@ -63,9 +63,9 @@ def flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
     return options.flag(chosen, option, panel, *names, show_default=default or False, **more)
 
 
-def moved() -> dict[str, str]:
-    """The flags that are options of ``--with`` now, with what to write instead."""
-    found = {
+def refuse_old_flags(args: Sequence[str]) -> None:
+    """Raise if a flag is an option of ``--with`` now."""
+    now = {
         "--prompt-name": "prompts.name=NAME",
         "--scene-arg": "perception.scene_args.NAME=VALUE",
         "--noise": "perception.noise.NAME=RATE",
@@ -74,20 +74,10 @@ def moved() -> dict[str, str]:
         if key.name not in FLAGS.values() and not key.name.startswith(f"{AGENT}."):
             name = key.name.partition(".")[2].replace("_", "-")
             if key.default in ("true", "false"):
-                found |= {f"--{name}": f"{key.name}=true", f"--no-{name}": f"{key.name}=false"}
+                now |= {f"--{name}": f"{key.name}=true", f"--no-{name}": f"{key.name}=false"}
             else:
-                found.setdefault(f"--{name}", f"{key.name}=VALUE")
-    return found
-
-
-class RunCommand(SettingsCommand):
-    """``eai run``, whose flags are few and whose settings are all options of a run."""
-
-    listed_by = f"{SETTING} {HELP}"
-
-    def moved(self, args: Sequence[str]) -> Mapping[str, str]:
-        """The flags that are settings now, with what to write instead."""
-        return moved()
+                now.setdefault(f"--{name}", f"{key.name}=VALUE")
+    refuse_moved(args, now, f"{SETTING} {HELP}")
 
 
 def specification(

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
-from typer.core import TyperCommand
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, ability_of
@@ -166,27 +165,17 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     return chosen
 
 
-class SettingsCommand(TyperCommand):
-    """A command that names the setting that a flag has become."""
+def refuse_moved(args: Sequence[str], now: Mapping[str, str], listed_by: str) -> None:
+    """Raise if a flag of a command is a setting now.
 
-    listed_by: ClassVar[str] = ""
-    """The command that lists all settings."""
-
-    def moved(self, args: Sequence[str]) -> Mapping[str, str]:
-        """The flags that are settings now, with what to write instead."""
-        return {}
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse a command line.
-
-        Raises:
-            InputError: a flag is none any more.
-        """
-        now = self.moved(args)
-        for name in [text.partition("=")[0] for text in args]:
-            if name in now:
-                raise InputError(f"{name}: write {SETTING} {now[name]} ({self.listed_by} lists all options)")
-        return super().parse_args(ctx, args)
+    Args:
+        args: the arguments of the command.
+        now: the flags that are settings now, with what to write instead.
+        listed_by: the command that lists all settings.
+    """
+    for name in [text.partition("=")[0] for text in args]:
+        if name in now:
+            raise InputError(f"{name}: write {SETTING} {now[name]} ({listed_by} lists all options)")
 
 
 def listed(text: str | None) -> list[str]:

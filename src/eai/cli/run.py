@@ -25,7 +25,6 @@ from eai.cli.console import (
 )
 from eai.cli.flags import (
     HELP,
-    RunCommand,
     check_captioner,
     check_models,
     check_replay,
@@ -57,8 +56,6 @@ from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
 from eai.studies.variation import Stage
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
-
-__all__ = ["RunCommand", "run"]
 
 _WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
 """Panels of the help."""
