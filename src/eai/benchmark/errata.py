@@ -17,6 +17,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
 from eai.data.files import parse_toml
+from eai.data.grouping import grouped
 from eai.errors import DataError
 from eai.tasks.source import TaskSet
 from eai.world.execution import Action
@@ -209,11 +210,8 @@ class Errata:
         return frozenset(task_id for entry in entries for task_id in entry.tasks)
 
     def _by_task(self, ability: Ability) -> Mapping[str, list[_Erratum]]:
-        found: dict[str, list[_Erratum]] = {}
-        for entry in self.entries:
-            for task_id in entry.tasks if ability in entry.abilities else ():
-                found.setdefault(task_id, []).append(entry)
-        return found
+        entries = [entry for entry in self.entries if ability in entry.abilities]
+        return grouped((task_id, entry) for entry in entries for task_id in entry.tasks)
 
 
 NO_ERRATA = Errata()

@@ -22,6 +22,7 @@ from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer, open_answer_book
+from eai.data.grouping import grouped
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.logic.traversal import objects
@@ -83,10 +84,8 @@ class LookupTable:
 
     def __init__(self, public: Iterable[Task], domain: Domain) -> None:
         self._entries = [_Entry(task, _lifted(task)) for task in public if task.script]
-        self._of_goal: dict[str, list[int]] = {}
-        for number, entry in enumerate(self._entries):
-            for text in entry.goals:
-                self._of_goal.setdefault(text, []).append(number)
+        numbered = enumerate(self._entries)
+        self._of_goal = grouped((text, number) for number, entry in numbered for text in entry.goals)
         self._domain = domain
 
     def plan(self, task: Task) -> tuple[Action, ...]:

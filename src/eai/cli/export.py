@@ -14,7 +14,6 @@ from typing import Annotated, TextIO
 import typer
 
 from eai.abilities.protocol import FOUR, Ability, ability_of
-from eai.abilities.record import Record
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
@@ -35,6 +34,7 @@ from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, 
 from eai.cli.questions import questions
 from eai.cli.tasks import tasks
 from eai.data.files import write_whole
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
 from eai.pddl.planning import PlannerChoice
@@ -253,10 +253,8 @@ def _answers(
 ) -> Iterator[Rewarded]:
     """All answers in files of records with what they are worth, those to one suite together."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
-    by_suite: dict[tuple[str, Ability], list[Record]] = {}
-    for file in find_record_files(paths):
-        for record in read_records(file):
-            by_suite.setdefault((record.domain, record.ability), []).append(record)
+    records = (record for file in find_record_files(paths) for record in read_records(file))
+    by_suite = grouped(((record.domain, record.ability), record) for record in records)
     with opened_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
             if domain not in named and domain not in registered():

@@ -15,6 +15,7 @@ from eai.cli.console import counted, output, tell
 from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, opened_source
 from eai.cli.table import PERCENT
 from eai.data.files import write_whole
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.prompts.template import Templates
 from eai.questions.question import Form, Kind, Question, questions_content
@@ -101,9 +102,7 @@ def _print_chances(questions: Sequence[Question]) -> None:
 
 def _chances(questions: Sequence[Question]) -> dict[tuple[Kind, Form], dict[str, Rate]]:
     guesses = guesses_of(questions)
-    alike: dict[tuple[Kind, Form], list[Question]] = {}
-    for question in questions:
-        alike.setdefault((question.kind, question.form), []).append(question)
+    alike = grouped(((question.kind, question.form), question) for question in questions)
     return {cell: chances_of(some, guesses) for cell, some in alike.items()}
 
 

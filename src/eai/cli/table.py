@@ -14,6 +14,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import title_of
 from eai.cli.console import note, output, say
+from eai.data.grouping import grouped
 from eai.results.coverage import Coverage
 from eai.results.table import Column, Estimate, NamedCells, Table
 from eai.results.terminal import print_table
@@ -40,10 +41,7 @@ def _named(model: str, totals: Totals) -> str:
 def print_results(title: str, ability: Ability, results: Mapping[str, Totals], *, wide: bool) -> None:
     """Print the rates of models, and what is remarkable about their coverage and errata, alike ones once."""
     print_rates(output(), title, declaration_of(ability).terminal, results, wide=wide)
-    alike: dict[Coverage, list[str]] = {}
-    for model, totals in results.items():
-        alike.setdefault(totals.coverage, []).append(model)
-    for coverage, models in alike.items():
+    for coverage, models in grouped((totals.coverage, model) for model, totals in results.items()).items():
         print_remark(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
         if remark is not None:

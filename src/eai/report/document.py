@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.protocol import Ability, Protocol
+from eai.data.grouping import grouped
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table_specs import ability_title, domain_title
@@ -186,11 +187,7 @@ def _section(
 
 def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The runs of which there are several epochs: whether one answer to a task is right, or all are."""
-    groups: dict[RunKey, list[Cases]] = {}
-    for item in runs:
-        metric, model = repeated_metric(item.key.ability), without_epoch(item.key.model)
-        if metric is not None and model != item.key.model:
-            groups.setdefault(item.key._replace(model=model), []).append(item.cases.get(metric, ()))
+    groups = grouped(pair for item in runs for pair in _epoch(item))
     if not groups:
         return
     table = passes_table(
@@ -199,6 +196,13 @@ def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield f"## {table.title}\n"
     yield f"{table.definition}.\n"
     yield table_markdown(table)
+
+
+def _epoch(item: RunSummary) -> Iterator[tuple[RunKey, Cases]]:
+    """The run that a run is an epoch of, and which of its answers are right; nothing of any other run."""
+    metric, model = repeated_metric(item.key.ability), without_epoch(item.key.model)
+    if metric is not None and model != item.key.model:
+        yield item.key._replace(model=model), item.cases.get(metric, ())
 
 
 def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
@@ -254,10 +258,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section on success by length of the data set's own plan, and on goals by what they speak of."""
-    suites: dict[str, list[RunSummary]] = {}
-    for item in runs:
-        suites.setdefault(_run_suite(item), []).append(item)
-    for suite, items in suites.items():
+    for suite, items in grouped((_run_suite(item), item) for item in runs).items():
         rows = [*_by_length(items), *_by_predicate(items)]
         if items[0].breakdown.flow is not None:
             header = ["tasks or goals", *(escaped(item.key.name) for item in items)]

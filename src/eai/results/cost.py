@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import date
 from functools import cache
@@ -16,6 +16,7 @@ from eai.abilities.options import misfit
 from eai.abilities.record import Record, Usage
 from eai.abilities.verdict import Json, Share
 from eai.data.files import parse_toml, read_toml
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases, interval_of_ratio
@@ -111,19 +112,16 @@ def per_success(records: Iterable[Record]) -> dict[str, Cases]:
     """
     counted = (record for record in records if record.verdict.excluded is None)
     answers = [(each, each.origin.usage) for each in counted if each.origin and each.origin.usage]
-    found: dict[str, list[Case]] = {}
-    for record, usage in answers:
-        won = outcome(record) is AnswerOutcome.SUCCESS
-        amounts = {
-            "tokens": usage.input_tokens + usage.output_tokens,
-            "dollars": usage.cost,
-            "seconds": usage.seconds,
-        }
-        for name, amount in amounts.items():
-            if amount is not None:
-                case = Case(record.task_id, name_of(record), Share(amount, won))
-                found.setdefault(name, []).append(case)
+    found = grouped(pair for record, usage in answers for pair in _amounts(record, usage))
     return {name: cases for name, cases in found.items() if len(cases) == len(answers)}
+
+
+def _amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
+    won = outcome(record) is AnswerOutcome.SUCCESS
+    tokens = usage.input_tokens + usage.output_tokens
+    for name, amount in (("tokens", tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
+        if amount is not None:
+            yield name, Case(record.task_id, name_of(record), Share(amount, won))
 
 
 def per_success_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:

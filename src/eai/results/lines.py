@@ -14,6 +14,7 @@ from typing import NamedTuple, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import NONE, NOTHING, ONE, Share
+from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.table import Estimate
 
@@ -257,17 +258,12 @@ class SuiteKey(NamedTuple):
 
 def by_suite(lines: Iterable[L]) -> dict[SuiteKey, list[L]]:
     """The lines of each suite, in the order of first mention."""
-    suites: dict[SuiteKey, list[L]] = {}
-    for line in lines:
-        suites.setdefault(SuiteKey(line.protocol, line.domain, line.ability), []).append(line)
-    return suites
+    return grouped((SuiteKey(line.protocol, line.domain, line.ability), line) for line in lines)
 
 
 def by_model(lines: Sequence[L]) -> dict[str, list[L]]:
     """The lines of each model with its agent; before them those of all together, where there are several."""
-    models: dict[str, list[L]] = {}
-    for line in lines:
-        models.setdefault(line.agent, []).append(line)
+    models = grouped((line.agent, line) for line in lines)
     return models if len(models) < 2 else {TOGETHER: list(lines), **models}
 
 

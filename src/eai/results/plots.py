@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eai.abilities.declaration import AnswerOutcome
+from eai.data.grouping import grouped
 from eai.errors import EaiError, how_to_install
-from eai.results.lines import MODEL, SuiteKey
+from eai.results.lines import MODEL, SUITE, SuiteKey
 from eai.results.table import Cell, Estimate, Table
 
 if TYPE_CHECKING:
@@ -175,11 +176,7 @@ _DARK = 55.0
 
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     """The rows of a table by suite, as the values of their columns."""
-    found: dict[SuiteKey, list[dict[str, Cell]]] = {}
-    for values in table.by_name():
-        suite = SuiteKey(str(values["protocol"]), str(values["domain"]), str(values["ability"]))
-        found.setdefault(suite, []).append(values)
-    return found
+    return grouped((SuiteKey(*(str(row[name]) for name in SUITE)), row) for row in table.by_name())
 
 
 def value_of(cell: Cell | None) -> float:

@@ -15,6 +15,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING as NO_SHARE
 from eai.abilities.verdict import Shares, Verdict, of_all
+from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.rate import NOTHING, Rate, total
 from eai.results.table import Estimate
@@ -45,12 +46,12 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
     """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
     scored = [record for record in records if record.verdict.excluded is None]
-    cases: dict[str, list[Case]] = {}
-    for record, shares in zip(scored, contributions([r.verdict for r in scored], ability), strict=True):
-        task_id, name = record.task_id, name_of(record)
-        for metric, share in shares.items():
-            cases.setdefault(metric, []).append(Case(task_id, name, share))
-    return cases
+    both = zip(scored, contributions([r.verdict for r in scored], ability), strict=True)
+    return grouped(
+        (metric, Case(record.task_id, name_of(record), share))
+        for record, shares in both
+        for metric, share in shares.items()
+    )
 
 
 def name_of(record: Record) -> str:

@@ -8,12 +8,15 @@ a table looks is for its writers to say: `table_files` (CSV, JSON, Markdown and 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from functools import wraps
+from typing import ParamSpec, TypeAlias
 
 from eai.results.certainty import Cases, certainty_of_difference, certainty_of_rate
 from eai.results.rate import Rate, rate_of
+
+P = ParamSpec("P")
 
 Plain: TypeAlias = str | int | float | bool | None
 
@@ -112,6 +115,7 @@ class Label:
 
 
 Cell: TypeAlias = Plain | Estimate | Label
+Row: TypeAlias = tuple[Cell, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +163,7 @@ class Table:
     title: str
     definition: str
     columns: tuple[str | Column, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[Row, ...]
     shown: int | None = None
     notes: tuple[str, ...] = ()
 
@@ -222,6 +226,21 @@ class Table:
 
     def _is_of_numbers(self, place: int) -> bool:
         return not any(isinstance(row[place], str | bool | Label) for row in self.rows)
+
+
+def table_of(
+    name: str, title: str, definition: str, columns: tuple[str | Column, ...], *, shown: int | None = None
+) -> Callable[[Callable[P, Iterable[Row]]], Callable[P, Table]]:
+    """Makes of a function that gives rows one that gives their table, whose attributes these are."""
+
+    def with_table(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
+        @wraps(rows)
+        def made(*arguments: P.args, **options: P.kwargs) -> Table:
+            return Table(name, title, definition, columns, tuple(rows(*arguments, **options)), shown)
+
+        return made
+
+    return with_table
 
 
 def short_number(number: float | None) -> str:

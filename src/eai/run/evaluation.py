@@ -22,6 +22,7 @@ from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
 from eai.data.files import writing_to
+from eai.data.grouping import grouped
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.acting import act, episode_text
 from eai.run.job import PROVIDER, Job
@@ -100,16 +101,14 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
     answered = [sample for sample in log.samples or () if sample.output.choices]
     if not answered:
         raise InputError(f"{path}: expected at least one answer, found none")
-    answers: dict[str, list[str]] = {}
-    epochs: dict[int, list[Response]] = {}
-    for sample in sorted(answered, key=lambda sample: sample.epoch):
-        text = episode_text(sample)
-        answers.setdefault(str(sample.id), []).append(text)
-        epochs.setdefault(sample.epoch, []).append(Response(str(sample.id), text))
+    answered.sort(key=lambda sample: sample.epoch)
+    responses = [Response(str(sample.id), episode_text(sample)) for sample in answered]
     model = file_name(log.eval.model)
     if declaration_of(suite.ability).of_epochs is not None:
-        first, *further = [ResponseFile(model, tuple(responses)) for responses in epochs.values()]
+        epochs = grouped(zip([sample.epoch for sample in answered], responses, strict=True))
+        first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
         return replace(first, further=tuple(further))
+    answers = grouped((response.task_id, response.text) for response in responses)
     chosen = [Response(i, texts[majority(texts, suite.ability)]) for i, texts in answers.items()]
     return ResponseFile(model, tuple(chosen))
 

@@ -23,6 +23,7 @@ from eai.abilities.responses import Response, ResponseFile, attempt_name, write_
 from eai.abilities.verdict import Json, Verdict
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
+from eai.data.grouping import grouped
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases
 from eai.results.cost import per_success, per_success_to_json
@@ -298,9 +299,7 @@ def averaged_records(
     of_epochs: Iterable[Iterable[Record]], averaged: Callable[[Sequence[Verdict]], Verdict]
 ) -> list[Record]:
     """A record of each task that has the means over its epochs."""
-    by_task: dict[str, list[Record]] = {}
-    for record in chain.from_iterable(of_epochs):
-        by_task.setdefault(record.task_id, []).append(record)
+    by_task = grouped((record.task_id, record) for record in chain.from_iterable(of_epochs))
     return [_mean(of_task, averaged) for of_task in by_task.values()]
 
 
@@ -354,7 +353,8 @@ def _write(
     choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
     records = [record.varied(**choices) for record in records]
     truncated = sum(answer.truncated for answer in answers.values())
-    return _write_records(obtained, records, folder, suite, _grouped(why), truncated, of_epochs)
+    failures = grouped((reason, task_id) for task_id, reason in why.items())
+    return _write_records(obtained, records, folder, suite, failures, truncated, of_epochs)
 
 
 def _write_records(
@@ -429,14 +429,6 @@ def _usage(obtained: Obtained) -> Usage:
     """The cost of all answers."""
     taken = [tried.usage for tried in obtained.tried.values()]
     return sum(taken or [answer.usage for answer in obtained.given.values()], Usage())
-
-
-def _grouped(why: Mapping[str, str]) -> dict[str, list[str]]:
-    """Tasks by the reason why they have no answer."""
-    tasks: dict[str, list[str]] = {}
-    for task_id, reason in why.items():
-        tasks.setdefault(reason, []).append(task_id)
-    return tasks
 
 
 def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:

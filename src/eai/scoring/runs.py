@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
@@ -18,6 +18,7 @@ from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
 from eai.data.files import write_whole
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.paper_tables import paper_setting
 from eai.scoring.records import RECORDS, read_records
@@ -145,7 +146,7 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):
-        runs = _group(read_records(path))
+        runs = grouped((_key(record), record) for record in read_records(path))
         if not runs:
             raise InputError(f"{path}: expected at least one record, found none")
         for key, records in runs.items():
@@ -191,10 +192,3 @@ def address_of(record: Record) -> str:
 
 def _key(record: Record) -> RunKey:
     return RunKey(record.protocol, record.domain, record.ability, record.model, record.experiment)
-
-
-def _group(records: Iterable[Record]) -> Mapping[RunKey, Sequence[Record]]:
-    runs: dict[RunKey, list[Record]] = {}
-    for record in records:
-        runs.setdefault(_key(record), []).append(record)
-    return runs

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TypeAlias
 
+from eai.data.grouping import grouped
 from eai.results.tidy import TableMaker, Tables
 from eai.scoring.runs import Run, read_runs
 from eai.tasks.source import ErrataChoice, Source
@@ -75,8 +76,5 @@ class Records:
 
 def by_place(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
     """Runs of one model, domain, ability and protocol together, all sorted."""
-    found: dict[tuple[str, ...], list[Run]] = {}
-    for run in sorted(runs, key=lambda run: run.key.order):
-        place = (run.key.protocol.value, run.key.domain, run.key.ability.value, run.key.model)
-        found.setdefault(place, []).append(run)
-    return found
+    ordered = sorted(runs, key=lambda run: run.key.order)
+    return grouped(((*run.key.cells[:3], run.key.model), run) for run in ordered)

@@ -29,6 +29,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from eai.abilities.options import misfit
 from eai.abilities.task import Goal, Task
 from eai.data.files import parse_toml, write_whole
+from eai.data.grouping import grouped
 from eai.errors import InputError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.studies.annotation.demonstration import (
@@ -312,10 +313,7 @@ def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, l
     Raises:
         InputError: there is no such title, or none has a plan.
     """
-    found: dict[str, list[Task]] = {}
-    for task in tasks.values():
-        if task.script:
-            found.setdefault(task.title, []).append(task)
+    found = grouped((task.title, task) for task in tasks.values() if task.script)
     if title is not None and title not in found:
         raise InputError(f"no demonstration is called {title!r}{did_you_mean(title, tuple(found))}")
     if not found:

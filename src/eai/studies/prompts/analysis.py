@@ -17,6 +17,7 @@ from itertools import combinations
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, Share
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases
@@ -76,9 +77,7 @@ def kendall_w(ratings: Sequence[Sequence[float]]) -> float | None:
 
 def average_ranks(rating: Sequence[float]) -> list[float]:
     """The rank of each thing from 1, the lowest first; equal ones share the mean of theirs."""
-    places: dict[float, list[int]] = {}
-    for rank, value in enumerate(sorted(rating), 1):
-        places.setdefault(value, []).append(rank)
+    places = grouped((value, rank) for rank, value in enumerate(sorted(rating), 1))
     return [sum(places[value]) / len(places[value]) for value in rating]
 
 
