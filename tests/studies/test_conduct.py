@@ -15,7 +15,7 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import Settings, score_run
 from eai.scoring.records import write_records
-from eai.studies.conduct.analysis import _names_it
+from eai.studies.conduct.study import _names_it
 from eai.studies.records import Records
 from eai.studies.registry import find_study
 from envs.switches import DOMAIN, as_plan, initial

@@ -13,7 +13,7 @@ from eai.abilities.verdict import GoalTallies, PlanVerdict, Tally
 from eai.cli import app
 from eai.results.table import Estimate
 from eai.scoring.records import write_records
-from eai.studies.contamination.analysis import contamination_table
+from eai.studies.contamination.study import contamination_table
 from studies.told import told_tables
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.results.table import Estimate
-from eai.studies.goals.analysis import goal_tables
+from eai.studies.goals.study import goal_tables
 from oracle import MODELS, read_shared
 from studies.published import tables
 

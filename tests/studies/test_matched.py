@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.verdict import of_all
 from eai.results.certainty import Case
-from eai.studies.contamination.analysis import _Placed, matched_difference
+from eai.studies.contamination.study import _Placed, matched_difference
 
 
 def placed(which: str, *strata: tuple[str, int, int]) -> list[_Placed]:

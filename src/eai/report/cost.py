@@ -13,7 +13,7 @@ from eai.results.certainty import Cases, interval_of_ratio
 from eai.results.cost import PriceList, Spent, each, paper_cost
 from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.rate import rate_of
-from eai.results.table import Cell, Estimate, Label, Plain, Table
+from eai.results.table import Cell, Estimate, Label, Plain, Row, table_of
 from eai.results.table_files import csv_text
 
 COLUMNS = (
@@ -152,15 +152,14 @@ def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
     return [*found, _Line("together", "", None, total)] if len(found) > 1 else found
 
 
-def _per_success(runs: Sequence[RunSummary]) -> Table:
+@table_of("per_success", "", _PER_SUCCESS, ("model", "suite", *_KINDS))
+def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The effort that each success takes."""
-    rows = []
     for item in runs:
         suite = f"{domain_title(item.key.domain)}, {ability_title(item.key.ability).lower()}"
         amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:
-            rows.append((Label(item.key.name), suite, *amounts))
-    return Table("per_success", "", _PER_SUCCESS, ("model", "suite", *_KINDS), tuple(rows))
+            yield (Label(item.key.name), suite, *amounts)
 
 
 def _ratio(cases: Cases) -> Cell:

@@ -16,6 +16,7 @@ from pathlib import Path
 from statistics import fmean, pvariance
 from typing import TypeAlias
 
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.table import Table
 
@@ -125,9 +126,7 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
 
 def quality(ratings: Iterable[_Rating]) -> tuple[_Quality, ...]:
     """How the annotations were rated, by attribute in order of first mention."""
-    by_attribute: dict[str, list[_Rating]] = {}
-    for rating in ratings:
-        by_attribute.setdefault(rating.attribute, []).append(rating)
+    by_attribute = grouped((rating.attribute, rating) for rating in ratings)
     return tuple(_quality(name, given) for name, given in by_attribute.items())
 
 
@@ -176,10 +175,7 @@ def _histogram_table(found: Iterable[_Quality]) -> Table:
 
 
 def _quality(attribute: str, given: list[_Rating]) -> _Quality:
-    by_task: dict[str, list[float]] = {}
-    for rating in given:
-        by_task.setdefault(rating.task, []).append(rating.score)
-    units = tuple(by_task.values())
+    units = tuple(grouped((rating.task, rating.score) for rating in given).values())
     counts = Counter(rating.score for rating in given)
     return _Quality(
         attribute=attribute,

@@ -17,12 +17,13 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
 from eai.abilities.verdict import of_all
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases
 from eai.results.rate import rate_of
 from eai.results.summary import after, cases_of, name_of
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.world.fault import FaultKind
 
 SUCCESS, EXECUTION = "task_success", "execution_success"
@@ -152,7 +153,7 @@ def _by_attempt(arms: Sequence[Arm]) -> Table:
     )
 
 
-def _attempt_rows(arm: Arm) -> Iterator[tuple[Cell, ...]]:
+def _attempt_rows(arm: Arm) -> Iterator[Row]:
     for number in range(1, arm.attempts + 1):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
         errors = [_percent(arm.cases(kind.value, number)) for kind in _ERRORS]
@@ -174,10 +175,17 @@ def _attempt_rows(arm: Arm) -> Iterator[tuple[Cell, ...]]:
         )
 
 
-def _worth(arms: Sequence[Arm]) -> Table:
+@table_of(
+    "worth",
+    "What feedback is worth",
+    "Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks "
+    "and seeds after as many attempts; the difference is in points. In the first attempt both ask the "
+    "same: what differs there is chance, and shows how much of it there is.",
+    ("arm", "attempts", "told nothing", "with feedback", "difference"),
+)
+def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
     """Each arm with feedback beside the one without."""
     controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback is Feedback.NONE}
-    rows: list[tuple[Cell, ...]] = []
     for arm in arms:
         control = controls.get(arm.control)
         if control is None or control is arm:
@@ -185,30 +193,23 @@ def _worth(arms: Sequence[Arm]) -> Table:
         seeds = [seed for seed in arm.runs if seed in control.runs]
         for number in range(1, arm.attempts + 1):
             one, other = _shared(control, arm, number, seeds)
-            rows.append(
+            yield (
                 (arm.name, number, Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other))
             )
-    return Table(
-        "worth",
-        "What feedback is worth",
-        "Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks "
-        "and seeds after as many attempts; the difference is in points. In the first attempt both ask the "
-        "same: what differs there is chance, and shows how much of it there is.",
-        ("arm", "attempts", "told nothing", "with feedback", "difference"),
-        tuple(rows),
-    )
 
 
-def _mended(arms: Sequence[Arm]) -> Table:
+@table_of(
+    "mended",
+    "What became of first answers that failed",
+    "Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended "
+    "in the same way, and how many in another. What the resampling arm mends is chance.",
+    ("arm", "first answer", "tasks", "mended", "same", "another"),
+)
+def _mended(arms: Sequence[Arm]) -> Iterator[Row]:
     """The outcomes of tasks by that of the first answer."""
-    rows: list[tuple[Cell, ...]] = []
     for arm in arms:
-        by_kind: dict[AnswerOutcome, list[Record]] = {}
-        for record in arm.records(arm.attempts):
-            came_to = outcome(after(record, 1))
-            if came_to not in _RIGHT:
-                by_kind.setdefault(came_to, []).append(record)
-        for kind in [kind for kind in AnswerOutcome if kind in by_kind]:
+        by_kind = grouped((outcome(after(record, 1)), record) for record in arm.records(arm.attempts))
+        for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _RIGHT]:
             ended = Counter(outcome(record) for record in by_kind[kind])
             mended = [
                 Case(r.task_id, name_of(r), of_all(outcome(r) is AnswerOutcome.SUCCESS))
@@ -217,15 +218,7 @@ def _mended(arms: Sequence[Arm]) -> Table:
             same, tried = ended[kind], len(mended)
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
-            rows.append((arm.name, label, tried, Estimate.of(mended), same, other))
-    return Table(
-        "mended",
-        "What became of first answers that failed",
-        "Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended "
-        "in the same way, and how many in another. What the resampling arm mends is chance.",
-        ("arm", "first answer", "tasks", "mended", "same", "another"),
-        tuple(rows),
-    )
+            yield (arm.name, label, tried, Estimate.of(mended), same, other)
 
 
 def _has_slipped(record: Record) -> bool:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import of_all
+from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import (
     MEASURES,
@@ -32,7 +33,7 @@ from eai.results.lines import (
     case_of,
 )
 from eai.results.rate import Rate
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.results.tidy import Tables
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
 
@@ -153,7 +154,7 @@ def _decade(value: int) -> tuple[int, int]:
 
 
 def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for suite, answers in suites.items():
         models = _by_model(answers)
         for feature in FEATURES:
@@ -175,14 +176,9 @@ def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int) -> Table:
     )
 
 
-def _curve(
-    feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[int, int]]
-) -> Iterator[tuple[Cell, ...]]:
-    binned: dict[tuple[int, int], list[Case]] = {}
-    for answer, case in answers:
-        value = getattr(answer, feature)
-        if value is not None:
-            binned.setdefault(bins[value], []).append(case)
+def _curve(feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[int, int]]) -> Iterator[Row]:
+    known = ((getattr(answer, feature), case) for answer, case in answers)
+    binned = grouped((bins[value], case) for value, case in known if value is not None)
     for (low, high), cases in sorted(binned.items()):
         tasks = len({case.task for case in cases})
         yield low, high, Estimate.of(cases), tasks, tasks < FEW
@@ -196,26 +192,22 @@ def _by_model(answers: Sequence[_Counted]) -> dict[str, list[_Counted]]:
     }
 
 
-def _correlations(suites: Mapping[SuiteKey, Sequence[_Counted]]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "correlations",
+    "Rank correlations",
+    "Spearman's correlation of a task's score (its mean over models, where they are together) with each"
+    " feature. Intervals are a jackknife over names.",
+    (*SUITE, MODEL, "feature", "rho", "tasks"),
+)
+def _correlations(suites: Mapping[SuiteKey, Sequence[_Counted]]) -> Iterator[Row]:
     for suite, answers in suites.items():
         for model, found in _by_model(answers).items():
-            rows += [(*suite, model, *row) for row in _correlated(found)]
-    return Table(
-        "correlations",
-        "Rank correlations",
-        "Spearman's correlation of a task's score (its mean over models, where they are together) with each"
-        " feature. Intervals are a jackknife over names.",
-        (*SUITE, MODEL, "feature", "rho", "tasks"),
-        tuple(rows),
-    )
+            yield from [(*suite, model, *row) for row in _correlated(found)]
 
 
-def _correlated(answers: Iterable[_Counted]) -> Iterator[tuple[Cell, ...]]:
+def _correlated(answers: Iterable[_Counted]) -> Iterator[Row]:
     """For each feature that varies its name, its correlation with the scores of tasks, and their number."""
-    tasks: dict[str, list[_Counted]] = {}
-    for each in answers:
-        tasks.setdefault(each.answer.task, []).append(each)
+    tasks = grouped((each.answer.task, each) for each in answers)
     scores = {t: fmean(Rate(*e.case.share).share or 0 for e in found) for t, found in tasks.items()}
     for feature in FEATURES:
         values = {task: getattr(found[0].answer, feature) for task, found in tasks.items()}
@@ -226,23 +218,21 @@ def _correlated(answers: Iterable[_Counted]) -> Iterator[tuple[Cell, ...]]:
             yield feature, rho, len(known)
 
 
-def _adjusted(suites: Mapping[SuiteKey, Sequence[AnswerLine]]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "adjusted",
+    "Adjusted effects",
+    "Log odds of success per standard deviation of a feature among tasks, in a logistic regression with"
+    " an effect of each model: each feature alone, and all together. What is left of a feature when all"
+    " are together is not owed to the others. Intervals are a jackknife over names.",
+    (*SUITE, "feature", "alone", "together", "answers", "names"),
+)
+def _adjusted(suites: Mapping[SuiteKey, Sequence[AnswerLine]]) -> Iterator[Row]:
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
-        rows += [(*suite, *row) for row in adjusted(judged)]
-    return Table(
-        "adjusted",
-        "Adjusted effects",
-        "Log odds of success per standard deviation of a feature among tasks, in a logistic regression with"
-        " an effect of each model: each feature alone, and all together. What is left of a feature when all"
-        " are together is not owed to the others. Intervals are a jackknife over names.",
-        (*SUITE, "feature", "alone", "together", "answers", "names"),
-        tuple(rows),
-    )
+        yield from [(*suite, *row) for row in adjusted(judged)]
 
 
-def adjusted(answers: Sequence[AnswerLine]) -> Iterator[tuple[Cell, ...]]:
+def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """For each varying column of `ADJUSTED`: name, effect alone and together, answers and names."""
     import numpy as np
 
@@ -278,41 +268,36 @@ def _effect(effects: Sequence[Estimate] | None, number: int) -> Estimate:
     return Estimate(None) if effects is None else effects[number]
 
 
-def _by_action(steps: Sequence[StepLine]) -> Table:
-    rows = _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
-    return Table(
-        "by_action",
-        "Executed steps by action",
-        "Steps that were executed of those that were tried. A plan ends with its first failing step; a step"
-        " that was not needed is not executed, and the plan goes on.",
-        (*SUITE, MODEL, "action", "executed", "tasks"),
-        rows,
-    )
+@table_of(
+    "by_action",
+    "Executed steps by action",
+    "Steps that were executed of those that were tried. A plan ends with its first failing step; a step"
+    " that was not needed is not executed, and the plan goes on.",
+    (*SUITE, MODEL, "action", "executed", "tasks"),
+)
+def _by_action(steps: Sequence[StepLine]) -> Iterator[Row]:
+    return _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
 
-def _by_predicate(goals: Sequence[GoalLine]) -> Table:
-    rows = _rates(goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied)
-    return Table(
-        "by_predicate",
-        "Reached goals by predicate",
-        "Goals that are reached of those that mention the predicate; a goal with two predicates counts in "
-        "both. An answer that was not executed reaches what its protocol says: nothing under strict, what "
-        "holds at the start in some suites of the reference.",
-        (*SUITE, MODEL, "predicate", "reached", "tasks"),
-        rows,
-    )
+@table_of(
+    "by_predicate",
+    "Reached goals by predicate",
+    "Goals that are reached of those that mention the predicate; a goal with two predicates counts in "
+    "both. An answer that was not executed reaches what its protocol says: nothing under strict, what "
+    "holds at the start in some suites of the reference.",
+    (*SUITE, MODEL, "predicate", "reached", "tasks"),
+)
+def _by_predicate(goals: Sequence[GoalLine]) -> Iterator[Row]:
+    return _rates(goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied)
 
 
 def _rates(
     lines: Sequence[Line], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
-) -> tuple[tuple[Cell, ...], ...]:
+) -> Iterator[Row]:
     """For each suite, model and name the share of lines that count."""
-    rows: list[tuple[Cell, ...]] = []
     for key, found in by_run(lines):
-        cases: dict[str, list[Case]] = {}
-        for line in found:
-            for name in names_of(line):
-                cases.setdefault(name, []).append(case_of(line, of_all(counts(line))))
+        cases = grouped(
+            (name, case_of(line, of_all(counts(line)))) for line in found for name in names_of(line)
+        )
         for name, of_name in sorted(cases.items()):
-            rows.append((*key, name, Estimate.of(of_name), len({case.task for case in of_name})))
-    return tuple(rows)
+            yield (*key, name, Estimate.of(of_name), len({case.task for case in of_name}))

@@ -1,18 +1,150 @@
-"""Contamination: success on public tasks beside fresh ones that are like them."""
+"""Contamination: what success on public tasks owes to answers that are known, beside fresh tasks.
+
+The two rates are on different tasks and are compared where these are alike. Tasks are put into strata of what
+they are like. Those of the second set are weighted so that each stratum weighs as much as in the first
+(post-stratification); strata that only one set has are left out of both.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections import Counter
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from eai.abilities.declaration import declaration_of
 from eai.abilities.options import Options
+from eai.abilities.record import Record
+from eai.abilities.verdict import PlanVerdict, Share, of_all
 from eai.errors import InputError
+from eai.results.certainty import Case, Certainty, certainty_of_difference
+from eai.results.rate import rate_of
+from eai.results.table import Estimate, Row, table_of
+from eai.scoring.runs import Run
 from eai.studies.study import Analysis, Study
 
 if TYPE_CHECKING:
-    from eai.scoring.runs import Run
-    from eai.studies.contamination.analysis import Pair
     from eai.studies.records import Records
+
+STEPS = (4, 8, 12, 20)
+"""Strata of plan lengths: up to so many steps of the data set's or the certificate's plan, or more."""
+
+GOALS = (1, 2, 4, 8)
+"""Strata of numbers of goals, likewise."""
+
+_REMARKS = (
+    "A difference below zero says that fresh tasks are harder than public ones with plans of equal length, "
+    "as many goals and goals of the same kinds. Known answers are one reason. Others are what is not "
+    "matched: how goals are put together, how scenes look, how instructions are worded.",
+    "A model that knows no answers (eai/planner, or one trained before the tasks were published) shows how "
+    "much of the difference is of that kind; compare it with that.",
+    "A difference of zero is no proof that nothing is known: memory may not help.",
+)
+
+
+class _Placed(NamedTuple):
+    """The contribution of one task to a rate, and the stratum of tasks that are like it."""
+
+    case: Case
+    stratum: Hashable
+
+
+@dataclass(frozen=True, slots=True)
+class _MatchedDifference:
+    """The difference of two rates where the tasks are alike.
+
+    Attributes:
+        first: the rate in the first set, in percent.
+        second: that in the second, weighted to the strata of the first.
+        certainty: of second minus first, in percentage points; the names of both sets are its units. The gain
+            from strata is not reckoned with, so that the interval is rather too wide.
+        tasks: how many tasks of the first and of the second set are in a common stratum.
+    """
+
+    first: float
+    second: float
+    certainty: Certainty
+    tasks: tuple[int, int]
+
+    @property
+    def difference(self) -> float:
+        """Second minus first, in percentage points."""
+        return self.second - self.first
+
+
+def matched_difference(first: Sequence[_Placed], second: Sequence[_Placed]) -> _MatchedDifference | None:
+    """The difference of two rates where the tasks are alike; None if they never are."""
+    sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
+    ones = [_apart(case, "first") for case, stratum in first if stratum in others]
+    weighted = [
+        _apart(case, "second", sizes[stratum] / others[stratum]) for case, stratum in second if sizes[stratum]
+    ]
+    certainty = certainty_of_difference(ones, weighted) if ones else None
+    if certainty is None:
+        return None
+    return _MatchedDifference(_percent(ones), _percent(weighted), certainty, (len(ones), len(weighted)))
+
+
+def _apart(case: Case, which: str, weight: float = 1) -> Case:
+    """A task that is none of the other set, with a weight."""
+    share = Share(weight * case.share.numerator, weight * case.share.denominator)
+    return Case(f"{which} {case.task}", f"{which} {case.name}", share)
+
+
+def _percent(cases: Sequence[Case]) -> float:
+    rate = rate_of(case.share for case in cases)
+    return 0.0 if rate.percent is None else rate.percent
+
+
+Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
+"""A model, its suite in words, its records of public tasks, and those of fresh ones."""
+
+
+@table_of(
+    "contamination",
+    "Public and fresh tasks",
+    "Success in percent of all public and of all fresh tasks; then of those alone that are alike in "
+    "the length of the known plan, the number of goals and their kinds, the fresh ones weighted to the "
+    "public ones; and fresh minus public in percentage points, with 95 % intervals whose units are the "
+    "names of public tasks and the single fresh tasks.",
+    (
+        "answers_of",
+        "fresh_suite",
+        "public",
+        "fresh",
+        "public_alike",
+        "fresh_alike",
+        "difference",
+        "public_tasks",
+        "fresh_tasks",
+    ),
+)
+def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
+    """A row for each model: its success on either, and the difference where the tasks are alike."""
+    for model, suite, public, fresh in pairs:
+        placed = [list(_placed(records)) for records in (public, fresh)]
+        rates = [Estimate.of([case for case, _ in each]) for each in placed]
+        found = matched_difference(*placed)
+        if found is None:
+            yield (model, suite, *rates, None, None, Estimate(None), 0, 0)
+        else:
+            difference = Estimate(found.difference, *found.certainty.interval)
+            yield (model, suite, *rates, found.first, found.second, difference, *found.tasks)
+
+
+def _placed(records: Sequence[Record]) -> Iterator[_Placed]:
+    """The contribution of each task and its stratum; tasks that are in no statistics are left out."""
+    for record in records:
+        verdict, task = record.verdict, record.task
+        if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
+            kinds = () if verdict.goals is None else tuple([tally.total > 0 for tally in verdict.goals])
+            steps = None if task.annotated_steps is None else _bin(task.annotated_steps, STEPS)
+            case = Case(record.task_id, task.name, of_all(verdict.success))
+            yield _Placed(case, (steps, _bin(task.goals, GOALS), kinds))
+
+
+def _bin(number: int, bounds: Sequence[int]) -> int:
+    return sum([number > bound for bound in bounds])
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
@@ -23,17 +155,13 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     Raises:
         InputError: there is no such pair.
     """
-    from eai.studies.contamination.analysis import REMARKS, contamination_table
-
     pairs = list(_pairs(list(records.runs())))
     if not pairs:
         raise InputError("expected runs of a model on a benchmark and on generated tasks of its world")
-    yield Analysis([contamination_table(pairs)], remarks=REMARKS)
+    yield Analysis([contamination_table(pairs)], remarks=_REMARKS)
 
 
 def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:
-    from eai.abilities.declaration import declaration_of
-
     for public in runs:
         for fresh in runs:
             one, other = public.key, fresh.key

@@ -9,6 +9,7 @@ from urllib.parse import urlencode
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.verdict import Share, of_all
+from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import (
     MODEL,
@@ -21,7 +22,7 @@ from eai.results.lines import (
     case_of,
     shares_by_kind,
 )
-from eai.results.table import Cell, Estimate, Label, Table
+from eai.results.table import Cell, Estimate, Label, Row, Table, table_of
 
 RUNTIME = (
     AnswerOutcome.AFFORDANCE.value,
@@ -98,22 +99,20 @@ def error_tables(
     ]
 
 
-def _leaves(answers: Sequence[AnswerLine]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "leaves",
+    "Outcomes of answers",
+    "Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that"
+    " of the error that ended it. Of a missed goal the detail says which kinds of goals are not "
+    "reached.",
+    (*SUITE, MODEL, *_Leaf._fields, "answers"),
+)
+def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     for suite, of_suite in by_suite(answers).items():
         leaves = sorted({leaf_of(answer) for answer in of_suite}, key=_order)
         for model, lines in by_model(of_suite).items():
             shares = shares_by_kind(lines, [leaf_of(line) for line in lines], leaves)
-            rows += [(*suite, model, *leaf, share) for leaf, share in shares]
-    return Table(
-        "leaves",
-        "Outcomes of answers",
-        "Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that"
-        " of the error that ended it. Of a missed goal the detail says which kinds of goals are not "
-        "reached.",
-        (*SUITE, MODEL, *_Leaf._fields, "answers"),
-        tuple(rows),
-    )
+            yield from [(*suite, model, *leaf, share) for leaf, share in shares]
 
 
 _STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
@@ -123,58 +122,51 @@ def _order(leaf: _Leaf) -> tuple[int, _Leaf]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
-def _why(answers: Sequence[AnswerLine]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "why",
+    "Which precondition is overlooked",
+    "Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all"
+    " runtime errors of the suite.",
+    (*SUITE, MODEL, "check", "share"),
+    shown=15,
+)
+def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     for key, lines in by_run([a for a in answers if a.outcome in RUNTIME]):
         checks = [line.error_check or "" for line in lines]
         times = Counter(checks)
         shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
-        rows += [(*key, check, share) for check, share in shares]
-    return Table(
-        "why",
-        "Which precondition is overlooked",
-        "Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all"
-        " runtime errors of the suite.",
-        (*SUITE, MODEL, "check", "share"),
-        tuple(rows),
-        shown=15,
-    )
+        yield from [(*key, check, share) for check, share in shares]
 
 
-def _additional(answers: Sequence[AnswerLine]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "additional",
+    "Additional steps",
+    "Answers with at least one step that was not needed, in percent, and how many such steps there are."
+    " They end no plan, so that these answers are at other leaves.",
+    (*SUITE, MODEL, "answers", "steps"),
+)
+def _additional(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     for key, lines in by_run([a for a in answers if a.additional_steps is not None]):
         cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
-        rows.append((*key, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines)))
-    return Table(
-        "additional",
-        "Additional steps",
-        "Answers with at least one step that was not needed, in percent, and how many such steps there are."
-        " They end no plan, so that these answers are at other leaves.",
-        (*SUITE, MODEL, "answers", "steps"),
-        tuple(rows),
-    )
+        yield (*key, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines))
 
 
-def _clauses(clauses: Sequence[ClauseLine]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "clauses",
+    "Over- and understatement of operators",
+    "Clauses of operators by side and category: those that are written and right (matched), written and"
+    " wrong (additional), and not written (missing). written: how many are written for each hundred of "
+    "the data set's own; above 100 the model says too much, below too little.",
+    (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"),
+)
+def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     for key, lines in by_run(clauses):
-        parts: dict[tuple[str, str], list[ClauseLine]] = {}
-        for line in lines:
-            for category in line.categories.split():
-                parts.setdefault((line.side, category), []).append(line)
+        parts = grouped(
+            ((line.side, category), line) for line in lines for category in line.categories.split()
+        )
         for part, found in sorted(parts.items()):
             counts = [sum(line.verdict == verdict for line in found) for verdict in _VERDICTS]
-            rows.append((*key, *part, *counts, _written_to_gold(found)))
-    return Table(
-        "clauses",
-        "Over- and understatement of operators",
-        "Clauses of operators by side and category: those that are written and right (matched), written and"
-        " wrong (additional), and not written (missing). written: how many are written for each hundred of "
-        "the data set's own; above 100 the model says too much, below too little.",
-        (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"),
-        tuple(rows),
-    )
+            yield (*key, *part, *counts, _written_to_gold(found))
 
 
 def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
@@ -189,42 +181,36 @@ def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
     return Estimate.of([Case(task, name, Share(*share)) for (task, name), share in shares.items()])
 
 
-def _predicates(clauses: Sequence[ClauseLine]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "predicates",
+    "Predicates of operators that are missing, or too much",
+    "Clauses that lack or are wrong, by the predicates in them.",
+    (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"),
+    shown=12,
+)
+def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
     for key, lines in by_run([c for c in clauses if c.verdict != "matched"]):
         counts = Counter(
             (line.side, line.verdict, name) for line in lines for name in line.predicates.split()
         )
         found = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
-        rows += [(*key, *place, count) for place, count in found]
-    return Table(
-        "predicates",
-        "Predicates of operators that are missing, or too much",
-        "Clauses that lack or are wrong, by the predicates in them.",
-        (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"),
-        tuple(rows),
-        shown=12,
-    )
+        yield from [(*key, *place, count) for place, count in found]
 
 
-def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "examples",
+    "Examples",
+    "The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.",
+    (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"),
+)
+def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
     for suite, of_suite in by_suite(answers).items():
-        found: dict[_Leaf, list[AnswerLine]] = {}
-        for answer in of_suite:
-            found.setdefault(leaf_of(answer), []).append(answer)
+        found = grouped((leaf_of(answer), answer) for answer in of_suite)
         for leaf in sorted(found, key=_order):
-            rows += [
+            yield from [
                 (*suite, *leaf, a.agent, _place(a, explorer), a.error_check, a.error_objects)
                 for a in found[leaf][:number]
             ]
-    return Table(
-        "examples",
-        "Examples",
-        "The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.",
-        (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"),
-        tuple(rows),
-    )
 
 
 def _place(answer: AnswerLine, explorer: str | None) -> Cell:
@@ -235,30 +221,17 @@ def _place(answer: AnswerLine, explorer: str | None) -> Cell:
     return Label(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
 
 
-def _errors(answers: Sequence[AnswerLine]) -> Table:
-    rows = tuple(
-        (
-            answer.protocol,
-            answer.domain,
-            answer.ability,
-            answer.agent,
-            answer.task,
-            answer.name,
-            *leaf_of(answer),
-            answer.error_check,
-            answer.error_objects,
-            answer.error_step,
-            answer.annotated_steps,
-        )
-        for answer in answers
-        if answer.error_kind is not None
-    )
-    return Table(
-        "errors",
-        "Every error",
-        "A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how"
-        " many steps the data set's own plan has.",
-        (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
-        rows,
-        shown=0,
-    )
+@table_of(
+    "errors",
+    "Every error",
+    "A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how"
+    " many steps the data set's own plan has.",
+    (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
+    shown=0,
+)
+def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    for answer in answers:
+        if answer.error_kind is not None:
+            key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)
+            of_error = (answer.error_check, answer.error_objects, answer.error_step)
+            yield (*key, *leaf_of(answer), *of_error, answer.annotated_steps)

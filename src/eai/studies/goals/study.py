@@ -1,28 +1,131 @@
-"""Goals: which ones goal interpretation finds, misses and makes up."""
+"""Goals: which ones models find, miss and make up (paper, section "Goal interpretation": reporting bias)."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options
+from eai.abilities.verdict import of_all
+from eai.data.grouping import grouped
+from eai.results.certainty import Case
+from eai.results.lines import MODEL, SUITE, AtomLine, by_run, by_suite, case_of, shares_by_kind
+from eai.results.plots import draw_matrix, draw_names, rows_of
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
-    from eai.results.table import Table
     from eai.studies.records import Records
+
+MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
+_VERDICTS = (MATCHED, WRONG, MISSING)
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
-    from eai.studies.goals.analysis import goal_tables
-
     found = goal_tables(records.tables().atoms)
     yield Analysis(found, _figures(found))
 
 
-def _figures(found: Sequence[Table]) -> Figures:
-    from eai.results.plots import draw_matrix, draw_names, rows_of
+def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
+    """The tables of the analysis, from the goals that answers state or should state."""
+    return [_by_predicate(atoms), _reasons(atoms), _wrong(atoms), _shared(atoms)]
 
+
+@table_of(
+    "by_predicate",
+    "Goals by predicate",
+    "Conditions of the tasks that are stated (matched) or not (missing), and stated goals that are none "
+    "(wrong), by predicate or action; a denied goal is one of its predicate. Precision is matched of "
+    "stated, recall is matched of asked, in percent; what names something that does not exist is in "
+    "neither where the protocol leaves it out.",
+    (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"),
+    shown=30,
+)
+def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    for key, lines in by_run(atoms):
+        names = grouped((line.predicate, line) for line in lines)
+        for name, found in sorted(names.items(), key=lambda pair: (-_wanted(pair[1]), pair[0])):
+            counts = Counter(line.verdict for line in found)
+            yield (*key, name, *(counts[v] for v in _VERDICTS), *_scores(found))
+
+
+def _wanted(lines: Sequence[AtomLine]) -> int:
+    return sum(line.verdict != WRONG for line in lines)
+
+
+def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
+    """Precision and recall."""
+    return (
+        Estimate.of([_case(line) for line in lines if line.verdict != MISSING]),
+        Estimate.of([_case(line) for line in lines if line.verdict != WRONG]),
+    )
+
+
+def _case(line: AtomLine) -> Case:
+    return case_of(line, of_all(line.verdict == MATCHED))
+
+
+@table_of(
+    "reasons",
+    "Where wrong goals come from",
+    "Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the "
+    "predicate or action is none of the benchmark's; procedural: an action that is a goal of no task; "
+    "initial: it holds at the start; final: it holds at the end of the data set's own plan, and nobody "
+    "asked for it; intermediate: it holds at some time on the way there, neither at the start nor at the "
+    "end.",
+    (*SUITE, MODEL, "reason", "share"),
+)
+def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    from eai.results.task_book import Reason  # which runs of a model do not need
+
+    for key, lines in by_run([a for a in atoms if a.reason is not None]):
+        reasons = [str(line.reason) for line in lines]
+        shares = shares_by_kind(lines, reasons, [reason.value for reason in Reason])
+        yield from [(*key, reason, share) for reason, share in shares]
+
+
+@table_of(
+    "wrong",
+    "What is made up most",
+    "Wrong goals by predicate or action and reason.",
+    (*SUITE, MODEL, "predicate", "reason", "goals"),
+    shown=15,
+)
+def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    for key, lines in by_run([a for a in atoms if a.verdict == WRONG]):
+        counts = Counter((line.predicate, line.reason) for line in lines)
+        for (predicate, reason), count in sorted(counts.items(), key=lambda pair: (-pair[1], str(pair[0]))):
+            yield (*key, predicate, reason, count)
+
+
+@table_of(
+    "shared",
+    "What many models do alike",
+    "Every goal that is asked or stated: how many models state it, rightly or wrongly, how many should "
+    "and do not, of all with answers in the suite; those that most models miss or make up come first.",
+    (*SUITE, "task", "goal", *_VERDICTS, "models"),
+    shown=15,
+)
+def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    for suite, lines in by_suite(atoms).items():
+        models = len({line.agent for line in lines})
+        found = sorted(_of_goals(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
+        yield from [(*suite, *row, models) for row in found]
+
+
+def _of_goals(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
+    """Task, goal, and how many models are right, wrong about it, and miss it."""
+    found: dict[tuple[str, str], dict[str, set[str]]] = {}
+    for line in lines:
+        of_goal = found.setdefault((line.task, line.atom), {verdict: set() for verdict in _VERDICTS})
+        of_goal[line.verdict].add(line.agent)
+    for (task, goal), models in found.items():
+        right, wrong, missing = (len(models[verdict]) for verdict in _VERDICTS)
+        yield task, goal, right, wrong, missing
+
+
+def _figures(found: Sequence[Table]) -> Figures:
     by_predicate, reasons = found[:2]
     for suite, rows in rows_of(by_predicate).items():
         for score in ("precision", "recall"):

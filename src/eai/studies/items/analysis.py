@@ -14,7 +14,7 @@ from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
 from eai.results.paper_tables import is_null_model
 from eai.results.rate import Rate
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Estimate, Row, Table
 from eai.studies.items.rasch import Rasch, fit_rasch, item_rest, reliability
 
 if TYPE_CHECKING:
@@ -93,9 +93,9 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
         answers: the answers of all models; those of null models are left out.
         flags: what the data set says of tasks.
     """
-    suites: list[tuple[Cell, ...]] = []
-    abilities: list[tuple[Cell, ...]] = []
-    items: list[tuple[Cell, ...]] = []
+    suites: list[Row] = []
+    abilities: list[Row] = []
+    items: list[Row] = []
     answers = [each for each in answers if not is_null_model(each.model)]
     for suite, of_suite in by_suite(answers).items():
         scores = scores_of(of_suite)
@@ -126,7 +126,7 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
     return [_suites_table(suites), _abilities_table(abilities), *_items_tables(items)]
 
 
-def _summary(scores: Scores, agreement: Matrix) -> tuple[Cell, ...]:
+def _summary(scores: Scores, agreement: Matrix) -> Row:
     matrix = scores.matrix
     solved = matrix.sum(axis=0)
     known, average = held_out(scores)
@@ -176,7 +176,7 @@ def _area(success: Matrix, predicted: Matrix) -> float | None:
     return _rounded(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
 
 
-def _abilities(answers: Sequence[AnswerLine], scores: Scores, fitted: Rasch) -> Iterator[tuple[Cell, ...]]:
+def _abilities(answers: Sequence[AnswerLine], scores: Scores, fitted: Rasch) -> Iterator[Row]:
     """Each model with its ability and its score, the ablest first."""
     order = sorted(range(len(scores.models)), key=lambda place: -fitted.abilities[place])
     for place in order:
@@ -236,7 +236,7 @@ def _plain(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
-def _suites_table(rows: Sequence[tuple[Cell, ...]]) -> Table:
+def _suites_table(rows: Sequence[Row]) -> Table:
     return Table(
         "tests",
         "Suites as tests",
@@ -259,7 +259,7 @@ def _suites_table(rows: Sequence[tuple[Cell, ...]]) -> Table:
     )
 
 
-def _abilities_table(rows: Sequence[tuple[Cell, ...]]) -> Table:
+def _abilities_table(rows: Sequence[Row]) -> Table:
     return Table(
         "abilities",
         "Models",
@@ -271,7 +271,7 @@ def _abilities_table(rows: Sequence[tuple[Cell, ...]]) -> Table:
     )
 
 
-def _items_tables(rows: Sequence[tuple[Cell, ...]]) -> Iterator[Table]:
+def _items_tables(rows: Sequence[Row]) -> Iterator[Table]:
     columns = (
         *SUITE,
         "task",

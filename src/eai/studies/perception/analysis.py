@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.results.certainty import Case, Cases
 from eai.results.rate import Rate
 from eai.results.summary import cases_of
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Estimate, Row, Table
 from eai.studies.perception.declaration import perception_shares
 
 PLAIN = "text"
@@ -106,7 +106,7 @@ class _Runs:
         """The case of each task where the question shows the scene as it is."""
         return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
 
-    def costs(self, group: Group) -> tuple[Cell, ...]:
+    def costs(self, group: Group) -> Row:
         """The cells on a group of cases: `_COSTS`."""
         cases = [each.case for each in group]
         without = [self.plain[case.task] for case in cases if case.task in self.plain]
@@ -153,14 +153,14 @@ def _by_run(runs: _Runs) -> Table:
     )
 
 
-def _run_rows(runs: _Runs) -> Iterator[tuple[Cell, ...]]:
+def _run_rows(runs: _Runs) -> Iterator[Row]:
     for name in runs.runs:
         seen = runs.of_run(name)
         rates = [_rate(seen, rate) if seen else Estimate(None) for rate in _RATES]
         yield (name, *rates, Estimate.of(runs.cases(name)))
 
 
-def _order(row: tuple[Cell, ...]) -> tuple[float, str]:
+def _order(row: Row) -> tuple[float, str]:
     rate = row[1]
     value = rate.value if isinstance(rate, Estimate) else None
     return (-1.0 if value is None else value, str(row[0]))
@@ -220,7 +220,7 @@ def _by_predicate(runs: _Runs) -> Table:
     )
 
 
-def _predicate_row(name: str, runs: _Runs) -> tuple[Cell, ...]:
+def _predicate_row(name: str, runs: _Runs) -> Row:
     having = [each for each in runs.seen if name in each.perceived.predicates]
     lost = [each for each in having if name in each.lost]
     alone = [each for each in lost if each.lost == {name} and _is_only_lost(each.perceived)]
@@ -237,7 +237,7 @@ def _lost_share(perceived: Perceived, name: str) -> Share:
     return Share(lost, right + lost)
 
 
-def _by_cost(row: tuple[Cell, ...]) -> tuple[float, str]:
+def _by_cost(row: Row) -> tuple[float, str]:
     """The costliest first; then by value, where there is nothing to compare with; without any case last."""
     for place, sign in ((6, -1), (4, 1)):
         cell = row[place]

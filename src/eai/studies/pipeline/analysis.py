@@ -26,6 +26,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.planning.search import Limits
 from eai.results.certainty import Case
@@ -34,7 +35,7 @@ from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_setting, paper_table
 from eai.results.rate import rate_of
 from eai.results.summary import cases_of, name_of
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Estimate, Row, Table
 from eai.scoring.runs import Run, RunKey
 from eai.studies.pipeline.stage_one import read_interpretations
 from eai.studies.study import Analysis, suite_title
@@ -117,7 +118,7 @@ class Pipeline:
         before, after = (
             cases_of(self._shared(side), declared.ability) for side in (self.modular, self.pipeline)
         )
-        rows: list[tuple[Cell, ...]] = []
+        rows: list[Row] = []
         for metric in declared.terminal:
             one, other = before.get(metric, []), after.get(metric, [])
             p_value = differences[metric].p_value if metric in differences else None
@@ -162,7 +163,7 @@ class Pipeline:
             tuple(rows),
         )
 
-    def _goal_row(self, heading: str, tasks: Collection[str]) -> tuple[Cell, ...]:
+    def _goal_row(self, heading: str, tasks: Collection[str]) -> Row:
         modular, pipeline = self._of(self.modular, tasks), self._of(self.pipeline, tasks)
         success: Difference = compare(modular, pipeline).differences[0]
         one, other = (cases_of(side, side[0].ability)[self.metric] for side in (modular, pipeline))
@@ -206,13 +207,14 @@ class Pipeline:
 
     def _missed(self) -> Table:
         """Which conditions the goals lack, and what became of the tasks that lack one."""
-        asked: dict[str, list[Case]] = {}
         names = {record.task_id: name_of(record) for record in self._shared(self.pipeline)}
-        for task, name in names.items():
-            for condition, missed in self.asked.get(task, ()):
-                asked.setdefault(condition, []).append(Case(task, name, of_all(missed)))
+        asked = grouped(
+            (condition, Case(task, name, of_all(missed)))
+            for task, name in names.items()
+            for condition, missed in self.asked.get(task, ())
+        )
         order = sorted(asked, key=lambda each: (-sum(case.share.numerator for case in asked[each]), each))
-        rows: list[tuple[Cell, ...]] = []
+        rows: list[Row] = []
         for condition in order:
             tasks = {case.task for case in asked[condition] if case.share.numerator}
             sides = [

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -24,7 +24,7 @@ from eai.results.certainty import Case, Cases
 from eai.results.comparison import compare
 from eai.results.rate import Rate, rate_of
 from eai.results.summary import contributions, name_of
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Estimate, Row, Table, table_of
 
 _ROUNDING = 1e-9
 
@@ -231,7 +231,7 @@ def _cells(matrix: _Matrix) -> Table:
 def _agreement(matrix: _Matrix) -> Table:
     columns = {model: matrix.column(model) for model in matrix.models}
     drawn = list(_drawn(matrix))
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for first, second in combinations(matrix.models, 2):
         tau = kendall_tau_b(columns[first], columns[second])
         again = [kendall_tau_b(each[first], each[second]) for each in drawn]
@@ -287,22 +287,21 @@ def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
     return Estimate(value, low, high)
 
 
-def _variance(matrix: _Matrix) -> Table:
+@table_of(
+    "prompt_variance",
+    "Where the variance of the matrix lies",
+    "Shares of the variance of the cells, two-way without replication: between models, between prompts, "
+    "and what neither explains, which is interaction and chance. Empty where nothing varies.",
+    ("part", "share"),
+)
+def _variance(matrix: _Matrix) -> Iterable[Row]:
     shares = two_way_shares([matrix.column(model) for model in matrix.models])
-    named = zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
-    return Table(
-        "prompt_variance",
-        "Where the variance of the matrix lies",
-        "Shares of the variance of the cells, two-way without replication: between models, between prompts, "
-        "and what neither explains, which is interaction and chance. Empty where nothing varies.",
-        ("part", "share"),
-        tuple(named),
-    )
+    return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 
 
 def _gains(matrix: _Matrix, reference: str) -> Table:
     others = [prompt for prompt in matrix.prompts if prompt != reference]
-    rows: list[tuple[Cell, ...]] = []
+    rows: list[Row] = []
     for model in matrix.models:
         found = []
         for prompt in others:

@@ -10,18 +10,20 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
+from itertools import product
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.transition_modeling.declaration import Category, OperatorVerdict
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.verdict import Share
+from eai.abilities.verdict import of_all
 from eai.benchmark.suite import open_suite
+from eai.data.grouping import grouped
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
-from eai.results.table import Cell, Estimate, Table
+from eai.results.table import Cell, Estimate, Row, Table, table_of
 from eai.results.tidy import beginning_of
 from eai.tasks.source import Source
 
@@ -119,12 +121,11 @@ def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
 
 def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
     """The cases that trials add to success, by operator and category, `OVERALL` first."""
-    cells: dict[tuple[str, str], list[Case]] = {}
-    for trial in trials:
-        case = case_of(trial, Share(int(trial.outcome == _SOLVED), 1))
-        for category in (OVERALL, *trial.categories.split()):
-            cells.setdefault((trial.operator, category), []).append(case)
-    return cells
+    return grouped(
+        ((trial.operator, category), case_of(trial, of_all(trial.outcome == _SOLVED)))
+        for trial in trials
+        for category in (OVERALL, *trial.categories.split())
+    )
 
 
 def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[Trial], list[str]]]:
@@ -146,69 +147,62 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
 _KEY = (*SUITE, MODEL, "replaced")
 
 
-def _sensitivity(trials: Sequence[Trial]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "sensitivity",
+    "Problems solved with one operator of the model",
+    "Tasks that a planner solves with this operator as the answer has it and all others as the data set "
+    "has them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of "
+    "those that ask for it; one that is not written solves nothing. replaced: the whole operator, or "
+    "only its precondition or its effect, with the parameters of the data set. A task counts in each of "
+    "its categories. Operators that break most plans come first; intervals have names as units.",
+    (*_KEY, "operator", "category", "solved"),
+)
+def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
     categories = (OVERALL, *(category.value for category in Category))
     for key, found, order in _by_model(trials):
         cells = cells_of(found)
-        places = [(name, category) for name in order for category in categories]
-        rows += [(*key, *place, Estimate.of(cells[place])) for place in places if place in cells]
-    return Table(
-        "sensitivity",
-        "Problems solved with one operator of the model",
-        "Tasks that a planner solves with this operator as the answer has it and all others as the data set "
-        "has them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of "
-        "those that ask for it; one that is not written solves nothing. replaced: the whole operator, or "
-        "only its precondition or its effect, with the parameters of the data set. A task counts in each of "
-        "its categories. Operators that break most plans come first; intervals have names as units.",
-        (*_KEY, "operator", "category", "solved"),
-        tuple(rows),
-    )
+        for place in product(order, categories):
+            if place in cells:
+                yield (*key, *place, Estimate.of(cells[place]))
 
 
-def _outcomes(trials: Sequence[Trial]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "outcomes",
+    "How trials ended",
+    "Trials of each operator by how the planner ended: with a plan, without one, because the operator is "
+    "no acceptable PDDL, at a limit; or because the answer does not have the operator.",
+    (*_KEY, "operator", *_OUTCOMES),
+)
+def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
     for key, found, order in _by_model(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in found)
         for name in order:
             row = [counts[name, outcome] for outcome in _OUTCOMES]
             if any(row):
-                rows.append((*key, name, *row))
-    return Table(
-        "outcomes",
-        "How trials ended",
-        "Trials of each operator by how the planner ended: with a plan, without one, because the operator is "
-        "no acceptable PDDL, at a limit; or because the answer does not have the operator.",
-        (*_KEY, "operator", *_OUTCOMES),
-        tuple(rows),
-    )
+                yield (*key, name, *row)
 
 
-def _errors_table(trials: Sequence[Trial]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+@table_of(
+    "errors",
+    "Which error breaks plans",
+    "Operators that are written, by a predicate that is missing or too much on one of their sides: the "
+    "tasks that are not solved with such an operator, and those that are not solved with the same one "
+    "without this error, in percent. Errors come together, so that one may stand for another; those that "
+    "stand beside most failures come first.",
+    (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
+    shown=20,
+)
+def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
-        of_operators: dict[str, list[Trial]] = {}
-        for trial in found:
-            of_operators.setdefault(trial.operator, []).append(trial)
+        of_operators = grouped((trial.operator, trial) for trial in found)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
-        rows += [(*key, *row) for row in sorted(of_key, key=_broken, reverse=True)]
-    return Table(
-        "errors",
-        "Which error breaks plans",
-        "Operators that are written, by a predicate that is missing or too much on one of their sides: the "
-        "tasks that are not solved with such an operator, and those that are not solved with the same one "
-        "without this error, in percent. Errors come together, so that one may stand for another; those that "
-        "stand beside most failures come first.",
-        (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
-        tuple(rows),
-        shown=20,
-    )
+        yield from [(*key, *row) for row in sorted(of_key, key=_broken, reverse=True)]
 
 
-def _of_errors(trials: Sequence[Trial]) -> Iterator[tuple[Cell, ...]]:
+def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
     """Each error of an operator with how often trials fail with and without it, the most frequent first."""
     errors = [frozenset(trial.errors.split()) for trial in trials]
-    cases = [case_of(trial, Share(int(trial.outcome != _SOLVED), 1)) for trial in trials]
+    cases = [case_of(trial, of_all(trial.outcome != _SOLVED)) for trial in trials]
     counts = Counter(error for each in errors for error in each)
     for error in sorted(counts, key=lambda each: (-counts[each], each)):
         split = list(zip(cases, errors, strict=True))
