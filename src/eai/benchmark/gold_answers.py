@@ -11,7 +11,7 @@ import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.declaration import declaration_of
@@ -29,6 +29,8 @@ from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action, execute
+
+T = TypeVar("T")
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """Parts of a gold answer that belong together, and those that stand in their place."""
@@ -126,6 +128,18 @@ class AnswerBook:
 
     task_ids: tuple[str, ...]
     gold: Callable[[str], WrittenAnswer]
+
+    @classmethod
+    def of(
+        cls, tasks: TaskSet[T], write: Callable[[T], Iterable[str]], join: Callable[[Iterable[str]], str]
+    ) -> AnswerBook:
+        """The answers whose parts are written of tasks, each once."""
+
+        @cache
+        def gold(task_id: str) -> WrittenAnswer:
+            return WrittenAnswer(tuple(write(tasks[task_id])), join)
+
+        return cls(tuple(tasks), gold)
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -227,10 +241,7 @@ def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
 def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
     notation = benchmark.goals
     tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
-    return AnswerBook(
-        tuple(tasks),
-        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], benchmark.domain, notation), notation.join),
-    )
+    return AnswerBook.of(tasks, lambda task: write_goals(task, benchmark.domain, notation), notation.join)
 
 
 def _plans(
@@ -265,14 +276,11 @@ def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerB
     notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
     planner = Planner(benchmark.domain)
 
-    @cache
-    def answer(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
+    def parts(task: Task) -> Iterable[str]:
         known = scripts and (task.script or task.unsolvable is not None)
-        plan = task.script if known else find_plan(task, planner).plan
-        return WrittenAnswer(notation.write(task, plan), notation.join)
+        return notation.write(task, task.script if known else find_plan(task, planner).plan)
 
-    return AnswerBook(tuple(tasks), answer)
+    return AnswerBook.of(tasks, parts, notation.join)
 
 
 def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook:
@@ -281,18 +289,14 @@ def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook
     if pose is None:
         raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
     tasks = benchmark.tasks_for(ability, source)
-    return AnswerBook(tuple(tasks), lambda i: WrittenAnswer((pose(world, tasks[i]).gold,), "".join))
+    return AnswerBook.of(tasks, lambda task: (pose(world, task).gold,), "".join)
 
 
 def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
     tasks = benchmark.tasks_for(Ability.TRANSITION_MODELING, source)
-
-    def gold(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        parts = tuple(task.domain.operators[name].pddl for name in task.operators)
-        return WrittenAnswer(parts, join_operators)
-
-    return AnswerBook(tuple(tasks), gold)
+    return AnswerBook.of(
+        tasks, lambda task: [task.domain.operators[name].pddl for name in task.operators], join_operators
+    )
 
 
 def join_operators(operators: Iterable[str]) -> str:

@@ -9,7 +9,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 
 import eai.logic.formula as f
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon, write_goals
@@ -21,7 +20,7 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer, open_answer_book
+from eai.benchmark.gold_answers import AnswerBook, join_operators, no_answer, open_answer_book
 from eai.data.grouping import grouped
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
@@ -65,13 +64,8 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | No
     table = LookupTable(public.values(), benchmark.domain)
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         return _subgoal_book(benchmark, tasks, table, open_answer_book(known, ability, source))
-
-    @cache
-    def answer(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        return WrittenAnswer(benchmark.plans.write(table.plan(task), task.scene), benchmark.plans.join)
-
-    return AnswerBook(tuple(tasks), answer)
+    plans = benchmark.plans
+    return AnswerBook.of(tasks, lambda task: plans.write(table.plan(task), task.scene), plans.join)
 
 
 class LookupTable:
@@ -115,22 +109,19 @@ def _subgoal_book(
     """The subgoals of the nearest other task, about this one's objects; what is about others is left out."""
     notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
 
-    @cache
-    def answer(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
+    def parts_for(task: Task) -> list[str]:
         nearest = table.nearest(task)
         if nearest is None:
-            return WrittenAnswer((), notation.join)
+            return []
         parts, here = known.gold(nearest.id).parts, notation.lexicon(task.scene)
         there = notation.lexicon(nearest.scene).objects
         named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
         meant = _correspondence(nearest, task, named)
         names = {word: here.name(meant[index]) for word, index in there.items() if index in meant}
         kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
-        renamed = [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
-        return WrittenAnswer(tuple(renamed), notation.join)
+        return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
 
-    return AnswerBook(tuple(tasks), answer)
+    return AnswerBook.of(tasks, parts_for, notation.join)
 
 
 def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task]) -> AnswerBook:
@@ -138,9 +129,7 @@ def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task
     notation = benchmark.goals
     texts = [(task, Counter(instruction_words(task))) for task in public]
 
-    @cache
-    def answer(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
+    def parts_for(task: Task) -> Iterable[str]:
         words = Counter(instruction_words(task))
         others = [entry for entry in texts if entry[0].id != task.id]
         nearest = max(others, key=lambda entry: _similarity(words, entry[1]), default=None)
@@ -148,22 +137,19 @@ def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task
         read = notation.read(notation.join(parts))
         stated = () if isinstance(read, Unreadable) else read.goals
         lexicon = GoalLexicon(task, benchmark.domain, notation)
-        kept = [goal for goal in stated if lexicon.first_unknown(goal) is None]
-        return WrittenAnswer(notation.write(kept), notation.join)
+        return notation.write([goal for goal in stated if lexicon.first_unknown(goal) is None])
 
-    return AnswerBook(tuple(tasks), answer)
+    return AnswerBook.of(tasks, parts_for, notation.join)
 
 
 def _operator_book(tasks: TaskSet[TransitionTask]) -> AnswerBook:
     """The operators that some other task asks for, as it has them."""
     asked = Counter([name for task in tasks.values() for name in task.operators])
 
-    def answer(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        known = [name for name in task.operators if asked[name] > 1]
-        return WrittenAnswer(tuple([task.domain.operators[name].pddl for name in known]), join_operators)
+    def parts_for(task: TransitionTask) -> list[str]:
+        return [task.domain.operators[name].pddl for name in task.operators if asked[name] > 1]
 
-    return AnswerBook(tuple(tasks), answer)
+    return AnswerBook.of(tasks, parts_for, join_operators)
 
 
 def _lifted(task: Task) -> Counter[str]:

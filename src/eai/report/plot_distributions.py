@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
 from eai.results.data_set import Distribution
-from eai.results.plots import ACCENT, INK, RULE, clipped, styled, write
+from eai.results.plots import ACCENT, INK, RULE, clipped, sheet, styled, write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,10 +40,8 @@ def save(found: Sequence[Distribution], title: str, path: Path) -> tuple[Path, .
 
 
 def _draw(found: Sequence[Distribution], title: str, height: float) -> Figure:
-    from matplotlib.figure import Figure
-
     rows = -(-len(found) // _COLUMNS)
-    figure = Figure(figsize=(_PANEL[0] * _COLUMNS, height * rows + 0.3), layout="constrained")
+    figure = sheet(_PANEL[0] * _COLUMNS, height * rows + 0.3)
     figure.suptitle(title, x=0.01, ha="left", fontsize=9.5)
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).flatten()
     for panel, each in zip(panels, found, strict=False):

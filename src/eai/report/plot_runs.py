@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results.lines import MODEL
-from eai.results.plots import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE, clipped, draw_band, draw_matrix
+from eai.results.plots import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE, clipped, draw_band, draw_matrix, sheet
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate
 
@@ -33,7 +33,6 @@ _FEWEST_AXES = 3
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     """The models of one domain and protocol side by side; None if they have too few axes to span an area."""
-    from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
     values = _values(runs)
@@ -43,7 +42,7 @@ def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
         return None
     columns = min(_PER_ROW, len(values))
     rows = -(-len(values) // columns)
-    figure = Figure(figsize=(_SIDE * columns, _SIDE * rows * 1.08), layout="constrained")
+    figure = sheet(_SIDE * columns, _SIDE * rows * 1.08)
     for place, (model, known) in enumerate(values.items(), 1):
         panel = figure.add_subplot(rows, columns, place, projection="polar")
         assert isinstance(panel, PolarAxes)  # noqa: S101 - what the projection gives
@@ -96,14 +95,13 @@ _HEAD = 0.62
 
 def draw_outcomes(runs: Sequence[RunSummary]) -> Figure | None:
     """The runs of one domain and protocol, a panel an ability; None if there are none."""
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
     panels = [list(items) for _, items in groupby(runs, key=lambda item: item.key.ability)]
     if not panels:
         return None
     heights = [_HEAD + _BAR * len(items) for items in panels]
-    figure = Figure(figsize=(_WIDTH, sum(heights) + 0.55), layout="constrained")
+    figure = sheet(_WIDTH, sum(heights) + 0.55)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
     for panel, items in zip(grid[:, 0], panels, strict=True):
         _draw_ability(panel, items)
@@ -196,14 +194,12 @@ _SMALLEST_LABELLED = 0.5
 
 def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     """The runs of one ability, a panel a model; None if they have no plans."""
-    from matplotlib.figure import Figure
-
     flows = [(item.key.name, flow) for item in runs if (flow := item.breakdown.flow) and flow["answers"]]
     if not flows:
         return None
     columns = min(_FLOWS_PER_ROW, len(flows))
     rows = -(-len(flows) // columns)
-    figure = Figure(figsize=(_SIZE[0] * columns, _SIZE[1] * rows), layout="constrained")
+    figure = sheet(_SIZE[0] * columns, _SIZE[1] * rows)
     grid = figure.subplots(rows, columns, squeeze=False)
     for place, panel in enumerate(grid.flat):
         panel.set_axis_off()

@@ -11,7 +11,7 @@ from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import Cell, Ranking, Row, RowSource
 from eai.report.table_specs import ability_title, domain_title
-from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped
+from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,8 +73,6 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
         model: the model.
         protocol: the protocol.
     """
-    from matplotlib.figure import Figure
-
     shown = [table for table in tables if table.protocol is protocol and _row_of(table, model)]
     domains: dict[str, str] = {}
     for table in shown:
@@ -83,7 +81,7 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     if not panels:
         return None
     heights = [_HEAD + _LINE * panel.lines for panel in panels]
-    figure = Figure(figsize=(PAGE, sum(heights) + _FOOT), layout="constrained")
+    figure = sheet(PAGE, sum(heights) + _FOOT)
     figure.suptitle(f"{clipped(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
     for axes, panel in zip(grid, panels, strict=True):

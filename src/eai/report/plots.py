@@ -24,7 +24,7 @@ from eai.report.table_specs import ability_title, domain_title
 from eai.results.breakdown import Breakdown
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.markdown import escaped
-from eai.results.plots import FORMATS, LINES, RULE, clipped, entitle, styled, write
+from eai.results.plots import FORMATS, LINES, RULE, clipped, entitle, sheet, styled, write
 from eai.results.rate import rate_of
 
 if TYPE_CHECKING:
@@ -133,8 +133,6 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
 
     None if neither is known, or all tasks are alike.
     """
-    from matplotlib.figure import Figure
-
     panels = [
         ("goals of the task", _goals_label, [_by_goals(item.breakdown) for item in runs]),
         ("steps of the annotated plan", _length_label, [_by_length(item.breakdown) for item in runs]),
@@ -144,7 +142,7 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
         return None
     columns = min(_LEGEND_COLUMNS[len(panels)], len(runs))
     legend = _LEGEND_ROW * -(-len(runs) // columns)
-    figure = Figure(figsize=(_PANEL[0] * len(panels), _PANEL[1] + legend), layout="constrained")
+    figure = sheet(_PANEL[0] * len(panels), _PANEL[1] + legend)
     grid = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     for panel, (label, name_of_bin, series) in zip(grid, panels, strict=True):
         panel.set_xlabel(label)

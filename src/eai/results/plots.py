@@ -99,6 +99,13 @@ def styled() -> Iterator[None]:
         yield
 
 
+def sheet(width: float, height: float) -> Figure:
+    """An empty figure of so many inches, whose parts are given the room that they need."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
 def entitle(figure: Figure, title: str) -> None:
     """Say above a figure, and above what it says there of itself, what it is of; it grows by as much."""
     width, height = figure.get_size_inches()
@@ -209,8 +216,6 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
         rate: that of the rates.
         label: what the rates are.
     """
-    from matplotlib.figure import Figure
-
     first = rows[0]["model"] if rows else None
     shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
     shown = sorted(shown, key=lambda row: -cases_of(row[rate]))[:_MOST_NAMES]
@@ -223,7 +228,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
     places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
-    figure = Figure(figsize=(COLUMN, 0.7 + 0.17 * ends[-1]), layout="constrained")
+    figure = sheet(COLUMN, 0.7 + 0.17 * ends[-1])
     panel = figure.subplots()
     for place, row in zip(places, shown, strict=True):
         few = cases_of(row[rate]) < FEW
@@ -265,8 +270,6 @@ def draw_matrix(
         across: the column whose values stand in the place of models.
         zeros: whether zero is written too, so that only what is of nothing is blank.
     """
-    from matplotlib.figure import Figure
-
     cells = {(_name(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
     down, along = (list(dict.fromkeys(pair[place] for pair in cells)) for place in (0, 1))
     if not cells:
@@ -281,7 +284,7 @@ def draw_matrix(
     if turned:
         cells, down, along = {(right, left): cell for (left, right), cell in cells.items()}, along, down
     width = min(_FIELD * len(along), PAGE - _LABELS)
-    figure = Figure(figsize=(_LABELS + width, 1.3 + 0.19 * len(down)), layout="constrained")
+    figure = sheet(_LABELS + width, 1.3 + 0.19 * len(down))
     panel = figure.subplots()
     grid = [[cells.get((name, other)) for other in along] for name in down]
     shades = [[value_of(cell) for cell in line] for line in grid]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 from eai.abilities.options import Options
 from eai.errors import InputError
-from eai.results.plots import ACCENT, INK, clipped
+from eai.results.plots import ACCENT, INK, clipped, sheet
 from eai.studies.study import Analysis, Figures, Study
 
 if TYPE_CHECKING:
@@ -43,12 +43,10 @@ _COLUMNS = 3
 
 def draw(tables: Sequence[Table]) -> Figure:
     """Draw the histograms of the tables of the analysis."""
-    from matplotlib.figure import Figure
-
     attributes, scores = (table.by_name() for table in tables)
     columns = min(_COLUMNS, len(attributes))
     rows = -(-len(attributes) // columns)
-    figure = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows), layout="constrained")
+    figure = sheet(_PANEL[0] * columns, _PANEL[1] * rows)
     panels = figure.subplots(rows, columns, squeeze=False, sharey=True).flatten()
     for panel, each in zip(panels, attributes, strict=False):
         name = str(each["attribute"])

@@ -15,7 +15,7 @@ from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
-from eai.results.plots import LINES, MUTED, RULE, clipped
+from eai.results.plots import LINES, MUTED, RULE, clipped, sheet
 from eai.studies.study import Analysis, Figures, Study, of_run
 from eai.studies.variation import Variation
 from eai.world.slips import Notice, Until
@@ -217,14 +217,12 @@ _APART = 0.05
 
 def draw(arms: Sequence[Arm]) -> Figure | None:
     """Success with its 95 % intervals; None if no task had more than one attempt."""
-    from matplotlib.figure import Figure
-
     from eai.studies.attempts.analysis import success_by_attempt
 
     shown = [arm for arm in arms if arm.attempts > 1]
     if not shown:
         return None
-    figure = Figure(figsize=(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown)), layout="constrained")
+    figure = sheet(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown))
     panel = figure.subplots()
     for number, arm in enumerate(shown):
         estimates = success_by_attempt(arm)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
 from eai.results.lines import Measure
-from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, value_of
+from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, sheet, value_of
 from eai.results.table import Cell, Estimate
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -72,13 +72,11 @@ def draw_curves(rows: Sequence[Mapping[str, Cell]], label: str) -> Figure | None
 
     None if no feature is known.
     """
-    from matplotlib.figure import Figure
-
     shown = [name for name in SHOWN if any(row["feature"] == name for row in rows)]
     if not shown:
         return None
     lines = -(-len(shown) // _PER_ROW)
-    figure = Figure(figsize=(COLUMN * _PER_ROW, _HEIGHT * lines), layout="constrained")
+    figure = sheet(COLUMN * _PER_ROW, _HEIGHT * lines)
     grid = figure.subplots(lines, _PER_ROW, squeeze=False, sharey=True)
     for place, panel in enumerate(grid.flat):
         if place < len(shown):
@@ -144,11 +142,9 @@ def _bin(low: int, high: int) -> str:
 
 def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     """The log odds of each feature, alone (hollow) and beside the others (filled); None if there are none."""
-    from matplotlib.figure import Figure
-
     if not rows:
         return None
-    figure = Figure(figsize=(COLUMN, 1.12 + _EFFECT_ROW * len(rows)), layout="constrained")
+    figure = sheet(COLUMN, 1.12 + _EFFECT_ROW * len(rows))
     panel = figure.subplots()
     panel.axvline(0, color=MUTED, linewidth=0.8)
     for place, row in enumerate(rows):

@@ -11,7 +11,17 @@ from urllib.parse import quote
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options, option
 from eai.errors import InputError
-from eai.results.plots import COLUMN, INK, MUTED, OUTCOME_COLORS, cases_of, clipped, draw_band, value_of
+from eai.results.plots import (
+    COLUMN,
+    INK,
+    MUTED,
+    OUTCOME_COLORS,
+    cases_of,
+    clipped,
+    draw_band,
+    sheet,
+    value_of,
+)
 from eai.results.table import Cell
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -86,8 +96,6 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     Args:
         rows: those of a suite in the table of leaves.
     """
-    from matplotlib.figure import Figure
-
     first = rows[0]["model"] if rows else None
     cells = {_leaf(row): row["answers"] for row in rows if row["model"] == first}
     shares = {leaf: value_of(cell) for leaf, cell in cells.items()}
@@ -96,7 +104,7 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
         return None
     stages = list(dict.fromkeys(stage for stage, _ in shares))
     named = [leaf for leaf, share in shares.items() if share >= _SMALLEST]
-    figure = Figure(figsize=(COLUMN, 1.2 + 0.13 * len(named)), layout="constrained")
+    figure = sheet(COLUMN, 1.2 + 0.13 * len(named))
     panel = figure.subplots()
     panel.set_axis_off()
     answers = max(map(cases_of, cells.values()))

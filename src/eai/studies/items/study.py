@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options
 from eai.errors import InputError
-from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, value_of
+from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, sheet, value_of
 from eai.results.table import Cell, Estimate
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -48,12 +48,10 @@ def draw(items: Sequence[Mapping[str, Cell]], models: Sequence[Mapping[str, Cell
         items: the rows of the table of tasks of a suite.
         models: those of the table of models.
     """
-    from matplotlib.figure import Figure
-
     difficulties = [float(row["difficulty"]) for row in items if isinstance(row["difficulty"], float)]
     if not difficulties:
         return None
-    figure = Figure(figsize=(COLUMN, 1.6 + 0.17 * len(models)), layout="constrained")
+    figure = sheet(COLUMN, 1.6 + 0.17 * len(models))
     top, bottom = figure.subplots(
         2, 1, sharex=True, gridspec_kw={"height_ratios": [1.2, 0.35 + 0.17 * len(models)]}
     )

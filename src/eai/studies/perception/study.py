@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.errors import InputError
 from eai.pictures.picture import Clutter
-from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, cases_of
+from eai.results.plots import ACCENT, COLUMN, MUTED, RULE, cases_of, sheet
 from eai.results.table import Estimate
 from eai.studies.perception.noise import Noise, noise_of
 from eai.studies.study import Analysis, Figures, Study, metric_of, of_run
@@ -213,9 +213,7 @@ def _figures(by_run: Table, metric: str, key: RunKey) -> Figures:
 
 def draw(by_run: Table, metric: str) -> Figure | None:
     """The points of all runs of which it is known what was perceived; the plain run is at 0, hollow."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(COLUMN, 2.6), layout="constrained")
+    figure = sheet(COLUMN, 2.6)
     panel = figure.subplots()
     cases = set[int]()
     for row in by_run.rows:
