@@ -64,11 +64,14 @@ class _Background:
             could still be reached, the fewest edits that make another one right.
     """
 
-    instruction: str
+    instruction: str = ""
     gold: tuple[str, ...] = ()
     source: str = ""
     rest: tuple[str, ...] = ()
     outlook: tuple[str, ...] = ()
+
+
+_NOTHING_KNOWN = _Background()
 
 
 def _outcome(name: str) -> AnswerOutcome:
@@ -139,22 +142,20 @@ def explain(
         say(f"{excluded} excluded from all rates (--kind excluded lists them)")
 
 
-def _background(record: Record, records: Path, store: Store) -> _Background | None:
-    """The data set's words on a record's task; None where it is not at hand, or another than was used."""
+def _background(record: Record, records: Path, store: Store) -> _Background:
+    """The data set's words on a record's task; none where it is not at hand, or another than was used."""
     own = benchmarks_of_runs([records]).get(record.domain)
-    if own is None and record.domain not in registered():
-        return None
-    if own is None and not is_at_hand(store, record.domain):
-        return None
+    if own is None and not (record.domain in registered() and is_at_hand(store, record.domain)):
+        return _NOTHING_KNOWN
     try:
         suite = _suite(record, own or record.domain, store)
         task = suite.tasks.get(record.task_id)
         if task is None or suite.data_sha256 != record.data_sha256:
-            return None
+            return _NOTHING_KNOWN
         gold, source = _gold(suite, task)
         return _Background(task.instruction, gold, source, _rest(suite, record), _outlook(suite, record))
     except EaiError:
-        return None
+        return _NOTHING_KNOWN
 
 
 def _suite(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:
@@ -222,7 +223,7 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
     return tuple(action_text(action, scorer.task.scene) for action in actions[tried:])
 
 
-def print_record(console: Console, record: Record, background: _Background | None = None) -> None:
+def print_record(console: Console, record: Record, background: _Background = _NOTHING_KNOWN) -> None:
     """Print what a record says of its answer, step by step where it holds an explanation.
 
     Args:
@@ -233,7 +234,7 @@ def print_record(console: Console, record: Record, background: _Background | Non
     title = f"  {record.task.name}" if record.task is not None else ""
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
     console.print(heading, soft_wrap=True)
-    if background is not None and background.instruction:
+    if background.instruction:
         _print_hanging(console, "  ", Text(" ".join(background.instruction.split()), style="italic"))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
     if record.experiment is not None:
@@ -246,11 +247,10 @@ def print_record(console: Console, record: Record, background: _Background | Non
         if error is not None:
             console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
     else:
-        _print_explanation(console, record, record.explanation, background)
-    if background is not None and background.outlook:
-        for line in background.outlook:
-            console.print(Text(line, style="yellow"), soft_wrap=True)
-    if background is not None and background.gold:
+        _print_explanation(console, record, record.explanation, background.rest)
+    for line in background.outlook:
+        console.print(Text(line, style="yellow"), soft_wrap=True)
+    if background.gold:
         console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
         for number, step in enumerate(background.gold, 1):
             _print_hanging(console, f"{number:3} ", Text(step, style="dim"))
@@ -258,11 +258,10 @@ def print_record(console: Console, record: Record, background: _Background | Non
 
 
 def _print_explanation(
-    console: Console, record: Record, explanation: Explanation, background: _Background | None
+    console: Console, record: Record, explanation: Explanation, rest: Sequence[str]
 ) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
-    rest = () if background is None else background.rest
     longest = max((len(step) for step in (*(step.action for step in explanation.steps), *rest)), default=0)
     width = min(longest, console.width - 15)
     for number, step in enumerate(explanation.steps, 1):

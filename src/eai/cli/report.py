@@ -17,7 +17,7 @@ from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmark.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, print_json, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, opened_source, store
 from eai.cli.progress import scoring_progress
@@ -35,7 +35,6 @@ from eai.report.publication import published_files
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.table_specs import domain_title
 from eai.report.writer import add_plots, rankings_json, write_tables
 from eai.results.cost import read_price_list
 from eai.results.plots import FORMATS
@@ -296,7 +295,7 @@ def _shown(ranking: Ranking) -> Table:
     columns = [
         replace(column, alone=text) for column, text in zip(table.described[first:], headings, strict=True)
     ]
-    title = f"{domain_title(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.ranked_by})"
+    title = f"{title_of(ranking.domain)}, protocol {ranking.protocol.value} (percent{ranking.ranked_by})"
     return replace(table, title=title, columns=(*table.columns[:first], *columns))
 
 

@@ -354,14 +354,12 @@ def _read(file: Path, suite: Suite) -> ResponseFile:
     Inspect, which reads logs, is imported only for one.
     """
     if file.suffix != LOG_SUFFIX:
-        answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True)
-    else:
-        try:
-            from eai.run.evaluation import read_answers
-        except ImportError as error:
-            raise without_inspect(error) from error
-        answers = read_answers(file, suite)
-    return answers
+        return read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True)
+    try:
+        from eai.run.evaluation import read_answers
+    except ImportError as error:
+        raise without_inspect(error) from error
+    return read_answers(file, suite)
 
 
 def _refuse_twins(names: Sequence[str]) -> None:

@@ -24,7 +24,7 @@ from eai.abilities.options import misfit
 from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.benchmark.answer_files import MAX_SIZE, ZIP, suite_files, unpacked
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark, title_of
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below, read_toml
 from eai.errors import InputError
@@ -32,7 +32,6 @@ from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.report.ranking import Ranking, Row, RowSource
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, summary_of
-from eai.report.table_specs import domain_title
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.table import Estimate
@@ -253,7 +252,7 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[_Season]) ->
     parts = [_season_html(season) for season in seasons]
     for domain in dict.fromkeys(table.domain for table in tables):
         of_domain = [table for table in tables if table.domain == domain]
-        parts.append(f"<section><h2>{escape(domain_title(domain))}</h2>")
+        parts.append(f"<section><h2>{escape(title_of(domain))}</h2>")
         for number, table in enumerate(of_domain):
             opened = " open" if number == 0 else ""
             summary = f"<summary>{escape(table.title)}</summary>"

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
+from eai.benchmark.registry import title_of
 from eai.report.run_summary import RunSummary
-from eai.report.table_specs import ability_title, domain_title
+from eai.report.table_specs import ability_title
 from eai.results.certainty import Cases, interval_of_ratio
 from eai.results.cost import PriceList, Spent, each, paper_cost
 from eai.results.markdown import escaped, grid, table_markdown
@@ -90,7 +91,7 @@ class _Line:
     @property
     def shown(self) -> list[str]:
         usage, answers = self.spent.usage, self.spent.answers
-        suite = f"{domain_title(self.domain)}, {ability_title(self.ability).lower()}" if self.ability else ""
+        suite = f"{title_of(self.domain)}, {ability_title(self.ability).lower()}" if self.ability else ""
         known = "≥ " if usage.cost is not None and self.spent.unpriced_answers else ""
         return [
             escaped(self.model),
@@ -156,7 +157,7 @@ def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
 def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The effort that each success takes."""
     for item in runs:
-        suite = f"{domain_title(item.key.domain)}, {ability_title(item.key.ability).lower()}"
+        suite = f"{title_of(item.key.domain)}, {ability_title(item.key.ability).lower()}"
         amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:
             yield (Label(item.key.name), suite, *amounts)

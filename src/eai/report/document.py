@@ -10,10 +10,11 @@ from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.protocol import Ability, Protocol
+from eai.benchmark.registry import title_of
 from eai.data.grouping import grouped
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
-from eai.report.table_specs import ability_title, domain_title
+from eai.report.table_specs import ability_title
 from eai.results.certainty import Cases, Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
@@ -157,7 +158,7 @@ def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
     for table in tables:
         if place != (table.protocol, table.domain):
             place = (table.protocol, table.domain)
-            yield f"## {domain_title(table.domain)}, protocol {table.protocol.value}\n"
+            yield f"## {title_of(table.domain)}, protocol {table.protocol.value}\n"
         yield f"### {table.title}\n"
         yield table_markdown(table.table())
 
@@ -170,7 +171,7 @@ def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterato
     for table in tables:
         alike = [each.protocol for each in tables if (each.title, each.domain) == (table.title, table.domain)]
         rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
-        yield f"### {table.title}, {domain_title(table.domain)}{rules}\n"
+        yield f"### {table.title}, {title_of(table.domain)}{rules}\n"
         yield table_markdown(table.table())
 
 
@@ -321,7 +322,7 @@ def plots_markdown(plots: Sequence[Plot], kind: str) -> str:
 
 
 def _suite(domain: str, ability: Ability) -> str:
-    return f"{domain_title(domain)}, {ability_title(ability).lower()}"
+    return f"{title_of(domain)}, {ability_title(ability).lower()}"
 
 
 def _run_suite(item: RunSummary) -> str:

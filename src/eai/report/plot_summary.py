@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
+from eai.benchmark.registry import title_of
 from eai.report.ranking import Cell, Ranking, Row, RowSource
-from eai.report.table_specs import ability_title, domain_title
+from eai.report.table_specs import ability_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def _title(table: Ranking, model: str) -> str:
     """A domain with how much of it the model has answered."""
     row = _row_of(table, model)
     answered = "" if row is None or row.coverage is None else f", {row.coverage} answered"
-    return f"{domain_title(table.domain)}{answered}"
+    return f"{title_of(table.domain)}{answered}"
 
 
 def _panels(tables: Sequence[Ranking], model: str) -> list[_Panel]:

@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, TypeAlias
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
+from eai.benchmark.registry import title_of
 from eai.report import plot_summary
 from eai.report.document import Plot
 from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
-from eai.report.table_specs import ability_title, domain_title
+from eai.report.table_specs import ability_title
 from eai.results.breakdown import Breakdown
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.markdown import escaped
@@ -113,14 +114,14 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[PlannedPlot]:
     ordered = sorted(runs, key=lambda item: item.key.order)
     for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
         group = list(items)
-        place = f"{domain_title(domain)}, protocol {protocol.value}"
+        place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
         yield Plot(f"radar-{name}", f"Main results by model: {place}"), place, partial(draw_radar, group)
         outcomes = Plot(f"outcomes-{name}", f"Outcomes of answers: {place}")
         yield outcomes, place, partial(draw_outcomes, group)
         for ability in sorted({item.key.ability for item in group}, key=place_of):
             of_ability = [item for item in group if item.key.ability is ability]
-            title = f"{domain_title(domain)} {ability_title(ability).lower()}, {protocol.value}"
+            title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _KINDS:
                 if kind != "flow" or declaration_of(ability).has_plans:
                     caption = f"{caption}: {ability_title(ability).lower()}, {place}"

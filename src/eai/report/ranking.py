@@ -11,7 +11,7 @@ from enum import Enum
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability, Protocol
-from eai.report.table_specs import domain_title
+from eai.benchmark.registry import title_of
 from eai.results.certainty import Certainty, Interval
 from eai.results.coverage import Coverage
 from eai.results.paper_tables import PaperColumn, PaperTable
@@ -189,7 +189,7 @@ class Ranking:
 
     def _caption(self) -> str:
         """The protocol is that of runs, so a table of the paper's rows alone has none."""
-        title = f"{self.title}, {domain_title(self.domain)}"
+        title = f"{self.title}, {title_of(self.domain)}"
         if all(row.source is RowSource.PAPER for row in self.rows):
             return f"{title}. Percent{self.ranked_by}"
         return f"{title}, protocol {self.protocol.value}. Percent{self.ranked_by}"

@@ -45,7 +45,6 @@ from eai.results.paper_tables import (
     OTHER_TABLES,
     PaperColumn,
     PaperTable,
-    PublishedScores,
     PublishedSuite,
     is_null_model,
     null_scores,
@@ -177,7 +176,7 @@ def published_rows(
     table = published_scores()
     if table.protocol != protocol.value:
         return
-    suites = _suites(table, columns, domain)
+    suites = _suites(table.suites, columns, domain)
     known = len({model for suite in suites.values() for model in suite.models})
     everyone = len(set(paper_models().values()))
     text = _PUBLISHED.format(sha256=published_scores_sha256(), known=known, all=everyone)
@@ -192,17 +191,17 @@ def floor_rows(
     notes: Notes,
 ) -> Iterator[Row]:
     """The null models in the suites that come with the package; arguments as for `published_rows`."""
-    suites = _suites(null_scores(protocol.value), columns, domain)
+    suites = _suites(null_scores(protocol.value).suites, columns, domain)
     names = "; ".join(f"{model} {what}" for model, what in NULL_MODELS.items())
     return _scored_rows(suites, columns, runs, notes, RowSource.FLOOR, _FLOOR.format(names=names))
 
 
 def _suites(
-    table: PublishedScores, columns: Sequence[MetricColumn], domain: str
+    known: Mapping[str, PublishedSuite], columns: Sequence[MetricColumn], domain: str
 ) -> Mapping[Ability, PublishedSuite]:
     """The suites of a table of scores that are of the abilities of columns."""
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
-    return {a: suite for a in abilities if (suite := table.suite(domain, a.value)) is not None}
+    return {a: known[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in known}
 
 
 def _scored_rows(

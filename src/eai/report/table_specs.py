@@ -9,7 +9,6 @@ from functools import cache
 from eai.abilities.declaration import SATISFIED, MetricColumn, declaration_of, label_of
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
-from eai.benchmark.registry import title_of
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
 
@@ -39,11 +38,6 @@ class TableSpec:
 def ability_title(ability: Ability) -> str:
     """How an ability is called in headings."""
     return declaration_of(ability).title
-
-
-def domain_title(domain: str) -> str:
-    """How a domain is called in headings: as its benchmark says, or as in the records."""
-    return title_of(domain)
 
 
 def _columns(ability: Ability) -> tuple[MetricColumn, ...]:

@@ -70,22 +70,15 @@ def profiles_of(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
         DataError: the data cannot be had.
     """
     asked = benchmark.operators(source)
-    return tuple(
-        _profile(task, features_of(task, benchmark), asked.get(task_id))
-        for task_id, task in benchmark.tasks(source).items()
-    )
+    tasks = benchmark.tasks(source)
+    return tuple(_profile(task, benchmark, asked.get(task_id)) for task_id, task in tasks.items())
 
 
-def names_of(profiles: Iterable[_Profile]) -> frozenset[str]:
-    """The names that tasks share."""
-    return frozenset(each.name for each in profiles)
-
-
-def _profile(task: Task, features: Features, asked: TransitionTask | None) -> _Profile:
+def _profile(task: Task, benchmark: Benchmark, asked: TransitionTask | None) -> _Profile:
     return _Profile(
         task=task.id,
         name=task.title,
-        features=features,
+        features=features_of(task, benchmark),
         operators=tuple(sorted({action.operator for action in task.script})),
         scene_objects=len(task.scene.objects),
         asked_operators=None if asked is None else len(asked.operators),
@@ -128,15 +121,15 @@ def distributions(benchmark: Benchmark, source: Source) -> tuple[Distribution, .
 
 
 def _of_features(features: list[Features]) -> Iterator[Distribution]:
-    lengths = (each.annotated_steps for each in features if each.annotated_steps)
-    yield Distribution("annotated_steps", "Steps of the annotated plan", "tasks", _sorted(lengths))
-    yield Distribution("goals", "Goals (conjuncts)", "tasks", _sorted(each.goals for each in features))
-    ground = _sorted(each.ground_goals for each in features)
-    yield Distribution("ground_goals", "Ground goals", "tasks", ground)
-    options = _sorted(each.goal_options for each in features)
-    yield Distribution("goal_options", "Ways to meet the goals", "tasks", options, decades=True)
-    objects = _sorted(each.objects for each in features)
-    yield Distribution("objects", "Objects the task is about", "tasks", objects)
+    for name, title in (
+        ("annotated_steps", "Steps of the annotated plan"),
+        ("goals", "Goals (conjuncts)"),
+        ("ground_goals", "Ground goals"),
+        ("goal_options", "Ways to meet the goals"),
+        ("objects", "Objects the task is about"),
+    ):
+        values = [value for each in features if (value := getattr(each, name)) is not None]
+        yield Distribution(name, title, "tasks", _sorted(values), decades=name == "goal_options")
 
 
 def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:
@@ -199,7 +192,7 @@ def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
     profiles = profiles_of(benchmark, source)
     tasks = [each for each in profiles if each.features.goals]
     idle = len(profiles) - len(tasks)
-    yield Figure("task names", len(names_of(profiles)), "distinct names that tasks share")
+    yield Figure("task names", len({each.name for each in profiles}), "distinct names that tasks share")
     yield Figure("tasks", len(profiles), "the denominator of goal interpretation")
     yield Figure("instructions", len(tasks), f"tasks that have a goal; {idle} have none")
     yield from _suites(benchmark, source)
@@ -267,9 +260,8 @@ def _plans(tasks: Sequence[_Profile]) -> Iterator[Figure]:
     long = [each for each in tasks if (each.features.annotated_steps or 0) > LONG]
     share = round(100 * len(long) / len(steps), 2)
     yield Figure(f"percent longer than {LONG}", share, f"{len(long)} of {len(steps)} plans")
-    yield Figure(
-        f"names with one longer than {LONG}", len(names_of(long)), "task names with at least one such plan"
-    )
+    names = {each.name for each in long}
+    yield Figure(f"names with one longer than {LONG}", len(names), "task names with at least one such plan")
     actions = {name for each in tasks for name in each.operators}
     yield Figure("actions", len(actions), "distinct ones in those plans")
 

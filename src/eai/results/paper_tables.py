@@ -37,8 +37,6 @@ OTHER_TABLES = (
 _SAME_QUANTITY = ("transition_modeling_summary", "replanning")
 """Those of `OTHER_TABLES` whose figures should be those of the full tables, row by row of the same name."""
 
-_FOLDER = "paper"
-
 
 class PaperColumn(NamedTuple):
     """The metric that a column shows; the average over all abilities has an empty ability."""
@@ -142,7 +140,7 @@ def _read_table(name: str) -> PaperTable:
 
 
 def _text(name: str) -> str:
-    return (resources.files("eai.results") / _FOLDER / name).read_text(encoding="utf-8")
+    return _content(name).decode()
 
 
 def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[_PaperNote]:
@@ -236,7 +234,7 @@ class PublishedSuite:
 
 
 @dataclass(frozen=True, slots=True)
-class PublishedScores:
+class _PublishedScores:
     """The table.
 
     Attributes:
@@ -249,10 +247,6 @@ class PublishedScores:
     protocol: str
     suites: Mapping[str, PublishedSuite]
 
-    def suite(self, domain: str, ability: str) -> PublishedSuite | None:
-        """A suite, or None if the table does not have it."""
-        return self.suites.get(f"{domain}/{ability}")
-
 
 def is_null_model(name: str) -> bool:
     """Whether records of this model's name are of a null model, which is no model to compare others with."""
@@ -260,15 +254,15 @@ def is_null_model(name: str) -> bool:
 
 
 @cache
-def published_scores() -> PublishedScores:
+def published_scores() -> _PublishedScores:
     """The table of the paper's models."""
-    return TypeAdapter(PublishedScores).validate_json(_content(TABLE))
+    return TypeAdapter(_PublishedScores).validate_json(_content(TABLE))
 
 
 @cache
-def null_scores(protocol: str) -> PublishedScores:
+def null_scores(protocol: str) -> _PublishedScores:
     """The table of the null models under a protocol."""
-    return TypeAdapter(PublishedScores).validate_json(_content(null_table(protocol)))
+    return TypeAdapter(_PublishedScores).validate_json(_content(null_table(protocol)))
 
 
 def null_table(protocol: str) -> str:

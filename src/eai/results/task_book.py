@@ -21,7 +21,7 @@ from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import features_of
 from eai.logic.formula import Atom, Constant
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import Source
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
@@ -43,54 +43,6 @@ class Reason(str, Enum):
     INTERMEDIATE = "intermediate"
     """It holds at some time on the way there, neither at the start nor at the end."""
     OTHER = "other"
-
-
-class _WrongGoals:
-    """Finds where the wrong goals of answers come from.
-
-    Args:
-        benchmark: whose goals they are not.
-        tasks: its tasks.
-    """
-
-    def __init__(self, benchmark: Benchmark, tasks: TaskSet[Task]) -> None:
-        self._benchmark = benchmark
-        self._requested = {
-            action
-            for task in tasks.values()
-            for goal in task.goals_of(GoalKind.ACTION)
-            for action in alternatives(goal)
-        }
-        self._histories: dict[str, _History] = {}
-        self._known: dict[tuple[str, Statement], Reason] = {}
-
-    def reason(self, task: Task, atom: Statement) -> Reason:
-        """Why a goal that is none may be stated.
-
-        Args:
-            task: the task.
-            atom: what is stated, in the words of answers.
-        """
-        key = (task.id, atom)
-        if key not in self._known:
-            if task.id not in self._histories:
-                self._histories[task.id] = _History(self._benchmark, task)
-            self._known[key] = self._reason(self._histories[task.id], atom)
-        return self._known[key]
-
-    def _reason(self, history: _History, call: Statement) -> Reason:
-        if call.arguments is None:
-            if call.name not in history.lexicon.actions:
-                return Reason.UNKNOWN
-            return Reason.OTHER if call.name in self._requested else Reason.PROCEDURAL
-        if not any(word.spelling == call.name for word in history.lexicon.words):
-            return Reason.UNKNOWN
-        held = history.holds(call)
-        if not any(held):
-            return Reason.OTHER
-        if held[0]:
-            return Reason.INITIAL
-        return Reason.FINAL if held[-1] else Reason.INTERMEDIATE
 
 
 class _History:
@@ -145,6 +97,8 @@ class TaskBook:
         self._benchmark = benchmark
         self.tasks = benchmark.tasks(source)
         self._columns: dict[str, Mapping[str, int | None]] = {}
+        self._histories: dict[str, _History] = {}
+        self._reasons: dict[tuple[str, Statement], Reason] = {}
 
     def features_of(self, task: Task) -> Mapping[str, int | None]:
         """The features of a task, by column."""
@@ -152,7 +106,36 @@ class TaskBook:
             self._columns[task.id] = asdict(features_of(task, self._benchmark))
         return self._columns[task.id]
 
+    def reason(self, task: Task, atom: Statement) -> Reason:
+        """Why a goal that is none may be stated.
+
+        Args:
+            task: the task.
+            atom: what is stated, in the words of answers.
+        """
+        key = (task.id, atom)
+        if key not in self._reasons:
+            if task.id not in self._histories:
+                self._histories[task.id] = _History(self._benchmark, task)
+            self._reasons[key] = self._reason(self._histories[task.id], atom)
+        return self._reasons[key]
+
     @cached_property
-    def wrong_goals(self) -> _WrongGoals:
-        """Where wrong goals come from."""
-        return _WrongGoals(self._benchmark, self.tasks)
+    def _requested(self) -> frozenset[str]:
+        """The actions that are goals of some task."""
+        goals = (goal for task in self.tasks.values() for goal in task.goals_of(GoalKind.ACTION))
+        return frozenset(action for goal in goals for action in alternatives(goal))
+
+    def _reason(self, history: _History, call: Statement) -> Reason:
+        if call.arguments is None:
+            if call.name not in history.lexicon.actions:
+                return Reason.UNKNOWN
+            return Reason.OTHER if call.name in self._requested else Reason.PROCEDURAL
+        if not any(word.spelling == call.name for word in history.lexicon.words):
+            return Reason.UNKNOWN
+        held = history.holds(call)
+        if not any(held):
+            return Reason.OTHER
+        if held[0]:
+            return Reason.INITIAL
+        return Reason.FINAL if held[-1] else Reason.INTERMEDIATE

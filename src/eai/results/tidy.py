@@ -194,7 +194,7 @@ def _atoms(record: Record, key: Beginning, book: TaskBook | None, task: Task | N
             call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)
             reason = None
             if found == "wrong" and book is not None and task is not None:
-                reason = book.wrong_goals.reason(task, call).value
+                reason = book.reason(task, call).value
             yield AtomLine(
                 **key, verdict=found, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )

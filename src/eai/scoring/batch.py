@@ -132,7 +132,7 @@ class Scoring(Workers):
         return self.each(work, items, at_a_time=(min(first, AT_A_TIME), min(most, AT_A_TIME)))
 
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
-        """The records of answers, in their order.
+        """The rewards of answers, in their order.
 
         Args:
             reward: of which suite, and what is paid for.
@@ -140,7 +140,7 @@ class Scoring(Workers):
         """
         workers = self if reward.suite.portable else Scoring()
         shares = workers._shares(reward.suite, length_hint(answers))
-        return workers.each(_Rewards(reward), answers, at_a_time=shares)
+        return workers.each(partial(_rewards, reward), answers, at_a_time=shares)
 
     def _shares(self, suite: Suite, number: int) -> tuple[int, int]:
         """How many answers a worker is given at first and at most: few where a planner may take minutes.
@@ -217,14 +217,8 @@ class _Finish:
         return record if self.finish is None else self.finish(record)
 
 
-@dataclass(frozen=True, slots=True)
-class _Rewards:
-    """From answers to what they are worth."""
-
-    reward: Reward
-
-    def __call__(self, items: Sequence[tuple[str, str]]) -> list[float | None]:
-        return [self.reward(task_id, text) for task_id, text in items]
+def _rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
+    return [reward(task_id, text) for task_id, text in items]
 
 
 def without_row(suite: Suite, answers: ResponseFile) -> dict[str, str]:

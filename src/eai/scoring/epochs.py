@@ -388,15 +388,15 @@ def _write_records(
 
 def _with_origin(record: Record, prompt_sha256: str | None, answer: Answer | None) -> Record:
     """The record with where its answer comes from."""
-    origin = Origin(prompt_sha256)
-    if answer is not None:
-        origin = Origin(
-            prompt_sha256,
-            stop_reason=answer.stop_reason,
-            truncated=answer.truncated,
-            usage=answer.usage,
-            answer_repairs=answer.repairs,
-        )
+    if answer is None:
+        return replace(record, origin=Origin(prompt_sha256))
+    origin = Origin(
+        prompt_sha256,
+        stop_reason=answer.stop_reason,
+        truncated=answer.truncated,
+        usage=answer.usage,
+        answer_repairs=answer.repairs,
+    )
     return replace(record, origin=origin)
 
 

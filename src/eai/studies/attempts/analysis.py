@@ -16,13 +16,12 @@ from statistics import fmean
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
-from eai.abilities.verdict import of_all
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases
 from eai.results.rate import rate_of
-from eai.results.summary import after, cases_of, name_of
+from eai.results.summary import after, cases_of, share_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.world.fault import FaultKind
 
@@ -157,7 +156,6 @@ def _attempt_rows(arm: Arm) -> Iterator[Row]:
     for number in range(1, arm.attempts + 1):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
         errors = [_percent(arm.cases(kind.value, number)) for kind in _ERRORS]
-        slips = [Case(r.task_id, name_of(r), of_all(_has_slipped(r))) for r in records]
         tokens = [
             sum(each.usage.input_tokens + each.usage.output_tokens for each in record.attempts if each.usage)
             for record in records
@@ -169,7 +167,7 @@ def _attempt_rows(arm: Arm) -> Iterator[Row]:
             Estimate.of(arm.cases(SUCCESS, number)),
             Estimate.of(arm.cases(EXECUTION, number)),
             *errors,
-            _percent(slips),
+            share_of(records, [_has_slipped(record) for record in records]).value,
             fmean([len(record.attempts) for record in records]) if records else None,
             fmean(tokens) if any(tokens) else None,
         )
@@ -211,14 +209,11 @@ def _mended(arms: Sequence[Arm]) -> Iterator[Row]:
         by_kind = grouped((outcome(after(record, 1)), record) for record in arm.records(arm.attempts))
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _RIGHT]:
             ended = Counter(outcome(record) for record in by_kind[kind])
-            mended = [
-                Case(r.task_id, name_of(r), of_all(outcome(r) is AnswerOutcome.SUCCESS))
-                for r in by_kind[kind]
-            ]
+            mended = [outcome(record) is AnswerOutcome.SUCCESS for record in by_kind[kind]]
             same, tried = ended[kind], len(mended)
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
-            yield (arm.name, label, tried, Estimate.of(mended), same, other)
+            yield (arm.name, label, tried, share_of(by_kind[kind], mended), same, other)
 
 
 def _has_slipped(record: Record) -> bool:

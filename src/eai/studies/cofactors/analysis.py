@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from statistics import fmean
 from typing import NamedTuple
 
@@ -21,13 +20,13 @@ from eai.results.lines import (
     MEASURES,
     MODEL,
     SUITE,
+    TOGETHER,
     AnswerLine,
     GoalLine,
     Line,
     Measure,
     StepLine,
     SuiteKey,
-    by_model,
     by_run,
     by_suite,
     case_of,
@@ -67,40 +66,20 @@ _MOST_BINS = 8
 _NICE = (1, 2, 5)
 
 
-@dataclass(frozen=True, slots=True)
-class _Column:
-    """A column of the adjusted table: a feature, and how it enters."""
-
-    name: str
-    value: Callable[[AnswerLine], float | None]
+def _log(number: int | None) -> float | None:
+    return math.log(number) if number else None
 
 
-def _log(feature: str) -> _Column:
-    def value(answer: AnswerLine) -> float | None:
-        number = getattr(answer, feature)
-        return math.log(number) if number else None
-
-    return _Column(f"log {feature}", value)
-
-
-def _count(feature: str) -> _Column:
-    return _Column(feature, lambda answer: getattr(answer, feature))
-
-
-def _has_tools(answer: AnswerLine) -> float | None:
-    return None if answer.tool_steps is None else float(answer.tool_steps > 0)
-
-
-ADJUSTED = (
-    _log(STEPS),
-    _count("ground_relation_goals"),
-    _count("ground_state_goals"),
-    _count("ground_action_goals"),
-    _log("objects"),
-    _Column("any tool_steps", _has_tools),
-    _count("quantified_goals"),
-)
-"""The columns of the adjusted regression."""
+ADJUSTED: Mapping[str, Callable[[AnswerLine], float | None]] = {
+    f"log {STEPS}": lambda answer: _log(answer.annotated_steps),
+    "ground_relation_goals": lambda answer: answer.ground_relation_goals,
+    "ground_state_goals": lambda answer: answer.ground_state_goals,
+    "ground_action_goals": lambda answer: answer.ground_action_goals,
+    "log objects": lambda answer: _log(answer.objects),
+    "any tool_steps": lambda answer: None if answer.tool_steps is None else float(answer.tool_steps > 0),
+    "quantified_goals": lambda answer: answer.quantified_goals,
+}
+"""The columns of the adjusted regression, and how a feature enters each."""
 
 
 def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = Measure.SCORE) -> list[Table]:
@@ -185,11 +164,9 @@ def _curve(feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[i
 
 
 def _by_model(answers: Sequence[_Counted]) -> dict[str, list[_Counted]]:
-    shares = {id(each.answer): each for each in answers}
-    return {
-        model: [shares[id(line)] for line in lines]
-        for model, lines in by_model([each.answer for each in answers]).items()
-    }
+    """The answers of each model, as `by_model` has lines."""
+    models = grouped((each.answer.agent, each) for each in answers)
+    return models if len(models) < 2 else {TOGETHER: [*answers], **models}
 
 
 @table_of(
@@ -236,7 +213,7 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     """For each varying column of `ADJUSTED`: name, effect alone and together, answers and names."""
     import numpy as np
 
-    known = [a for a in answers if all(column.value(a) is not None for column in ADJUSTED)]
+    known = [a for a in answers if all(value(a) is not None for value in ADJUSTED.values())]
     models = _undecided(known)
     rows = [answer for answer in known if answer.agent in models]
     if not rows:
@@ -244,7 +221,7 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     success = np.array([float(bool(row.success)) for row in rows])
     clusters = [row.name for row in rows]
     dummies = np.array([[float(row.agent == model) for model in models] for row in rows])
-    columns = {column.name: np.array([column.value(row) or 0.0 for row in rows]) for column in ADJUSTED}
+    columns = {name: np.array([value(row) or 0.0 for row in rows]) for name, value in ADJUSTED.items()}
     spread = {
         name: (values - values.mean()) / values.std() for name, values in columns.items() if values.std()
     }
