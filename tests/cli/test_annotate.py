@@ -161,5 +161,5 @@ def test_an_interrupt_loses_no_decision() -> None:
     assert "interrupted; every decision is in decisions.toml, and the same command resumes from here" in rest
     assert process.returncode == 128 + signal.SIGINT
     chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
-    assert [list(map(str, entry)) for entry in chosen.candidates[0].entries] == [["lit(lamp)"]]
+    assert [list(map(str, entry)) for entry in chosen.candidates[0]] == [["lit(lamp)"]]
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)"]

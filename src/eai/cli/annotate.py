@@ -27,7 +27,7 @@ from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.studies.annotation import decisions as annotation
 from eai.studies.annotation.decisions import Annotation, Chosen, Decisions, Listing, differences
-from eai.studies.annotation.demonstration import Difference, frequencies
+from eai.studies.annotation.demonstration import Difference, frequencies, is_met
 from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
@@ -216,8 +216,8 @@ def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing)
 def _show(listing: Listing, chosen: Chosen) -> None:
     """Show the candidates that are decided, and the patterns that are not."""
     for number, candidate in enumerate(chosen.candidates, 1):
-        texts = [" or ".join(map(str, entry)) for entry in candidate.entries]
-        met = sum(candidate.is_met(each) for each in listing.differences)
+        texts = [" or ".join(map(str, entry)) for entry in candidate]
+        met = sum(is_met(candidate, each) for each in listing.differences)
         say(f"candidate {number}, met by {met}:")
         for text in texts:
             say(f"    {text}")

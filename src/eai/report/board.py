@@ -307,28 +307,21 @@ def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
 
 
 def _row(row: Row, order: Sequence[int], table: Ranking, submissions: Mapping[str, _Submission]) -> str:
-    is_submitted = row.source is RowSource.RUN
-    submission = submissions[row.model] if is_submitted else None
-    model = _model(row, submission)
+    submission = submissions[row.model] if row.source is RowSource.RUN else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
     numbers = [_number(row.cells[place].shown) for place in order]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
-    after = [
-        answered,
-        *_facts(submission),
-        table.protocol.value,
-        _errata(submission, table),
-        _logs(submission),
-    ]
-    cells = "".join(f"<td>{cell}</td>" for cell in (rank, model, *numbers, *after))
-    return f"<tr>{cells}</tr>" if is_submitted else f'<tr class="other">{cells}</tr>'
-
-
-def _model(row: Row, submission: _Submission | None) -> str:
-    marks = _marks(row.notes)
+    protocol, marks = table.protocol.value, _marks(row.notes)
     if submission is None:
-        return f"{escape(row.model)}{marks} <small>{escape(row.source.value)}</small>"
-    return f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
+        model = f"{escape(row.model)}{marks} <small>{escape(row.source.value)}</small>"
+        return _tr([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')
+    model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
+    said = [*_facts(submission.description), protocol, _errata(submission, table), _logs(submission)]
+    return _tr([rank, model, *numbers, answered, *said])
+
+
+def _tr(cells: Iterable[str], attributes: str = "") -> str:
+    return f"<tr{attributes}>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
 
 
 def _number(value: Estimate) -> str:
@@ -345,20 +338,15 @@ def _marks(notes: Iterable[int]) -> str:
     return f"<sup>{listed}</sup>" if listed else ""
 
 
-def _facts(submission: _Submission | None) -> Sequence[str]:
+def _facts(said: _Description) -> Sequence[str]:
     """Harness, effort, date, tokens and dollars, as a submission says them."""
-    if submission is None:
-        return [""] * 5
-    said = submission.description
     tokens = "" if said.tokens is None else f"{said.tokens:,}"
     dollars = "" if said.dollars is None else f"{said.dollars:,.2f}"
     return [escape(said.harness), escape(said.effort), str(said.date), tokens, dollars]
 
 
-def _errata(submission: _Submission | None, table: Ranking) -> str:
+def _errata(submission: _Submission, table: Ranking) -> str:
     """The version of the errata, and how many tasks of the table's suites they left out or corrected."""
-    if submission is None:
-        return ""
     abilities = {column.ability for column in table.columns}
     found = [
         summary.errata
@@ -373,10 +361,9 @@ def _errata(submission: _Submission | None, table: Ranking) -> str:
     return f"{escape(found[0].version)}: {left_out} left out, {corrected} corrected"
 
 
-def _logs(submission: _Submission | None) -> str:
-    if submission is None or not submission.description.logs:
-        return ""
-    return f'<a href="{escape(submission.description.logs)}" rel="nofollow noreferrer">logs</a>'
+def _logs(submission: _Submission) -> str:
+    logs = submission.description.logs
+    return f'<a href="{escape(logs)}" rel="nofollow noreferrer">logs</a>' if logs else ""
 
 
 def _of_submissions(submissions: Iterable[_Submission]) -> Iterator[str]:

@@ -22,7 +22,6 @@ from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_pr
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
-from eai.results.breakdown import Breakdown
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.markdown import escaped
 from eai.results.plots import FORMATS, LINES, RULE, clipped, entitle, sheet, styled, write
@@ -135,8 +134,16 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     None if neither is known, or all tasks are alike.
     """
     panels = [
-        ("goals of the task", _goals_label, [_by_goals(item.breakdown) for item in runs]),
-        ("steps of the annotated plan", _length_label, [_by_length(item.breakdown) for item in runs]),
+        (
+            "goals of the task",
+            lambda place: str(place) if place < _MANY else f"{_MANY}+",
+            [_binned(item.breakdown.by_goals, lambda goals: min(goals, _MANY)) for item in runs],
+        ),
+        (
+            "steps of the annotated plan",
+            lambda place: f"{place * BIN}–{place * BIN + BIN - 1}",
+            [_binned(item.breakdown.by_length, lambda length: length // BIN) for item in runs],
+        ),
     ]
     panels = [panel for panel in panels if any(len(bins) > 1 for bins in panel[2])]
     if not panels:
@@ -154,27 +161,11 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     return figure
 
 
-def _by_goals(breakdown: Breakdown) -> Bins:
-    return _binned(breakdown.by_goals, lambda goals: min(goals, _MANY))
-
-
-def _by_length(breakdown: Breakdown) -> Bins:
-    return _binned(breakdown.by_length, lambda length: length // BIN)
-
-
 def _binned(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
     bins: dict[int, list[Case]] = {}
     for number, cases in table.items():
         bins.setdefault(bin_of(number), []).extend(cases)
     return bins
-
-
-def _goals_label(place: int) -> str:
-    return str(place) if place < _MANY else f"{_MANY}+"
-
-
-def _length_label(place: int) -> str:
-    return f"{place * BIN}–{place * BIN + BIN - 1}"
 
 
 def _draw_panel(

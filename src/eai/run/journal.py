@@ -16,11 +16,12 @@ from typing import TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
+from eai.abilities.record import Attempt
 from eai.data.files import writing_to
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
-from eai.scoring.trials import Answer, Inquiry, Place, Tried
+from eai.scoring.trials import Answer, Inquiry, Place, described
 
 JOURNAL = "answers.jsonl"
 """Name of the journal in the folder of a run."""
@@ -175,10 +176,10 @@ class Desk:
         return {place: given[-1] for place, given in self.given.items() if self.inquiries[place].over}
 
     @property
-    def tried(self) -> dict[Place, Tried]:
-        """All answers to each task that is carried out and over, and what became of them."""
+    def tried(self) -> dict[Place, tuple[Attempt, ...]]:
+        """The attempts at each task that is carried out and over."""
         return {
-            place: Tried(tuple(given), attempts)
+            place: tuple(described(attempts, given))
             for place, given in self.given.items()
             if self.inquiries[place].over and (attempts := self.inquiries[place].attempts)
         }

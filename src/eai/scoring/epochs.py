@@ -18,7 +18,7 @@ from eai.abilities.declaration import Sameness, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Perceived, Record, Stated, Usage
+from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.abilities.verdict import Json, Verdict
 from eai.benchmark.prompt_library import Library
@@ -34,7 +34,7 @@ from eai.results.summary import by_attempt, cases_of
 from eai.results.totals import Totals
 from eai.scoring.batch import Progressed, Settings, score_run
 from eai.scoring.records import part_of, write_parts
-from eai.scoring.trials import Answer, Place, Trials, Tried, record_of_trial
+from eai.scoring.trials import Answer, Place, Trials, record_of_trial
 
 
 def majority(answers: Sequence[str], ability: Ability) -> int:
@@ -143,7 +143,7 @@ class Obtained:
         failures: for every task and epoch without an answer, why.
         epochs: how many answers to each task were asked for.
         trials: how answers were carried out in an experiment; None where each question was asked once.
-        tried: in an experiment all answers and what became of them, by task and epoch.
+        tried: in an experiment all attempts, by task and epoch.
         believed: what the questions stated in the place of the facts: goals in a pipeline, perceived scenes;
             ``failures`` has the tasks without any.
         prompt_name: what the prompts are called; None if they have no name.
@@ -158,7 +158,7 @@ class Obtained:
     failures: Mapping[Place, str]
     epochs: int
     trials: Trials | None = None
-    tried: Mapping[Place, Tried] = field(default_factory=dict)
+    tried: Mapping[Place, Sequence[Attempt]] = field(default_factory=dict)
     believed: Believed | None = None
     prompt_name: str | None = None
     effort: str | None = None
@@ -417,18 +417,25 @@ def _tried(
         for record in lacking
     }
     for task_id, answer in answers.items():
-        tried = obtained.tried[task_id, answer.epoch]
-        record = record_of_trial(suite, trials.experiment, obtained.name, task_id, tried.described)
+        attempts = obtained.tried[task_id, answer.epoch]
+        record = record_of_trial(suite, trials.experiment, obtained.name, task_id, attempts)
         if not settings.explanations:
             record = record.without_explanations()
-        records[task_id] = _with_origin(record, answer.prompt_sha256, replace(answer, usage=tried.usage))
+        records[task_id] = _with_origin(
+            record, answer.prompt_sha256, replace(answer, usage=_spent_on(attempts))
+        )
     return [records[task_id] for task_id in suite.task_ids if task_id in records]
 
 
 def _usage(obtained: Obtained) -> Usage:
     """The cost of all answers."""
-    taken = [tried.usage for tried in obtained.tried.values()]
-    return sum(taken or [answer.usage for answer in obtained.given.values()], Usage())
+    if not obtained.tried:
+        return sum([answer.usage for answer in obtained.given.values()], Usage())
+    return sum([_spent_on(attempts) for attempts in obtained.tried.values()], Usage())
+
+
+def _spent_on(attempts: Sequence[Attempt]) -> Usage:
+    return sum([attempt.usage or Usage() for attempt in attempts], Usage())
 
 
 def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
@@ -108,32 +108,12 @@ class Inquiry:
             self._trial.take(text)
 
 
-@dataclass(frozen=True, slots=True)
-class Tried:
-    """The answers to one task in an experiment, and what became of each."""
-
-    answers: tuple[Answer, ...]
-    attempts: tuple[Attempt, ...]
-
-    @property
-    def described(self) -> tuple[Attempt, ...]:
-        """The attempts with what is known of their answers."""
-        return tuple(
-            [
-                replace(
-                    attempt,
-                    prompt_sha256=answer.prompt_sha256,
-                    usage=answer.usage,
-                    answer_repairs=answer.repairs,
-                )
-                for answer, attempt in zip(self.answers, self.attempts, strict=True)
-            ]
+def described(attempts: Iterable[Attempt], answers: Iterable[Answer]) -> Iterator[Attempt]:
+    """Attempts at a task with what is known of the answers that were carried out in them."""
+    for attempt, answer in zip(attempts, answers, strict=True):
+        yield replace(
+            attempt, prompt_sha256=answer.prompt_sha256, usage=answer.usage, answer_repairs=answer.repairs
         )
-
-    @property
-    def usage(self) -> Usage:
-        """The cost of all answers."""
-        return sum((answer.usage for answer in self.answers), Usage())
 
 
 @dataclass(frozen=True)
@@ -185,7 +165,7 @@ def _begin(suite: Suite, experiment: Experiment, task_id: str, epoch: int) -> Tr
 
 
 def record_of_trial(
-    suite: Suite, experiment: Experiment, model: str, task_id: str, attempts: tuple[Attempt, ...]
+    suite: Suite, experiment: Experiment, model: str, task_id: str, attempts: Sequence[Attempt]
 ) -> Record:
     """The record of a task that was tried: its verdict is that of the last attempt."""
     last = attempts[-1]
@@ -203,7 +183,7 @@ def record_of_trial(
         suite_size=len(suite.task_ids),
         errata=suite.errata.use(suite.ability, task_id),
         experiment=experiment,
-        attempts=attempts,
+        attempts=tuple(attempts),
     )
 
 

@@ -19,22 +19,19 @@ GROUP = "eai.studies"
 """The group of entry points."""
 
 BUILT_IN = {
-    name: f"eai.studies.{folder}.study:{value}"
-    for name, folder, value in (
-        ("cofactors", "cofactors", "COFACTORS"),
-        ("errors", "errors", "ERRORS"),
-        ("goals", "goals", "GOALS"),
-        ("items", "items", "ITEMS"),
-        ("sensitivity", "sensitivity", "SENSITIVITY"),
-        ("contamination", "contamination", "CONTAMINATION"),
-        ("replanning", "attempts", "REPLANNING"),
-        ("pipeline", "pipeline", "PIPELINE"),
-        ("perception", "perception", "PERCEPTION"),
-        ("prompts", "prompts", "PROMPTS"),
-        ("annotations", "annotation", "ANNOTATIONS"),
-        ("repair", "repair", "REPAIR"),
-        ("conduct", "conduct", "CONDUCT"),
-    )
+    "cofactors": "eai.studies.cofactors.study:COFACTORS",
+    "errors": "eai.studies.errors.study:ERRORS",
+    "goals": "eai.studies.goals.study:GOALS",
+    "items": "eai.studies.items.study:ITEMS",
+    "sensitivity": "eai.studies.sensitivity.study:SENSITIVITY",
+    "contamination": "eai.studies.contamination.study:CONTAMINATION",
+    "replanning": "eai.studies.attempts.study:REPLANNING",
+    "pipeline": "eai.studies.pipeline.study:PIPELINE",
+    "perception": "eai.studies.perception.study:PERCEPTION",
+    "prompts": "eai.studies.prompts.study:PROMPTS",
+    "annotations": "eai.studies.annotation.study:ANNOTATIONS",
+    "repair": "eai.studies.repair.study:REPAIR",
+    "conduct": "eai.studies.conduct.study:CONDUCT",
 }
 """The studies that come with the package, as its metadata have them, too."""
 

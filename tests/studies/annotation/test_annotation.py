@@ -121,7 +121,7 @@ def test_frequencies_are_by_class_and_by_the_properties_of_one_end() -> None:
 
 def candidate(*entries: str) -> Candidate:
     """Entries with alternatives, ``lit(lamp) or on(cup, shelf)``."""
-    return Candidate(tuple(tuple(map(read_pattern, entry.split(" or "))) for entry in entries))
+    return tuple(tuple(map(read_pattern, entry.split(" or "))) for entry in entries)
 
 
 @pytest.mark.parametrize(

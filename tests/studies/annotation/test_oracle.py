@@ -58,7 +58,7 @@ class Choices(NamedTuple):
 def choices() -> Iterator[Choices]:
     found = read_shared("oracle", "virtualhome", "annotation", "wildcard_goals.json.gz")
     for values in found["categories"].values():
-        candidates = [Candidate(tuple(_entries(each))) for each in values["candidates"]]
+        candidates = [tuple(_entries(each)) for each in values["candidates"]]
         counts = [
             [each["count"] for part in ("states", "exact_relations", "relations") for each in candidate[part]]
             for candidate in values["candidates"]

@@ -63,7 +63,7 @@ class Chosen:
     @property
     def decided(self) -> frozenset[Pattern]:
         """All patterns that were kept or dropped."""
-        entries = [entry for candidate in self.candidates for entry in candidate.entries]
+        entries = [entry for candidate in self.candidates for entry in candidate]
         return frozenset(self.dropped).union(*entries)
 
 
@@ -78,10 +78,6 @@ class Decisions:
 
     without: tuple[str, ...] = ()
     titles: Mapping[str, Chosen] = field(default_factory=dict)
-
-    def candidates_of(self, title: str) -> tuple[Candidate, ...]:
-        """The meanings of a title; none where nothing was decided."""
-        return self.titles.get(title, Chosen()).candidates
 
     def deciding(self, title: str, chosen: Chosen) -> Decisions:
         """The same with other decisions about one title."""
@@ -129,7 +125,7 @@ def read_decisions(path: Path) -> Decisions:
     titles = {}
     for name, table in found.title.items():
         try:
-            candidates = tuple(Candidate(tuple(map(_entry, entries))) for entries in table.candidates)
+            candidates = tuple(tuple(map(_entry, entries)) for entries in table.candidates)
             titles[name] = Chosen(candidates, tuple(map(read_pattern, table.dropped)))
         except InputError as error:
             raise InputError(f"{path}: title {name!r}: {error}") from error
@@ -165,7 +161,7 @@ def decisions_text(decisions: Decisions) -> str:
             "candidates = [",
         ]
         for candidate in chosen.candidates:
-            lines += ["  [", *(f"    {_strings(entry)}," for entry in candidate.entries), "  ],"]
+            lines += ["  [", *(f"    {_strings(entry)}," for entry in candidate), "  ],"]
         lines.append("]")
     return "\n".join(lines) + "\n"
 
@@ -239,7 +235,7 @@ def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
         case "add":
             return _with_entries(chosen, [_alternatives(rest, listing)])
         case "new":
-            return replace(chosen, candidates=(*chosen.candidates, Candidate(())))
+            return replace(chosen, candidates=(*chosen.candidates, ()))
         case _:
             raise InputError(f"{word!r} is no command: {', '.join(COMMANDS)}{did_you_mean(word, COMMANDS)}")
 
@@ -298,8 +294,8 @@ def _refuse_unknown(name: str, known: Sequence[str], noun: str) -> None:
 
 def _with_entries(chosen: Chosen, entries: Sequence[Entry]) -> Chosen:
     """The decisions with entries in the last candidate."""
-    *before, last = chosen.candidates or (Candidate(()),)
-    return replace(chosen, candidates=(*before, Candidate((*last.entries, *entries))))
+    *before, last = chosen.candidates or ((),)
+    return replace(chosen, candidates=(*before, (*last, *entries)))
 
 
 Annotation: TypeAlias = tuple[Difference, int | None, tuple[Goal, ...]]
@@ -339,9 +335,9 @@ def annotate(
         InputError: a plan cannot be carried out, or what was decided is about what is not declared.
     """
     for name, tasks in titles.items():
-        candidates = decisions.candidates_of(name)
+        candidates = decisions.titles.get(name, Chosen()).candidates
         for candidate in candidates:
-            for pattern in (each for entry in candidate.entries for each in entry):
+            for pattern in (each for entry in candidate for each in entry):
                 _refuse(name, pattern, domain)
         for found in differences(tasks, domain):
             number = first_met(candidates, found)

@@ -253,41 +253,23 @@ def _generalised(each: Difference, name: str, things: tuple[int, ...]) -> Iterat
             yield Pattern(name, tuple(kinds))
 
 
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """One meaning of a title.
-
-    Attributes:
-        entries: all that it asks for; actions in the order in which they are to be taken.
-    """
-
-    entries: tuple[Entry, ...]
-
-    @property
-    def actions(self) -> tuple[Entry, ...]:
-        """The actions to be taken, in order."""
-        return tuple(entry for entry in self.entries if entry[0].is_action)
-
-    @property
-    def world(self) -> tuple[Entry, ...]:
-        """The conditions that are to hold in the end."""
-        return tuple(entry for entry in self.entries if not entry[0].is_action)
-
-    def is_met(self, found: Difference) -> bool:
-        """Whether a demonstration does all that is asked for."""
-        return self._is_done(found.actions) and all(any(found.meeting(entry)) for entry in self.world)
-
-    def _is_done(self, actions: Sequence[str]) -> bool:
-        """Whether one action of each entry is among these, in the order of the entries."""
-        rest = iter(actions)
-        return all(
-            any(action in {pattern.name for pattern in entry} for action in rest) for entry in self.actions
-        )
+Candidate: TypeAlias = tuple[Entry, ...]
+"""One meaning of a title: all that it asks for; actions in the order in which they are to be taken."""
 
 
 def first_met(candidates: Sequence[Candidate], found: Difference) -> int | None:
     """The number of the first candidate that a demonstration meets, from 0; None if it meets none."""
-    return next((number for number, each in enumerate(candidates) if each.is_met(found)), None)
+    return next((number for number, each in enumerate(candidates) if is_met(each, found)), None)
+
+
+def is_met(candidate: Candidate, found: Difference) -> bool:
+    """Whether a demonstration does all that is asked for, actions in the order of the entries."""
+    rest = iter(found.actions)
+    return all(
+        any(action in {pattern.name for pattern in entry} for action in rest)
+        for entry in candidate
+        if entry[0].is_action
+    ) and all(any(found.meeting(entry)) for entry in candidate if not entry[0].is_action)
 
 
 def concrete_goals(found: Difference, candidate: Candidate) -> tuple[Goal, ...]:
@@ -295,12 +277,14 @@ def concrete_goals(found: Difference, candidate: Candidate) -> tuple[Goal, ...]:
 
     States come first, then relations, then actions.
     """
-    facts = dict.fromkeys(fact for entry in candidate.world for fact in found.meeting(entry))
+    conditions = [entry for entry in candidate if not entry[0].is_action]
+    facts = dict.fromkeys(fact for entry in conditions for fact in found.meeting(entry))
     states = [_goal(fact, found.scene) for fact in facts if len(fact.arguments) == 1]
     relations = [_goal(fact, found.scene) for fact in facts if len(fact.arguments) == 2]
     actions = [
         Goal(GoalKind.ACTION, Or(tuple(Occurs(pattern.name) for pattern in entry)))
-        for entry in candidate.actions
+        for entry in candidate
+        if entry[0].is_action
     ]
     return (*states, *relations, *actions)
 

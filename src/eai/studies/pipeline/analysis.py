@@ -166,7 +166,7 @@ class Pipeline:
     def _goal_row(self, heading: str, tasks: Collection[str]) -> Row:
         modular, pipeline = self._of(self.modular, tasks), self._of(self.pipeline, tasks)
         success: Difference = compare(modular, pipeline).differences[0]
-        one, other = (cases_of(side, side[0].ability)[self.metric] for side in (modular, pipeline))
+        one, other = self._cases(modular), self._cases(pipeline)
         reached = [case._replace(share=of_all(self.reachable.get(case.task, False))) for case in other]
         return (
             heading,
@@ -191,7 +191,7 @@ class Pipeline:
             "names what does not exist": lambda r: bool(r.stated and r.stated.stage_1_unknown),
             "has ill-formed entries": lambda r: bool(r.stated and r.stated.stage_1_left_out),
         }
-        successes = {case.task: case for case in cases_of(records, records[0].ability)[self.metric]}
+        successes = {case.task: case for case in self._cases(records)}
         rows = []
         for heading, is_so in kinds.items():
             found = [successes[record.task_id] for record in records if is_so(record)]
@@ -218,10 +218,7 @@ class Pipeline:
         for condition in order:
             tasks = {case.task for case in asked[condition] if case.share.numerator}
             sides = [
-                rate_of(
-                    case.share
-                    for case in cases_of(self._of(side, tasks), side[0].ability).get(self.metric, ())
-                )
+                rate_of(case.share for case in self._cases(self._of(side, tasks)))
                 for side in (self.modular, self.pipeline)
             ]
             rows.append(
@@ -235,6 +232,10 @@ class Pipeline:
             ("condition", "missing", "tasks", "modular solves", "pipeline solves"),
             tuple(rows),
         )
+
+    def _cases(self, records: Sequence[Record]) -> Sequence[Case]:
+        """What records add to the metric of success."""
+        return cases_of(records, self.modular[0].ability).get(self.metric, ())
 
     def _shared(self, side: Sequence[Record]) -> list[Record]:
         """The records of one side on the tasks that both have scored."""
