@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.explanation import read_statement
-from eai.results.task_book import Reason, _WrongGoals
+from eai.results.task_book import Reason, TaskBook
 from eai.tasks.source import Source
 from studies.lamps import lamp_task, lamps
 
@@ -25,7 +25,4 @@ from studies.lamps import lamp_task, lamps
     ],
 )
 def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: Reason) -> None:
-    benchmark = lamps()
-    assert (
-        _WrongGoals(benchmark, benchmark.tasks(Source())).reason(lamp_task(), read_statement(atom)) is reason
-    )
+    assert TaskBook(lamps(), Source()).reason(lamp_task(), read_statement(atom)) is reason

@@ -165,20 +165,18 @@ def prompts(
     if is_list(out) and form is _Format.JSONL:
         if len(domain) != 1 or ability is None or len(ability) != 1:
             raise InputError(f"--out {out}: expected one --domain and one --ability")
-        write_prompts(
-            domain[0],
-            ability[0],
-            out,
-            prompt_set=prompt_set,
-            folder=folder,
-            tasks=tasks,
-            sample=sample,
-            seed=seed,
-            goals=goals,
-            errata=errata,
-            data=data,
-            as_json=as_json,
-        )
+        with opened_source(data, errata=errata) as source:
+            write_prompts(
+                find_benchmark(domain[0]),
+                ability[0],
+                Library(prompt_set, folder, source),
+                out,
+                tasks=tasks,
+                sample=sample,
+                seed=seed,
+                goals=goals,
+                as_json=as_json,
+            )
         return
     if folder or tasks or sample or goals:
         raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")

@@ -12,17 +12,16 @@ import typer
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING
+from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, tell
 from eai.cli.options import listed, opened_source
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
-from eai.prompts.prompt import Prompt, PromptSet, prompt_file, system_file
+from eai.prompts.prompt import Prompt, PromptFiles, PromptSet, prompt_file, system_file
 from eai.report.answer_form import form_html
 from eai.tasks.adaptive import SHORT, short_test
-from eai.tasks.source import ErrataChoice
 
 OfSet = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
 TaskIds = Annotated[str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")]
@@ -39,18 +38,15 @@ def is_list(out: Path) -> bool:
 
 
 def write_prompts(
-    domain: str,
+    benchmark: Benchmark,
     ability: Ability,
+    library: Library,
     out: Path,
     *,
-    prompt_set: PromptSet,
-    folder: Path | None,
     tasks: str,
     sample: int | None,
     seed: int,
     goals: Path | None,
-    errata: ErrataChoice,
-    data: Path | None,
     as_json: bool,
 ) -> None:
     """Write the prompts of a suite as a list, or as a page on which people answer.
@@ -58,35 +54,35 @@ def write_prompts(
     Raises:
         InputError: there is no such task, or people cannot answer on a page.
     """
-    benchmark = find_benchmark(domain)
-    with opened_source(data, errata=errata) as source:
-        some = bool(tasks) or sample is not None or out.suffix == PAGE
-        whole = prompt_set is PromptSet.OFFICIAL and folder is None and goals is None and not some
-        files = benchmark.official_files(ability, source) if whole else None
-        if goals is not None:
-            from eai.studies.pipeline.stage_one import read_believed
+    source, is_page = library.source, out.suffix == PAGE
+    is_plain = library.prompts is PromptSet.OFFICIAL and library.folder is None and goals is None
+    is_whole = not (tasks or sample is not None or is_page)
+    files = benchmark.official_files(ability, source) if is_plain and is_whole else None
+    if goals is not None:
+        from eai.studies.pipeline.stage_one import read_believed
 
-            believed = read_believed(goals, benchmark, ability, source)
-            opened = Library(prompt_set, folder, source).open(benchmark, ability, believed.beliefs)
-            opened = {task_id: prompt for task_id, prompt in opened.items() if task_id in believed.beliefs}
-            content, system = prompt_file(opened), system_file(opened)
-        elif files is not None:
-            content, system = files.prompts, files.system
-        else:
-            opened = Library(prompt_set, folder, source).open(benchmark, ability)
-            chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
-            content, system = prompt_file(chosen), system_file(chosen)
-            if out.suffix == PAGE and ability is ACTING:
-                raise InputError(f"--out {out}: a file carries no actions out; people act by eai play --page")
-            if out.suffix == PAGE:
-                write_whole({out: form_html(benchmark, ability, chosen, source)})
-                made: Json = {"file": str(out), "questions": len(chosen)}
-                tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)
-                return
+        beliefs = read_believed(goals, benchmark, ability, source).beliefs
+        opened = library.open(benchmark, ability, beliefs)
+        files = _files_of({task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs})
+    elif files is None:
+        opened = library.open(benchmark, ability)
+        chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
+        if is_page and ability is ACTING:
+            raise InputError(f"--out {out}: a file carries no actions out; people act by eai play --page")
+        if is_page:
+            write_whole({out: form_html(benchmark, ability, chosen, source)})
+            made: Json = {"file": str(out), "questions": len(chosen)}
+            tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)
+            return
+        files = _files_of(chosen)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
-    written = {out: content} if system is None else {out: content, beside: system}
+    written = {out: files.prompts, **({} if files.system is None else {beside: files.system})}
     write_whole(written)
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
+
+
+def _files_of(prompts: Mapping[str, Prompt]) -> PromptFiles:
+    return PromptFiles(prompt_file(prompts), system_file(prompts))
 
 
 T = TypeVar("T")

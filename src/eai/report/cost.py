@@ -75,34 +75,34 @@ class _Line:
     spent: Spent
 
     @property
+    def counts(self) -> list[int | None]:
+        """How many answers there are, and tokens of questions, answers and reasoning."""
+        usage = self.spent.usage
+        return [self.spent.answers, usage.input_tokens, usage.output_tokens, usage.reasoning_tokens]
+
+    @property
+    def rates(self) -> list[float | None]:
+        """Tokens an answer, dollars, and dollars for a thousand answers."""
+        cost, answers = self.spent.usage.cost, self.spent.answers
+        return [each(self.spent.tokens, answers), cost, each(_thousandfold(cost), answers)]
+
+    @property
     def row(self) -> list[Plain]:
-        usage, answers = self.spent.usage, self.spent.answers
-        counted = [
-            answers,
-            usage.input_tokens,
-            usage.output_tokens,
-            usage.reasoning_tokens,
-            self.spent.tokens,
-        ]
-        rates = [each(self.spent.tokens, answers), usage.cost, each(_thousandfold(usage.cost), answers)]
         ability = None if self.ability is None else self.ability.value
-        return [self.model, self.domain or None, ability, *counted, *rates, self.spent.unpriced_answers]
+        of_run = [self.model, self.domain or None, ability]
+        return [*of_run, *self.counts, self.spent.tokens, *self.rates, self.spent.unpriced_answers]
 
     @property
     def shown(self) -> list[str]:
-        usage, answers = self.spent.usage, self.spent.answers
         suite = f"{title_of(self.domain)}, {ability_title(self.ability).lower()}" if self.ability else ""
-        known = "≥ " if usage.cost is not None and self.spent.unpriced_answers else ""
+        known = "≥ " if self.spent.unpriced_answers else ""
+        tokens, *dollars = self.rates
         return [
             escaped(self.model),
             suite,
-            f"{answers:,}",
-            f"{usage.input_tokens:,}",
-            f"{usage.output_tokens:,}",
-            "" if usage.reasoning_tokens is None else f"{usage.reasoning_tokens:,}",
-            _number(each(self.spent.tokens, answers), 0),
-            known + _number(usage.cost, 2) if usage.cost is not None else "",
-            known + _number(each(_thousandfold(usage.cost), answers), 2) if usage.cost is not None else "",
+            *(_number(count, 0) for count in self.counts),
+            _number(tokens, 0),
+            *("" if amount is None else known + _number(amount, 2) for amount in dollars),
         ]
 
 
