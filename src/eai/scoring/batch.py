@@ -16,7 +16,7 @@ from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
 from eai.abilities.responses import Response, ResponseFile, Row, response_of
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite
-from eai.scoring.records import AT_A_TIME, Part, Shard, part_of
+from eai.scoring.records import AT_A_TIME, Part, Shard, part_of, record_of
 from eai.scoring.workers import LARGEST, SMALLEST, Workers, batches
 
 if TYPE_CHECKING:
@@ -292,20 +292,17 @@ def score_run(
 
 
 def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged) -> Record:
-    text, why = ("", item.why) if isinstance(item, _Missing) else (item.text, None)
-    return Record(
-        suite.protocol,
-        suite.domain,
-        suite.ability,
+    if isinstance(item, _Missing):
+        return record_of(
+            suite, model, item.task_id, "", judged.verdict, task=judged.task, unanswered=item.why
+        )
+    return record_of(
+        suite,
         model,
         item.task_id,
-        text,
-        suite.data_sha256,
+        item.text,
         judged.verdict,
-        judged.explanation,
+        explanation=judged.explanation,
         task=judged.task,
-        unanswered=why,
-        suite_size=len(suite.task_ids),
-        errata=suite.errata.use(suite.ability, item.task_id),
-        sample=None if isinstance(item, _Missing) else item.sample,
+        sample=item.sample,
     )

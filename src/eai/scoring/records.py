@@ -10,15 +10,35 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice, zip_longest
 from pathlib import Path
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.codec import SCHEMA, experiment_to_json, record_from_json, record_to_json
 from eai.abilities.record import Record
-from eai.abilities.verdict import Json
+from eai.abilities.verdict import Json, Verdict
 from eai.data.files import files_below, write_whole
 from eai.errors import InputError
 from eai.results.rate import Rate
 from eai.results.totals import Totals
+
+if TYPE_CHECKING:
+    from eai.benchmark.suite import Suite
+
+
+def record_of(suite: Suite, model: str, task_id: str, response: str, verdict: Verdict, **more: Any) -> Record:
+    """The record of an answer to a task of a suite; ``more`` are its further fields."""
+    return Record(
+        suite.protocol,
+        suite.domain,
+        suite.ability,
+        model,
+        task_id,
+        response,
+        suite.data_sha256,
+        verdict,
+        suite_size=len(suite.task_ids),
+        errata=suite.errata.use(suite.ability, task_id),
+        **more,
+    )
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:

@@ -20,6 +20,7 @@ from eai.benchmark.registry import registered
 from eai.data.files import write_whole
 from eai.data.grouping import grouped
 from eai.errors import InputError
+from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_setting
 from eai.scoring.records import RECORDS, read_records
 
@@ -46,9 +47,14 @@ class RunKey(NamedTuple):
         return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
 
     @property
+    def suite(self) -> SuiteKey:
+        """Its suite, as tables name it."""
+        return SuiteKey(self.protocol.value, self.domain, self.ability.value)
+
+    @property
     def cells(self) -> tuple[str, str, str, str]:
         """Its names in a row of a table: the columns `SUITE` and `MODEL`."""
-        return self.protocol.value, self.domain, self.ability.value, self.name
+        return (*self.suite, self.name)
 
     @property
     def is_plain(self) -> bool:

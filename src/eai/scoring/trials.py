@@ -18,6 +18,7 @@ from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
+from eai.scoring.records import record_of
 from eai.world.execution import Action
 
 
@@ -169,19 +170,14 @@ def record_of_trial(
 ) -> Record:
     """The record of a task that was tried: its verdict is that of the last attempt."""
     last = attempts[-1]
-    return Record(
-        suite.protocol,
-        suite.domain,
-        suite.ability,
+    return record_of(
+        suite,
         model,
         task_id,
         last.response,
-        suite.data_sha256,
         last.verdict,
-        last.explanation,
+        explanation=last.explanation,
         task=suite.features(task_id),
-        suite_size=len(suite.task_ids),
-        errata=suite.errata.use(suite.ability, task_id),
         experiment=experiment,
         attempts=tuple(attempts),
     )

@@ -77,4 +77,4 @@ class Records:
 def by_place(runs: Iterator[Run]) -> Mapping[tuple[str, ...], list[Run]]:
     """Runs of one model, domain, ability and protocol together, all sorted."""
     ordered = sorted(runs, key=lambda run: run.key.order)
-    return grouped(((*run.key.cells[:3], run.key.model), run) for run in ordered)
+    return grouped(((*run.key.suite, run.key.model), run) for run in ordered)

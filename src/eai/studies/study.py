@@ -95,8 +95,7 @@ def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Fi
 def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
     """A figure with the suite and the model that it is of for a title, by the name of its files."""
     if figure is not None:
-        suite = SuiteKey(key.protocol.value, key.domain, key.ability.value)
-        entitle(figure, f"{suite_title(suite)}, {clipped(key.model)}")
+        entitle(figure, f"{suite_title(key.suite)}, {clipped(key.model)}")
     return name, figure
 
 

@@ -11,14 +11,14 @@ import csv
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from statistics import fmean, pvariance
 from typing import TypeAlias
 
 from eai.data.grouping import grouped
 from eai.errors import InputError
-from eai.results.table import Table
+from eai.results.table import Row, Table, table_of
 
 Units: TypeAlias = Sequence[Sequence[float]]
 """For each thing that was rated, the ratings that it got, each by another rater."""
@@ -94,6 +94,7 @@ class _Quality:
         repeated: how many of the tasks were rated more than once; only these tell how far raters agree.
         mean: the mean of all ratings.
         weighted_mse: how far the ratings of a task lie from their mean (`weighted_mse`).
+        spread: its root.
         alpha: Krippendorff's alpha on an interval scale.
         histogram: score -> how often it was given.
     """
@@ -105,6 +106,7 @@ class _Quality:
     repeated: int
     mean: float
     weighted_mse: float | None
+    spread: float | None
     alpha: float | None
     histogram: Mapping[int, int]
 
@@ -136,47 +138,37 @@ def rating_tables(ratings: Iterable[_Rating]) -> list[Table]:
     return [_quality_table(found), _histogram_table(found)]
 
 
-def _quality_table(found: Iterable[_Quality]) -> Table:
+@table_of(
+    "annotations",
+    "Ratings of annotations by attribute",
+    "Ratings are 1 to 5. `weighted_mse`: per task rated more than once the mean squared distance of its "
+    "ratings from their mean, averaged over those tasks with the number of ratings as weights; `spread` "
+    "is its root, in points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of "
+    "chance. Both are of the `repeated` tasks alone, and empty without any.",
+    tuple([field.name for field in fields(_Quality)][:-1]),
+)
+def _quality_table(found: Iterable[_Quality]) -> Iterator[Row]:
     """The table of the paper, with what one must know to judge it."""
-    return Table(
-        "annotations",
-        "Ratings of annotations by attribute",
-        "Ratings are 1 to 5. `weighted_mse`: per task rated more than once the mean squared distance of its "
-        "ratings from their mean, averaged over those tasks with the number of ratings as weights; `spread` "
-        "is its root, in points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of "
-        "chance. Both are of the `repeated` tasks alone, and empty without any.",
-        ("attribute", "ratings", "tasks", "raters", "repeated", "mean", "weighted_mse", "spread", "alpha"),
-        tuple(
-            (
-                each.attribute,
-                each.ratings,
-                each.tasks,
-                each.raters,
-                each.repeated,
-                each.mean,
-                each.weighted_mse,
-                None if each.weighted_mse is None else math.sqrt(each.weighted_mse),
-                each.alpha,
-            )
-            for each in found
-        ),
-    )
+    for each in found:
+        yield astuple(each)[:-1]
 
 
-def _histogram_table(found: Iterable[_Quality]) -> Table:
+@table_of(
+    "annotation_scores",
+    "How often each score was given",
+    "Ratings by attribute and score.",
+    ("attribute", "score", "ratings"),
+)
+def _histogram_table(found: Iterable[_Quality]) -> Iterator[Row]:
     """How often each score was given."""
-    return Table(
-        "annotation_scores",
-        "How often each score was given",
-        "Ratings by attribute and score.",
-        ("attribute", "score", "ratings"),
-        tuple((each.attribute, score, count) for each in found for score, count in each.histogram.items()),
-    )
+    for each in found:
+        yield from [(each.attribute, score, count) for score, count in each.histogram.items()]
 
 
 def _quality(attribute: str, given: list[_Rating]) -> _Quality:
     units = tuple(grouped((rating.task, rating.score) for rating in given).values())
     counts = Counter(rating.score for rating in given)
+    distance = weighted_mse(units)
     return _Quality(
         attribute=attribute,
         ratings=len(given),
@@ -184,7 +176,8 @@ def _quality(attribute: str, given: list[_Rating]) -> _Quality:
         raters=len({rating.rater for rating in given}),
         repeated=sum(len(unit) > 1 for unit in units),
         mean=mean_rating(units) or 0.0,
-        weighted_mse=weighted_mse(units),
+        weighted_mse=distance,
+        spread=None if distance is None else math.sqrt(distance),
         alpha=krippendorff_alpha(units),
         histogram={score: counts[score] for score in SCORES},
     )

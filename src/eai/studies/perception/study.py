@@ -202,8 +202,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         key = group[0].key
         metric = metric_of(key.ability, chosen.metric)
         tables = perception_tables([run.records for run in group], metric)
-        place = f"{key.domain}-{key.ability.value}-{key.protocol.value}-{file_name(key.model)}"
-        folder = place if len(groups) > 1 else ""
+        folder = f"{key.suite.file_name}-{file_name(key.model)}" if len(groups) > 1 else ""
         yield Analysis(tables, _figures(tables[0], metric, key), folder=folder)
 
 
