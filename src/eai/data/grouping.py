@@ -1,4 +1,4 @@
-"""What belongs together, put together."""
+"""Lists of things that belong together, by their keys."""
 
 from __future__ import annotations
 

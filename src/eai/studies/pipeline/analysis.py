@@ -234,7 +234,7 @@ class Pipeline:
         )
 
     def _cases(self, records: Sequence[Record]) -> Sequence[Case]:
-        """What records add to the metric of success."""
+        """The cases that records add to the metric of success."""
         return cases_of(records, self.modular[0].ability).get(self.metric, ())
 
     def _shared(self, side: Sequence[Record]) -> list[Record]:
