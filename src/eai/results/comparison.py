@@ -126,7 +126,6 @@ class Comparison:
     Attributes:
         tasks: how many tasks both runs have scored answers to.
         names: how many names these have.
-        differing: tasks whose contribution to any of the ability's main metrics differs.
         only_in_first: tasks that only the first run has scored answers to; they are left out.
         only_in_second: tasks that only the second run has scored answers to.
     """
@@ -134,7 +133,6 @@ class Comparison:
     differences: tuple[Difference, ...]
     tasks: int
     names: int
-    differing: tuple[str, ...]
     only_in_first: tuple[str, ...]
     only_in_second: tuple[str, ...]
 
@@ -155,7 +153,6 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
         if r.task_id in verdicts and not declared.alike(verdicts[r.task_id], r.verdict)
     }
     names = {task: known.get(task, task) for task in before if task in after and task not in others}
-    columns = tuple(declared.main)
     differences = [
         difference(
             metric,
@@ -163,13 +160,12 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
             _cases(metric, names, after),
             yes_no=metric in declared.yes_no,
         )
-        for metric in columns
+        for metric in declared.main
     ]
     return Comparison(
         tuple(differences),
         len(names),
         len(set(names.values())),
-        tuple(t for t in names if any(before[t].get(name) != after[t].get(name) for name in columns)),
         tuple(task for task in before if task not in names),
         tuple(task for task in after if task not in names),
     )

@@ -71,12 +71,10 @@ class PaperTable:
 
     Attributes:
         name: the name of its file here.
-        label: the label of the table in the paper's source.
         rows: model -> figures in percent, None where the paper has none; in the paper's order.
     """
 
     name: str
-    label: str
     title: str
     columns: tuple[PaperColumn, ...]
     rows: Mapping[str, tuple[float | None, ...]]
@@ -95,12 +93,10 @@ class _PaperSetting:
 
     Attributes:
         protocol: the protocol whose numbers are the same quantities.
-        domains: the name of a domain in records -> its name in the paper, in the paper's order.
         tables: a report's table -> the paper's tables with the same columns, in order of preference.
     """
 
     protocol: str
-    domains: Mapping[str, str]
     tables: Mapping[str, tuple[str, ...]]
 
     @property
@@ -114,7 +110,7 @@ def paper_setting() -> _PaperSetting:
     """The paper's protocol, domains and tables."""
     found = parse_toml(_text("setting.toml"))
     tables = {name: tuple(papers) for name, papers in found["tables"].items()}
-    return _PaperSetting(found["protocol"], found["domains"], tables)
+    return _PaperSetting(found["protocol"], tables)
 
 
 def paper_table(name: str) -> PaperTable:
@@ -136,7 +132,7 @@ def _read_table(name: str) -> PaperTable:
     found = json.loads(_text(f"{name}.json"))
     columns = tuple(PaperColumn(*text.split("/")) for text in found["columns"])
     rows = {model: tuple(row) for model, row in found["rows"].items()}
-    return PaperTable(name, found["label"], found["title"], columns, rows)
+    return PaperTable(name, found["title"], columns, rows)
 
 
 def _text(name: str) -> str:
