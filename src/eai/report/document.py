@@ -78,13 +78,12 @@ def agreements(runs: Sequence[RunSummary]) -> list[_Agreement]:
         and item.key.model in paper_models()
         and item.coverage.ranked
     ]
-    found: dict[tuple[str, str, str], list[_CellPair]] = {}
-    for table in map(paper_table, setting.full_tables):
-        for item in ours:
-            key = (table.title, item.key.ability.value, item.key.domain)
-            pairs = list(_pairs(table, item))
-            if pairs:
-                found.setdefault(key, []).extend(pairs)
+    found = grouped(
+        ((table.title, item.key.ability.value, item.key.domain), pair)
+        for table in map(paper_table, setting.full_tables)
+        for item in ours
+        for pair in _pairs(table, item)
+    )
     return [_Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
 
 

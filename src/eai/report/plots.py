@@ -16,6 +16,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
 from eai.benchmark.registry import title_of
+from eai.data.grouping import grouped
 from eai.report import plot_summary
 from eai.report.document import Plot
 from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
@@ -162,10 +163,7 @@ def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
 
 
 def _binned(table: Mapping[int, Cases], bin_of: Callable[[int], int]) -> dict[int, list[Case]]:
-    bins: dict[int, list[Case]] = {}
-    for number, cases in table.items():
-        bins.setdefault(bin_of(number), []).extend(cases)
-    return bins
+    return grouped((bin_of(number), case) for number, cases in table.items() for case in cases)
 
 
 def _draw_panel(

@@ -286,11 +286,8 @@ def _write_averaged(
     """Write a record of each task that has the means over its epochs."""
     records = averaged_records([one.records for one in of_epochs], averaged)
     records = [replace(record, model=obtained.name) for record in records]
-    reasons = dict.fromkeys(reason for one in of_epochs for reason in one.failures)
-    failures = {
-        reason: list(dict.fromkeys(task for one in of_epochs for task in one.failures.get(reason, ())))
-        for reason in reasons
-    }
+    failed = [(why, task) for one in of_epochs for why, tasks in one.failures.items() for task in tasks]
+    failures = grouped(dict.fromkeys(failed))
     truncated = sum(one.truncated for one in of_epochs)
     return _write_records(obtained, records, folder, suite, failures, truncated, of_epochs)
 
