@@ -10,13 +10,18 @@ from pathlib import Path
 import pytest
 
 import eai
+from eai import given
 from eai.abilities.action_sequencing.notation import reason_of
 from eai.abilities.goal_test import solves
 from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
+from eai.acting.play import Play, rules_of
+from eai.acting.setting import STANDARD
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
+from eai.envs.agents import gold_agent
+from eai.envs.game import Game, Stage, staged
 from eai.generator.spec import Generated, TaskKind
 from eai.generator.twins import Leaning, twins_of
 from eai.planning.planner import Planner
@@ -120,3 +125,44 @@ def test_the_kind_of_thing_tells_nothing(like: str) -> None:
     found = [twins_of(Generated(whole, {}), planner, (), leaning, random.Random(seed)) for seed in range(4)]
     assert any(found)
     assert all(abs(number) <= 1 for number in leaning.values())
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_an_acting_agent_may_refuse_and_its_budget_tells_nothing(like: str) -> None:
+    (made, *_), benchmark = pairs(like), find_benchmark(like)
+    assert made.twin is not None
+    stages = [staged(task, benchmark, rules_of(STANDARD)) for task in (made.task, made.twin.task)]
+    assert {stage.limit for stage in stages} == {50}
+    for stage in stages:
+        is_right = bool(stage.task.missing)
+        assert "IMPOSSIBLE(predicate(object))" in stage.opening
+        assert upper(stage) == (True, "refused" if is_right else "done")
+        game = Game(stage)
+        turn = game.act("IMPOSSIBLE(something is missing)")
+        assert (game.ended, game.won, turn.terminated, turn.reward) == ("refused", is_right, True, is_right)
+        episode = Play(stage, 0, 1)
+        episode.act("IMPOSSIBLE(something is missing)")
+        suite = eai.open(replace(benchmark, open_tasks=given(stage.task)), "acting")
+        verdict = suite.score(stage.task.id, episode.text("stopped"))
+        assert isinstance(verdict, PlanVerdict)
+        assert (verdict.success, verdict.refused, verdict.declines) == (
+            is_right,
+            "something is missing",
+            True,
+        )
+
+
+def upper(stage: Stage) -> tuple[bool, str | None]:
+    """Whether who knows the plan, or that there is none, wins; and how it ends."""
+    game = Game(stage)
+    agent = gold_agent(game)
+    while not game.over:
+        game.act(agent())
+    return game.won, game.ended
+
+
+def test_elsewhere_it_is_no_command() -> None:
+    made = pairs("behavior")[0]
+    stage = staged(replace(made.task, missing=None), find_benchmark("behavior"), rules_of(STANDARD))
+    assert "IMPOSSIBLE" not in stage.opening
+    assert Game(stage).act("IMPOSSIBLE(why)").info["fault"] == "hallucination"

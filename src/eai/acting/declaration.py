@@ -80,9 +80,9 @@ class ActingVerdict(PlanVerdict):
 
     Attributes:
         turns: what was done, and what became of it.
-        ended: why it ended: ``done`` (the agent said so), ``goal`` (by rules that end it there), ``steps``,
-            ``tokens``, ``time``, ``turns`` (of the model, many without an action), ``stopped`` (the agent
-            did).
+        ended: why it ended: ``done`` (the agent said so), ``goal`` (by rules that end it there), ``refused``
+            (the agent said that it is impossible), ``steps``, ``tokens``, ``time``, ``turns`` (of the model,
+            many without an action), ``stopped`` (the agent did).
         declared: whether the agent said that it is done.
         reached: whether all goals hold at the end, be it said or not.
         shortest: the actions of the shortest known plan; None where none is known.
@@ -115,8 +115,8 @@ class ActingVerdict(PlanVerdict):
 
     @property
     def declines(self) -> bool:
-        """Whether the agent has asked at any turn."""
-        return any(is_question(turn.said) for turn in self.turns)
+        """Whether the agent has said that the task is impossible, or asked at any turn."""
+        return self.refused is not None or any(is_question(turn.said) for turn in self.turns)
 
     def is_action(self, step: int) -> bool:
         """A turn to look, to end the episode, or too late is none."""

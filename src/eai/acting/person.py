@@ -12,6 +12,7 @@ from difflib import get_close_matches
 from itertools import groupby
 from operator import attrgetter
 
+from eai.abilities.verdict import REFUSE
 from eai.acting.play import Episode, Play, read_episode
 from eai.envs.command import DONE, LOOK
 from eai.envs.game import Stage, manual
@@ -94,7 +95,7 @@ def command_in(line: str, operators: Sequence[str]) -> str:
 
 
 def _operators(stage: Stage) -> list[str]:
-    return [*stage.domain.arities, DONE, LOOK]
+    return [*stage.domain.arities, DONE, LOOK, *([] if stage.task.missing is None else [REFUSE])]
 
 
 def _possible(play: Play, parts: Sequence[str]) -> Iterator[str]:

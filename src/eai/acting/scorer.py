@@ -46,7 +46,8 @@ def pose(world: AskedWorld, task: Task) -> Posed:
     """The question in the standard setting, and the commands of a reference that can be played in it."""
     arena = Arena(_benchmark_of(world))
     commands = arena.stage(task).reference.commands if task.left_out is None else None
-    return Posed(arena.prompt(task).user, "\n".join([*(commands or ()), DONE]))
+    end = [] if task.missing else [DONE]
+    return Posed(arena.prompt(task).user, "\n".join([*(commands or ()), *end]))
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in this setting"
@@ -123,6 +124,7 @@ class _ActingScorer(Scorer):
             moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
         verdict = self._verdict(stage, episode, tuple(turns), game.ended or claimed, tuple(info["goals"]))
+        verdict = replace(verdict, refused=game.refused)
         return verdict, steps, moments
 
     def _verdict(
@@ -131,7 +133,7 @@ class _ActingScorer(Scorer):
         """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
         held = goals if turns else self.goals.none_reached
         declared, reached = ended == "done", bool(turns) and all(held)
-        is_won = reached and ended in ("done", "goal")
+        is_won = bool(self.task.missing) if ended == "refused" else reached and ended in ("done", "goal")
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
         return ActingVerdict(
@@ -155,6 +157,8 @@ class _ActingScorer(Scorer):
         self, verdict: ActingVerdict, steps: list[StepReport], moments: list[Moment]
     ) -> Assessment:
         def look_back(states: int) -> ActingVerdict:
+            if self.task.missing:
+                return verdict
             if verdict.success:
                 return replace(verdict, outlook="open")
             outlook, lost_at = loss(self.task, self.benchmark.domain, moments, states)

@@ -17,8 +17,9 @@ from typing import TypeAlias
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.task import Goal
+from eai.abilities.verdict import REFUSE
 from eai.envs.command import DONE
-from eai.envs.game import Game
+from eai.envs.game import Game, Stage
 from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
@@ -123,9 +124,16 @@ def reference_agent(game: Game, seed: int = 0) -> Agent:
 
 
 def gold_agent(game: Game, seed: int = 0) -> Agent:
-    """The data set's own plan, or else the planner's, then `DONE`."""
+    """The data set's own plan, or else the planner's, then `DONE`; a refusal of what has no plan."""
+    if game.task.missing:
+        return lambda: refusal_of(game.stage)
     write, script = game.stage.commands.write, game.task.script
     return _following(map(write, script)) if script else planner_agent(game)
+
+
+def refusal_of(stage: Stage) -> str:
+    """The command that says what a task lacks."""
+    return stage.benchmark.plans.encoded(f"{REFUSE}({', '.join(stage.task.missing or ())})")
 
 
 def planner_agent(game: Game, seed: int = 0) -> Agent:

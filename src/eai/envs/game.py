@@ -17,7 +17,7 @@ from typing_extensions import TypedDict, assert_never
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.verdict import ASK, ErrorReport, is_question
+from eai.abilities.verdict import ASK, REFUSE, ErrorReport, is_question, refusal_in
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands, is_look
@@ -47,8 +47,11 @@ if TYPE_CHECKING:
 Sight: TypeAlias = tuple[int, ...]
 """The objects that are seen, in the order in which they are listed."""
 
-Ended: TypeAlias = Literal["goal", "done", "steps"]
-"""How a game has ended: with its goals reached, by `DONE`, or cut off after so many actions."""
+Ended: TypeAlias = Literal["goal", "done", "refused", "steps"]
+"""How a game has ended: with its goals reached, by `DONE`, by a refusal, or cut off after so many actions."""
+
+_OF_PAIR = 50
+"""How many actions both tasks of a pair have, of which one may have no plan."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -307,7 +310,8 @@ class Stage:
         """After how many actions a game is cut off; None for never."""
         most = [] if self.rules.max_steps is None else [self.rules.max_steps]
         if self.rules.budget is not None:
-            most.append(self.reference.budget(self.rules.budget))
+            is_of_pair = self.task.missing is not None  # whose budget must not say whether there is a plan
+            most.append(_OF_PAIR if is_of_pair else self.reference.budget(self.rules.budget))
         return min(most, default=None)
 
     @cached_property
@@ -362,7 +366,9 @@ class Game:
         task: the task that is played.
         look: the present view.
         ended: how it has ended; None while it lasts.
-        won: whether it has ended with all goals reached; where `DONE` ends it, that was said.
+        won: whether it has ended with all goals reached; where `DONE` ends it, that was said. One that was
+            refused is won if nothing leads to the goals.
+        refused: why the task cannot be done, as the agent said; None if it did not.
         taken: the operators of the actions that were carried out.
         known: the objects that have been seen, and landmarks.
         reached: which goals are reached now.
@@ -390,6 +396,7 @@ class Game:
         self._at_start = self.reached = self._goals_reached()
         self.ended: Ended | None = None
         self.won = False
+        self.refused: str | None = None
         self.worth = 0.0
         self.tried = 0
         self.action: Action | None = None
@@ -416,6 +423,8 @@ class Game:
         return self._worth(is_last=True)
 
     def _worth(self, *, is_last: bool) -> float:
+        if self.refused is not None:
+            return float(self.won)
         earned = self._earned(is_last=is_last)
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
@@ -479,9 +488,13 @@ class Game:
         if self._rules.feedback is Feedback.CHANGES and is_look(text, self.stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
-        fits, is_action = self.task.fits, ASK in self.stage.domain.arities
-        if fits is not None and not is_action and is_question(text):
+        fits, operators = self.task.fits, self.stage.domain.arities
+        if fits is not None and ASK not in operators and is_question(text):
             return self._answer(fits[0])
+        if self.task.missing is not None and REFUSE not in operators:
+            self.refused = refusal_in(self.stage.benchmark.plans.decoded(text))
+            if self.refused is not None:
+                return self._turn(_Tried(f"{REFUSE}."), ())
         command = self.stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
         self._has_looked = False
         self._turns += command.meant is not None
@@ -511,7 +524,9 @@ class Game:
     def _turn(self, tried: _Tried, repairs: tuple[str, ...], *, done: bool = False) -> _Turn:
         """Return the turn that follows from the outcome of a command."""
         complete, limit = all(self.reached), self.stage.limit
-        if done:
+        if self.refused is not None:
+            self.ended = "refused"
+        elif done:
             self.ended = "done"
         elif self._rules.until is Until.GOAL and complete:
             self.ended = "goal"
@@ -519,6 +534,8 @@ class Game:
             self.ended = "steps"
         truncated = self.ended == "steps"
         self.won = self.over and complete and not truncated
+        if self.refused is not None:
+            self.won = bool(self.task.missing)
         observation = tried.text
         if self.over:
             observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."

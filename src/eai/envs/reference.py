@@ -9,7 +9,7 @@ from typing import NamedTuple
 from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.task import Task
-from eai.envs.agents import UPPER, Agent, planner_of
+from eai.envs.agents import UPPER, Agent, planner_of, refusal_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.planning.planner import needed_actions
@@ -38,7 +38,7 @@ class Reference(NamedTuple):
         shortest: the length of the shortest plan known, by who knows the whole scene; nobody has proved that
             there is no shorter one. None where no plan is known.
         commands: commands that reach all goals with what they see, without `DONE`: the gold plan, or else an
-            explorer's; None where neither does, so that the task is left out.
+            explorer's; a refusal where there is no plan; None where neither wins and the task is left out.
     """
 
     shortest: int | None
@@ -52,6 +52,8 @@ class Reference(NamedTuple):
 
 def reference_of(stage: Stage) -> Reference:
     """The reference of a task, in the view of its stage."""
+    if stage.task.missing:
+        return Reference(None, (refusal_of(stage),))
     lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
     endless = stage.endless()
     for name in ("gold", "explorer"):

@@ -143,6 +143,7 @@ def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list
         "missing": is_plan and any(task.missing is not None for task in about),
         "ambiguous": is_plan and asks,
         "ambiguous_acting": name == "environment" and asks,
+        "missing_acting": name == "environment" and any(task.missing is not None for task in about),
     }
     return [templates.text(f"goals/{each}.txt") for each, is_used in used.items() if is_used]
 
