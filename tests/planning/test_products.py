@@ -1,0 +1,193 @@
+"""Fewest edits against Fast Downward: plans with planted faults, and the few actions that edits may use.
+
+Each case is a planning problem of its own, the product of the plan and the world: at a position of the plan
+its step is kept (cost 0), left out or replaced, or another action is put before it (cost 1 each). A step that
+is not needed may be kept without effect. A plan that A* finds with the blind heuristic costs as many edits
+as are needed.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from itertools import count, islice
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+
+import pytest
+
+import eai.logic.formula as f
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.task import GoalKind, Task
+from eai.logic.rewriting import rewrite, with_terms
+from eai.pddl.export import Exported, export
+from eai.pddl.fast_downward import FastDownward
+from eai.pddl.model import map_effect
+from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
+from eai.planning.search import Effort
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+from eai.world.operator import Operator, missing
+from eai.world.relation import bits, mask_of
+from planning.test_repair import draw, restricted
+from sweeps import swept
+
+SKIPPED = "_SKIPPED_"
+"""Stands in the names of operators that do nothing, behind that of the operator that is not needed."""
+
+PLACES = ("INSIDE", "ONTOP", "HOLDS_RH", "HOLDS_LH", "inside", "ontop", "onfloor", "holds_lh", "holds_rh")
+"""The relations to what a thing is in, on or held by, and to what the agent holds."""
+
+
+@cache
+def with_skips(domain: Domain) -> Domain:
+    """The domain, and for each check by which an action is not needed one that does nothing then."""
+    return domain.with_operators(*[skip for operator in domain.operators for skip in _skips(operator)])
+
+
+def _skips(operator: Operator) -> Iterator[Operator]:
+    for number, check in enumerate(operator.checks):
+        if check.fault is FaultKind.ADDITIONAL_STEP:
+            checks = (*operator.checks[:number], missing(f.Not(check.condition), "it is needed"))
+            yield replace(
+                operator, name=f"{operator.name}{SKIPPED}{number}", checks=checks, effects=(), tries=()
+            )
+
+
+def objects_of(task: Task, actions: Sequence[Action]) -> set[int]:
+    """The objects that a task and some actions are about, and all that those are in, on or held by."""
+    found = {*task.relevant, *task.named_by(task.goals)}.union(*[action.arguments for action in actions])
+    found |= set() if task.scene.agent is None else {task.scene.agent}
+    pending = [*found]
+    placed = [name for name in PLACES if name in task.scene.vocabulary.binary_slots]
+    while pending:
+        thing = pending.pop()
+        beside = {place for name in placed for place in bits(task.initial.relation(name).row(thing))}
+        pending += beside - found
+        found |= beside
+    return found
+
+
+def product_of(
+    task: Task, domain: Domain, plan: Sequence[Action | None], actions: Sequence[Action]
+) -> tuple[str, str]:
+    """The domain and the problem of a case as PDDL."""
+    world = with_skips(domain)
+    about = objects_of(task, [step for step in (*plan, *actions) if step is not None])
+    exported = export(world, task.initial, [goal.formula for goal in task.goals], objects=mask_of(about))
+    written = [*_edits(exported, plan, actions), *_kept(exported, world, plan)]
+    header = replace(
+        exported.domain, constants=(*exported.domain.constants, *exported.problem.objects), actions=()
+    )
+    header = write_domain(header).rstrip().removesuffix(")")
+    places = " ".join(f"(at-{place})" for place in range(len(plan) + 1))
+    header = header.replace("(:predicates", f"(:predicates {places}", 1)
+    before, mark, axioms = header.partition("(:derived")
+    domain = "\n".join([before, "(:functions (total-cost) - number)", mark + axioms, *written, ")"])
+    goal = f.And((exported.problem.goal, f.Atom(f"at-{len(plan)}")))
+    begins = replace(
+        exported.problem, objects=(), initial=(*exported.problem.initial, f.Atom("at-0")), goal=goal
+    )
+    problem = write_problem(begins).replace("(:init", "(:init (= (total-cost) 0)", 1).rstrip()
+    return domain, f"{problem.removesuffix(')')}(:metric minimize (total-cost)))"
+
+
+def _edits(exported: Exported, plan: Sequence[Action | None], actions: Sequence[Action]) -> Iterator[str]:
+    for place in range(len(plan) + 1):
+        yield from (_move(exported, place, place, action, 1) for action in actions)
+        if place < len(plan):
+            yield _move(exported, place, place + 1, None, 1)
+            yield from (_move(exported, place, place + 1, action, 1) for action in actions)
+
+
+def _kept(exported: Exported, world: Domain, plan: Sequence[Action | None]) -> Iterator[str]:
+    for place, action in enumerate(plan):
+        if action is not None:
+            names = [name for name in world.arities if name.partition(SKIPPED)[0] == action.operator]
+            kept = [action._replace(operator=name) for name in names]
+            yield from (_move(exported, place, place + 1, each, 0) for each in kept)
+
+
+NUMBERS = count()
+"""Of the actions: no two have one name."""
+
+
+def _move(exported: Exported, place: int, after: int, taken: Action | None, cost: int) -> str:
+    """One way from a position of the plan to another, by an action or by none."""
+    moved = "" if after == place else f" (not (at-{place})) (at-{after})"
+    condition, effect = "(and)", "(and)"
+    if taken is not None:
+        step = exported.step(taken)
+        action = next(each for each in exported.domain.actions if each.name == step.action)
+        names = {p.name: f.Constant(a) for p, a in zip(action.parameters, step.arguments, strict=True)}
+        condition = write_formula(_bound(action.precondition, names))
+        effect = write_effect(
+            map_effect(
+                action.effect,
+                lambda formula: _bound(formula, names),
+                lambda atom: with_terms(atom, lambda term: names.get(term.name, term)),
+            )
+        )
+    return (
+        f"(:action move-{next(NUMBERS)} :parameters () :precondition (and (at-{place}) {condition})"
+        f" :effect (and {effect}{moved} (increase (total-cost) {cost})))"
+    )
+
+
+def _bound(formula: f.Formula, names: dict[str, f.Constant]) -> f.Formula:
+    def change(leaf: f.Atom | f.Equals, bound: frozenset[str]) -> f.Formula:
+        return with_terms(leaf, lambda term: term if term.name in bound else names.get(term.name, term))
+
+    return rewrite(formula, change)
+
+
+def cheapest(domain: str, problem: str) -> int | None:
+    """The cost of a cheapest plan; None if there is none."""
+    binaries = FastDownward.installed().binaries
+    environment = {**os.environ, "PYTHONPATH": str(binaries), "PYTHONHASHSEED": "0"}
+    run = partial(subprocess.run, env=environment, capture_output=True, text=True, timeout=60, check=True)
+    with TemporaryDirectory() as folder:
+        Path(folder, "domain.pddl").write_text(domain)
+        Path(folder, "problem.pddl").write_text(problem)
+        run([sys.executable, "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"], cwd=folder)
+        with Path(folder, "output.sas").open() as source:
+            found = run([str(binaries / "downward"), "--search", "astar(blind())"], cwd=folder, stdin=source)
+    cost = re.search(r"Plan cost: (\d+)", found.stdout)
+    return int(cost[1]) if cost else None
+
+
+def can_be_written(
+    scorer: ActionSequencing, plan: Sequence[Action | None], actions: Sequence[Action]
+) -> bool:
+    """Whether a case can be written, and is small: goals have no order, no step chooses between tries."""
+    tries = {operator.name for operator in scorer.domain.operators if operator.tries}
+    goals, steps = scorer.task.goals, [step for step in plan if step is not None]
+    return (
+        len(plan) <= 5
+        and not any(goal.is_over_time for goal in goals)
+        and sum(goal.kind is GoalKind.ACTION for goal in goals) < 2
+        and tries.isdisjoint(step.operator for step in steps)
+        and len(objects_of(scorer.task, [*steps, *actions])) <= 12
+    )
+
+
+@pytest.mark.skipif(not FastDownward.is_installed(), reason="Fast Downward is not installed")
+@pytest.mark.parametrize(("name", "number"), [("behavior", 3), *swept(("behavior", 40), ("virtualhome", 6))])
+def test_fewest_edits_are_what_a_cheapest_plan_costs(name: str, number: int) -> None:
+    random, seen = Random(11), set()
+    cases = (draw(name, random) for _ in count())
+    for scorer, plan, actions in islice((case for case in cases if can_be_written(*case)), number):
+        at_least, edits = restricted(scorer, plan, actions).mend(plan, Effort(100_000))
+        assert edits is not None
+        assert len(edits) == at_least
+        cost = cheapest(*product_of(scorer.task, scorer.domain, plan, actions))
+        assert cost == at_least, (scorer.task.id, plan, actions)
+        seen.add(cost)
+    assert len(seen) > 1
