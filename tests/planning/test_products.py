@@ -25,7 +25,7 @@ import pytest
 import eai.logic.formula as f
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.task import GoalKind, Task
-from eai.logic.rewriting import rewrite, with_terms
+from eai.logic.rewriting import substitute
 from eai.pddl.export import Exported, export
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.model import map_effect
@@ -126,26 +126,14 @@ def _move(exported: Exported, place: int, after: int, taken: Action | None, cost
     if taken is not None:
         step = exported.step(taken)
         action = next(each for each in exported.domain.actions if each.name == step.action)
-        names = {p.name: f.Constant(a) for p, a in zip(action.parameters, step.arguments, strict=True)}
-        condition = write_formula(_bound(action.precondition, names))
-        effect = write_effect(
-            map_effect(
-                action.effect,
-                lambda formula: _bound(formula, names),
-                lambda atom: with_terms(atom, lambda term: names.get(term.name, term)),
-            )
-        )
+        things = dict(zip(action.parameters, map(f.Constant, step.arguments), strict=True))
+        bound = partial(substitute, values=things)
+        condition = write_formula(bound(action.precondition))
+        effect = write_effect(map_effect(action.effect, bound, bound))
     return (
         f"(:action move-{next(NUMBERS)} :parameters () :precondition (and (at-{place}) {condition})"
         f" :effect (and {effect}{moved} (increase (total-cost) {cost})))"
     )
-
-
-def _bound(formula: f.Formula, names: dict[str, f.Constant]) -> f.Formula:
-    def change(leaf: f.Atom | f.Equals, bound: frozenset[str]) -> f.Formula:
-        return with_terms(leaf, lambda term: term if term.name in bound else names.get(term.name, term))
-
-    return rewrite(formula, change)
 
 
 def cheapest(domain: str, problem: str) -> int | None:

@@ -109,9 +109,14 @@ class Task:
         return self if len(kept) == len(self.goals) else replace(self, goals=kept, hazards=())
 
     @property
+    def is_told_by_goals(self) -> bool:
+        """Whether questions tell its goals, and not its instruction alone, which may fit several objects."""
+        return self.fits is None
+
+    @property
     def told(self) -> Task:
         """The task as who is asked is told it."""
-        if self.fits is not None:
+        if not self.is_told_by_goals:
             return replace(self, goals=())
         if not self.untold:
             return self

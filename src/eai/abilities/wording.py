@@ -141,7 +141,7 @@ class Wording:
 
     def goals(self, task: Task) -> str:
         """The goals of a task; its instruction where that is all that is told of them."""
-        if task.fits is not None:
+        if not task.is_told_by_goals:
             return task.instruction
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))

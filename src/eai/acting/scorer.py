@@ -123,29 +123,24 @@ class _ActingScorer(Scorer):
             steps.append(_step(turns[-1], told, game))
             moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
-        verdict = self._verdict(stage, episode, tuple(turns), game.ended or claimed, tuple(info["goals"]))
-        verdict = replace(verdict, refused=game.refused)
-        return verdict, steps, moments
+        return self._verdict(game, episode, tuple(turns), game.ended or claimed), steps, moments
 
-    def _verdict(
-        self, stage: Stage, episode: Episode, turns: tuple[Turn, ...], ended: str, goals: tuple[bool, ...]
-    ) -> ActingVerdict:
+    def _verdict(self, game: Game, episode: Episode, turns: tuple[Turn, ...], ended: str) -> ActingVerdict:
         """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
-        held = goals if turns else self.goals.none_reached
-        declared, reached = ended == "done", bool(turns) and all(held)
-        is_won = bool(self.task.missing) if ended == "refused" else reached and ended in ("done", "goal")
+        stage, held = game.stage, game.reached if turns else self.goals.none_reached
         faults = [turn.fault for turn in turns if turn.fault is not None]
         additional = faults.count(FaultKind.ADDITIONAL_STEP)
         return ActingVerdict(
             executable=len(faults) == additional,
-            success=is_won,
+            success=game.won,
             additional_steps=additional,
             goals=self.goals.tallies(held),
             goals_satisfied=held,
             turns=turns,
             ended=ended,
-            declared=declared,
-            reached=reached,
+            refused=game.refused,
+            declared=ended == "done",
+            reached=bool(turns) and all(held),
             shortest=stage.reference.shortest,
             budget=stage.limit,
             view=f"{stage.rules.view.value}, {stage.rules.observe.value}",

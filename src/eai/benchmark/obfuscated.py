@@ -261,11 +261,6 @@ def plain_name(name: str) -> str:
     return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
 
 
-def _is_told_by_goals(task: Task) -> bool:
-    """Whether a task is told by goals, which can be put in other words, and not by its instruction."""
-    return task.fits is None
-
-
 def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
@@ -279,7 +274,7 @@ def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Ben
             english=benchmark.english,
         )
 
-    asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION, _is_told_by_goals)
+    asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION)
 
     def in_capitals(text: str) -> str:
         return _TOKEN.sub(lambda t: _replaced(t[0], cipher.words) if t[0].isupper() else t[0], text)
@@ -294,8 +289,10 @@ def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Ben
         formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
         asks={
             Ability.GOAL_INTERPRETATION: lambda task: False,
-            Ability.ACTION_SEQUENCING: _is_told_by_goals,
-            Ability.SUBGOAL_DECOMPOSITION: lambda task: _is_told_by_goals(task) and asks_subgoals(task),
+            Ability.ACTION_SEQUENCING: lambda task: task.is_told_by_goals,  # only they get other words
+            Ability.SUBGOAL_DECOMPOSITION: lambda task: (
+                task.is_told_by_goals and (asks_subgoals is None or asks_subgoals(task))
+            ),
         },
         open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
         published_prompts=None,

@@ -227,7 +227,7 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
         title=f"{base.title or base.name}, {name}",
         reference="",
         open_tasks=open_tasks,
-        asks={Ability.GOAL_INTERPRETATION: lambda task: task.fits is None},  # what is meant is not told else
+        asks={Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals},
         only_by_name={},
         open_public=base.open_tasks,
         open_operators=None,

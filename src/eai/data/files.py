@@ -148,20 +148,19 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
             over.
     """
     parts: dict[Path, Path] = {}
-    path = Path()
     try:
         for path, content in contents.items():
-            path.parent.mkdir(parents=True, exist_ok=True)
-            is_device = path.exists() and not (path.is_file() or path.is_dir())
-            part = path if is_device else path.resolve().with_name(f".{secrets.token_hex(8)}.part")
-            if not is_device:
-                parts[part] = path.resolve()
-            with part.open("wb") as file:
-                file.writelines(_encoded(content))
+            with writing_to(path):
+                path.parent.mkdir(parents=True, exist_ok=True)
+                is_device = path.exists() and not (path.is_file() or path.is_dir())
+                part = path if is_device else path.resolve().with_name(f".{secrets.token_hex(8)}.part")
+                if not is_device:
+                    parts[part] = path.resolve()
+                with part.open("wb") as file:
+                    file.writelines(_encoded(content))
         for part, path in parts.items():
-            part.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+            with writing_to(path):
+                part.replace(path)
     finally:
         for part in parts:
             with contextlib.suppress(OSError):

@@ -334,7 +334,7 @@ class Stage:
 def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     """Return the first observation of a task."""
     parts = [f"{task.title}\n{task.instruction}"]
-    parts += [f"Goals:\n{wording.goals(task)}"] if task.fits is None else []
+    parts += [f"Goals:\n{wording.goals(task)}"] if task.is_told_by_goals else []
     parts += explanations("environment", [task], Templates())
     known = "" if wording.conventions is None else wording.conventions(task)
     parts += [known] if known else []

@@ -217,8 +217,7 @@ class Generator:
         rng = self.spec.rng(seed)
         base = rng.choices(self._bases, self._weights)[0]
         initial, hidden = self._scene(base, rng)
-        is_hazardous = self.spec.kind in (TaskKind.HAZARDS, TaskKind.UNTOLD)
-        if is_hazardous and not may_occur(self.benchmark.english.hazards, initial.scene):
+        if self.spec.kind.is_hazardous and not may_occur(self.benchmark.english.hazards, initial.scene):
             return Reason.NO_HAZARD
         least, most = self._window(base)
         walk = self._walk(base, initial, hidden, rng, least, most)

@@ -107,7 +107,12 @@ class TaskKind(str, Enum):
     @property
     def is_over_time(self) -> bool:
         """Whether goals over time are asked for besides."""
-        return self in (TaskKind.ORDER, TaskKind.HAZARDS, TaskKind.UNTOLD)
+        return self is TaskKind.ORDER or self.is_hazardous
+
+    @property
+    def is_hazardous(self) -> bool:
+        """Whether the shortest way is not safe."""
+        return self in (TaskKind.HAZARDS, TaskKind.UNTOLD)
 
 
 class Split(str, Enum):
