@@ -17,10 +17,15 @@ from eai.envs.agents import NULLS, UPPER
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.envs.rules import STANDARD, Rules
+from eai.logic.formula import Always, And, Atom, Constant, Not
 from eai.tasks.source import Source
+from eai.world.execution import Action
 from envs.switches import SWITCHES
 
 TASKS: Mapping[str, Task] = SWITCHES.tasks_for(Ability.ACTION_SEQUENCING, Source())
+PLAN = (("PRESS", "lamp"), ("GO", "shed"), ("PRESS", "torch"))
+"""What who sees all needs for the task ``both``."""
+
 EVERY = {"virtualhome": 24, "behavior": 14}
 """Which tasks of a household are played."""
 
@@ -90,6 +95,19 @@ def test_a_reference_is_what_can_be_played_and_the_budget_follows_from_it() -> N
     assert stage.reference._replace(commands=("WAVE()",) * 30).budget(2) == 30
     assert Stage(TASKS["both"], SWITCHES, STANDARD.model_copy(update={"max_steps": 3})).limit == 3
     assert Stage(TASKS["both"], SWITCHES, Rules()).limit == 100
+
+
+def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_rule() -> None:
+    """Who explores enters the shed in the dark; the plan does not know that the torch is out of sight."""
+    both = TASKS["both"]
+    dark = Not(Atom("lit", (Constant("lamp"),)))
+    rule = Always(Not(And((Atom("at", (Constant("robot"), Constant("shed"))), dark))))
+    plan = tuple([Action(name, (both.scene.index[thing],)) for name, thing in PLAN])
+    goals = (*both.goals, *make_task("rule", "", both.initial, rule).goals)
+    task = replace(both, goals=goals, script=plan)
+    stage = Stage(task, SWITCHES, STANDARD)
+    assert not any(played(agent, stage)[0].won for agent in ("gold", "explorer"))
+    assert stage.reference.commands == ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
 
 
 @pytest.mark.parametrize("agent", NULLS)

@@ -302,6 +302,20 @@ class _Explorer:
         return found
 
 
+class _Seeker(_Explorer):
+    """The data set's own plan; it looks for what a step names before it, as the explorer looks further."""
+
+    def __init__(self, game: Game, seed: int = 0) -> None:
+        super().__init__(game)
+        self._steps = deque(game.task.script)
+
+    def _further(self) -> Sequence[Action]:
+        """The next step, if what it names has been seen, or a plan to see more."""
+        if self._steps and not self._game.known.issuperset(self._steps[0].arguments):
+            return self._to_sight(self._places()) or self._to_open()
+        return [self._steps.popleft()] if self._steps else ()
+
+
 class _Greedy(_Explorer):
     """`eai/greedy`: of the possible actions the one after which the planner's heuristic is least.
 
@@ -345,6 +359,7 @@ NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
 UPPER: Mapping[str, Callable[[Game, int], Agent]] = {
     "reference": reference_agent,
     "gold": gold_agent,
+    "seeker": _Seeker,
     "planner": planner_agent,
     "explorer": _Explorer,
     "greedy": _Greedy,

@@ -38,7 +38,8 @@ class Reference(NamedTuple):
         shortest: the length of the shortest plan known, by who knows the whole scene; nobody has proved that
             there is no shorter one. None where no plan is known.
         commands: commands that reach all goals with what they see, without `DONE`: the gold plan, or else an
-            explorer's; a refusal where there is no plan; None where neither wins and the task is left out.
+            explorer's, or else the gold plan and commands that look for what it names; a refusal where there
+            is no plan; None where none of these wins and the task is left out.
     """
 
     shortest: int | None
@@ -56,7 +57,7 @@ def reference_of(stage: Stage) -> Reference:
         return Reference(None, (refusal_of(stage),))
     lengths = [len(plan) for plan in _plans(stage.task, stage.domain)]
     endless = stage.endless()
-    for name in ("gold", "explorer"):
+    for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
         commands = _played(game, UPPER[name](game, 0))
         if all(game.reached):
