@@ -13,6 +13,7 @@ from eai.abilities.declaration import (
     SingleTurn,
 )
 from eai.abilities.explanation import Explanation
+from eai.abilities.merit import Merit
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
@@ -25,6 +26,9 @@ class CountVerdict(Verdict):
 
     right: bool = False
     off_by: int | None = None
+
+    def merit(self, at_start: object) -> Merit:
+        return Merit(float(self.right), self.right, ended=False, faults={})
 
 
 class CountScorer(Scorer):

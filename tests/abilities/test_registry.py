@@ -13,7 +13,11 @@ import pytest
 from abilities import counting
 from eai.abilities import declaration, protocol
 from eai.abilities.protocol import FOUR, Ability, ability_of, place_of
+from eai.benchmark.suite import open_suite
 from eai.errors import InputError
+from eai.scoring.reward import Reward
+from eai.tasks.source import Source
+from envs.switches import SWITCHES
 from processes import eai
 
 TESTS = Path(__file__).parents[1]
@@ -63,6 +67,20 @@ def test_a_seventh_ability_goes_through_every_command(tmp_path: Path, distributi
     assert found["differences"][0]["metric"] == "right"
     explained = eai("explain", folder / "eai_oracle" / "records.jsonl", **distribution)
     assert explained.status == 0, explained.err
+
+
+def test_a_seventh_ability_is_paid_as_its_verdicts_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    point = EntryPoint("counting", "abilities.counting:COUNTING", protocol.GROUP)
+    for module in (declaration, protocol):
+        monkeypatch.setattr(module, "registered_abilities", lambda: {Ability("counting"): point})
+    paid = Reward(open_suite(SWITCHES, Ability("counting")), "diagnosis")
+    named = len(SWITCHES.tasks(Source())["both"].relevant)
+    assert (paid("both", str(named)), paid("both", str(named + 1))) == (1, 0)
+
+
+def test_answers_whose_verdicts_have_no_merit_are_not_paid() -> None:
+    with pytest.raises(InputError, match="answers to scene_graph are not paid"):
+        Reward(open_suite("virtualhome", Ability("scene_graph")))
 
 
 def test_without_it_its_records_are_refused_in_one_line(tmp_path: Path, distribution: dict[str, str]) -> None:

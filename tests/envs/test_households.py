@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.merit import gain
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text
 from eai.abilities.verdict import PlanVerdict, Unreadable
@@ -20,7 +21,7 @@ from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
 from eai.envs.listed import spelled_out
 from eai.envs.rules import STANDARD
-from eai.scoring.reward import Reward, Shaping, gain
+from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
 from suites import answer_book
 

@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 import pytest
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.merit import Merit, gain
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
-from eai.scoring.reward import METRICS, Merit, Shaping, gain, merit, metrics_of
+from eai.scoring.reward import METRICS, Shaping, merit, metrics_of, worth
 from eai.world.fault import FaultKind
 
 Worth = tuple[float, float, float, float]
@@ -146,7 +147,7 @@ def paid(earned: Merit | None) -> Worth | None:
     if earned is None:
         return None
     success, goals, progress, diagnosis = [
-        earned.worth(shaping) for shaping in Shaping if shaping is not Shaping.REPAIR
+        worth(earned, shaping) for shaping in Shaping if shaping is not Shaping.REPAIR
     ]
     return success, goals, progress, diagnosis
 
@@ -328,5 +329,5 @@ def test_metrics_are_those_of_what_was_earned() -> None:
 
 
 def test_what_is_no_verdict_of_an_ability_is_refused() -> None:
-    with pytest.raises(TypeError, match="Verdict is the verdict of no ability"):
+    with pytest.raises(NotImplementedError, match="Verdict does not say what its answer has earned"):
         merit(Verdict())

@@ -204,7 +204,7 @@ class AbilityDeclaration(Generic[V]):
         asked: how it is asked. One that takes turns will say so by another class here.
         title: its name for readers.
         short: its name where there is little room.
-        verdict: the class of its verdicts.
+        verdict: the class of its verdicts, whose `merit` says what `eai.Reward` pays for.
         contributions: what an answer adds to each metric; all verdicts have the same metrics in one order.
         outcome: what an answer that is not excluded came to.
         columns: the columns of its tables, from left to right.

@@ -7,12 +7,14 @@ say and nothing else. Here is what several abilities say, and why nothing can be
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
+from eai.abilities.merit import Merit, merit_of_actions
 from eai.abilities.repair import Repair
 from eai.world.fault import FaultKind
 
@@ -105,6 +107,18 @@ class Verdict:
         """The columns that it fills in the line of an answer (`eai.results.lines.AnswerLine`)."""
         return {}
 
+    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+        """The merit of the answer to a task that is not left out; None where there is nothing to earn.
+
+        Args:
+            at_start: for each goal of the task, in order, whether it is reached where nothing is done; none
+                for answers that are not carried out.
+
+        Raises:
+            NotImplementedError: answers to this ability are not paid for.
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not say what its answer has earned")
+
     def is_action(self, step: int) -> bool:
         """Whether an action was tried at a step of the explanation, by its number from 0."""
         return True
@@ -190,6 +204,23 @@ class PlanVerdict(Verdict):
         met = {f"{kind}_met": float(tally.satisfied) for kind, tally in goals.items()}
         total = {f"{kind}_total": float(tally.total) for kind, tally in goals.items()}
         return {"executable": self.executable, "additional_steps": self.additional_steps, **met, **total}
+
+    def faults(self) -> Mapping[FaultKind, int]:
+        """How often each kind of fault was made: additional steps, and the error that ended it."""
+        faults = Counter({FaultKind.ADDITIONAL_STEP: self.additional_steps or 0})
+        if self.error is not None:
+            faults[self.error.kind] += 1
+        return +faults
+
+    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+        """Of what is carried out; of an answer that there is no plan, whether that is so."""
+        if self.refused is not None:
+            return Merit(float(self.success or 0), bool(self.success), ended=False, faults={})
+        ended = not self.executable
+        earned = merit_of_actions(self.goals_satisfied, at_start, ended=ended, faults=self.faults())
+        if earned is None:
+            return None
+        return replace(earned, success=bool(self.success) and earned.gain == 1)
 
     def without_answer(self) -> Self:
         """As of any verdict; no goal is reached, though it may hold from the beginning."""

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.merit import Merit, merit_of_actions
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import ASK, REFUSE, ErrorReport, is_question, refusal_in
@@ -29,7 +30,7 @@ from eai.logic.traversal import walk
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
-from eai.scoring.reward import Merit, Shaping, merit_of_actions, metrics_of, suite_of
+from eai.scoring.reward import Shaping, metrics_of, suite_of, worth
 from eai.tasks.source import TaskReference
 from eai.world.derived import stored_sources
 from eai.world.episode import Episode, Luck, Slip
@@ -429,7 +430,7 @@ class Game:
         if earned is not None and self._rules.reward is Shaping.REPAIR:
             last = [None] if self._is_undeclared(is_last=is_last) else [self._last] if self._failed else []
             return self.stage.mender.nearness((*self._worked(), *last)) or 0.0
-        return 0.0 if earned is None else earned.worth(self._rules.reward)
+        return 0.0 if earned is None else worth(earned, self._rules.reward)
 
     def _worked(self) -> list[Action]:
         """The actions that were carried out, or not needed."""

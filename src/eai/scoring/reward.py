@@ -10,7 +10,6 @@ Episodes are paid by the same definitions: a turn pays by how much it changes wh
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -19,15 +18,13 @@ from functools import cache, partial
 from typing_extensions import assert_never
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.merit import Merit
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member, protocol_of
-from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import ALL, Confusion, ErrorReport, PlanVerdict, Verdict, add
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
-from eai.pddl.check import Offence
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, TaskReference
 from eai.world.fault import FaultKind
@@ -48,49 +45,30 @@ class Shaping(str, Enum):
     """The nearness to success, of plans only: by how few edits they would succeed."""
 
 
-@dataclass(frozen=True, slots=True)
-class Merit:
-    """The merits in a verdict that an answer may be paid for.
+def worth(earned: Merit, shaping: Shaping) -> float:
+    """The pay of an answer, by all that is paid for but repairs: those need its steps.
 
-    Attributes:
-        gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
-            goals and for operators F1. Between 0 and 1.
-        success: whether the answer is right as a whole, which takes a gain of 1.
-        ended: whether an error ended it: its last action, if it has any, could not be carried out.
-        faults: how often each kind of fault was diagnosed; kinds that were not are left out.
-        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
-            one more, so that the goal copied as a subgoal is not paid for what the search did.
+    Raises:
+        ValueError: it is to be paid by its repair.
     """
+    return _by_itself(earned, shaping) / (1 + earned.added)
 
-    gain: float
-    success: bool
-    ended: bool
-    faults: Mapping[FaultKind, int]
-    added: int = 0
 
-    def worth(self, shaping: Shaping) -> float:
-        """The pay of the answer, by all that is paid for but repairs: those need its steps.
-
-        Raises:
-            ValueError: it is to be paid by its repair.
-        """
-        return self._earned(shaping) / (1 + self.added)
-
-    def _earned(self, shaping: Shaping) -> float:
-        """The pay of the answer with all that was done for it."""
-        match shaping:
-            case Shaping.SUCCESS:
-                return float(self.success)
-            case Shaping.GOALS:
-                return 0.0 if self.ended else self.gain
-            case Shaping.PROGRESS:
-                return self.gain
-            case Shaping.DIAGNOSIS:
-                return self.gain / (1 + sum(self.faults.values()))
-            case Shaping.REPAIR:
-                raise ValueError("how near a plan is to success is not told by its merits")
-            case _:
-                assert_never(shaping)
+def _by_itself(earned: Merit, shaping: Shaping) -> float:
+    """The pay of an answer with all that was done for it."""
+    match shaping:
+        case Shaping.SUCCESS:
+            return float(earned.success)
+        case Shaping.GOALS:
+            return 0.0 if earned.ended else earned.gain
+        case Shaping.PROGRESS:
+            return earned.gain
+        case Shaping.DIAGNOSIS:
+            return earned.gain / (1 + sum(earned.faults.values()))
+        case Shaping.REPAIR:
+            raise ValueError("how near a plan is to success is not told by its merits")
+        case _:
+            assert_never(shaping)
 
 
 def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
@@ -103,126 +81,7 @@ def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
         verdict: the verdict on the answer.
         at_start: for each goal of the task, in order, whether it is reached where nothing is done.
     """
-    if verdict.excluded is not None:
-        return None
-    match verdict:
-        case PlanVerdict():
-            return _of_trajectory(verdict, at_start)
-        case GoalVerdict():
-            strangers = len(verdict.hallucinated) + verdict.ill_formed
-            return _of_parts(
-                verdict, (verdict.counts or {}).get(ALL, _NONE), strangers, _faults_of_goals(verdict)
-            )
-        case OperatorVerdict():
-            sides = (verdict.counts or {}).values()
-            counts = add([side.get(ALL) or add(side.values()) for side in sides])
-            return _of_parts(verdict, counts, 0, _faults_of_operators(verdict.operators))
-        case _:
-            raise TypeError(f"{type(verdict).__name__} is the verdict of no ability")
-
-
-_NONE = Confusion(0, 0, 0)
-
-
-def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
-    """How much of what there is to gain is gained, from 0 to 1; None where there is nothing.
-
-    A goal that holds at the start earns nothing, and costs one that is reached if it is undone.
-
-    Args:
-        reached: for each goal, in order, whether it is reached at the end; none if nothing was carried out.
-        at_start: whether it is reached where nothing is done.
-    """
-    held = sum(at_start)
-    to_gain = len(at_start) - held
-    return max(0, sum(reached) - held) / to_gain if to_gain else None
-
-
-def merit_of_actions(
-    reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
-) -> Merit | None:
-    """The merit of actions, as a plan or one a turn; None where there is nothing to earn.
-
-    Args:
-        reached: for each goal, in order, whether it is reached now; none if nothing was carried out.
-        at_start: whether it is reached where nothing is done.
-        ended: whether the last action could not be carried out.
-        faults: how often each kind of fault was made.
-    """
-    gained = gain(reached, at_start)
-    return None if gained is None else Merit(gained, gained == 1 and not ended, ended, faults)
-
-
-def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
-    """Of what is carried out; of an answer that there is no plan, whether that is so."""
-    if verdict.refused is not None:
-        return Merit(float(verdict.success or 0), bool(verdict.success), ended=False, faults={})
-    earned = merit_of_actions(
-        verdict.goals_satisfied, at_start, ended=not verdict.executable, faults=_faults_on_the_way(verdict)
-    )
-    if earned is None:
-        return None
-    added = (verdict.added_actions or 0) if isinstance(verdict, SubgoalVerdict) else 0
-    return replace(earned, success=bool(verdict.success) and earned.gain == 1, added=added)
-
-
-def _of_parts(
-    verdict: Verdict, counts: Confusion, strangers: int, faults: Mapping[FaultKind, int]
-) -> Merit | None:
-    """Of what is compared part by part; what means nothing (``strangers``) is as wrong as what is not so."""
-    hit, extra, missed = counts
-    if not hit + missed:
-        return None
-    ended = verdict.error is not None
-    if verdict.error is not None:
-        faults = Counter(faults) + Counter((verdict.error.kind,))
-    return Merit(
-        gain=2 * hit / (2 * hit + extra + strangers + missed),
-        success=not extra and not missed and not faults,
-        ended=ended,
-        faults=faults,
-    )
-
-
-def _faults_on_the_way(verdict: PlanVerdict) -> Counter[FaultKind]:
-    """The error that ended it, and additional steps; of subgoals all errors of the way that is reported."""
-    if isinstance(verdict, SubgoalVerdict) and verdict.errors:
-        return Counter(verdict.errors)
-    faults = Counter({FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0})
-    if verdict.error is not None:
-        faults[verdict.error.kind] += 1
-    return +faults
-
-
-def _faults_of_goals(verdict: GoalVerdict) -> Counter[FaultKind]:
-    """Goals that lack a part, and those that name what there is not."""
-    return +Counter(
-        {FaultKind.PARSING: verdict.ill_formed, FaultKind.HALLUCINATION: len(verdict.hallucinated)}
-    )
-
-
-def _faults_of_operators(reports: Sequence[OperatorReport]) -> Counter[FaultKind]:
-    """Operators that cannot be read or were not asked for, and what is wrong with the others."""
-    faults = Counter([_STATUS_FAULTS[r.status] for r in reports if r.status in _STATUS_FAULTS])
-    for report in reports:
-        if report.status is OperatorStatus.COMPARED:
-            faults.update([_OFFENCE_FAULTS.get(f.offence, FaultKind.PARSING) for f in report.offences])
-    return faults
-
-
-_STATUS_FAULTS = {
-    OperatorStatus.UNREADABLE: FaultKind.PARSING,
-    OperatorStatus.HALLUCINATED: FaultKind.HALLUCINATION,
-}
-_OFFENCE_FAULTS = {
-    Offence.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
-    Offence.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
-    Offence.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
-    Offence.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
-    Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
-    Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
-}
-"""The kind of an operator's offence in the taxonomy of plans; any other is one of writing."""
+    return None if verdict.excluded is not None else verdict.merit(at_start)
 
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
@@ -265,7 +124,8 @@ class Reward:
             takes long. Separate a model's reasoning from its answer first.
 
     Raises:
-        InputError: there is no such shaping, or it is of plans only and the suite is of something else.
+        InputError: there is no such shaping, it is of plans only and the suite is of something else, or the
+            suite's verdicts do not say what an answer has earned.
     """
 
     def __init__(self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = LIMIT) -> None:
@@ -274,6 +134,8 @@ class Reward:
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
             raise InputError(f"the shaping repair is of {plans} only, not of {suite.ability.value}")
+        if declaration_of(suite.ability).verdict.merit is Verdict.merit:
+            raise InputError(f"answers to {suite.ability.value} are not paid: its verdicts have no merit")
         self.limit = limit
         self._at_start: dict[str, tuple[bool, ...]] = {}
 
@@ -310,7 +172,7 @@ class Reward:
     def _paid(self, task_id: str, text: str, earned: Merit | None) -> float | None:
         """The reward of an answer with these merits."""
         if earned is None or self.shaping is not Shaping.REPAIR:
-            return None if earned is None else earned.worth(self.shaping)
+            return None if earned is None else worth(earned, self.shaping)
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, ActionSequencing):
             raise InputError(f"the shaping repair is not known under {self.suite.protocol.value}")

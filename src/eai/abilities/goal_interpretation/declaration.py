@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,6 +20,7 @@ from eai.abilities.declaration import (
     error_outcome,
     score_columns,
 )
+from eai.abilities.merit import Merit, merit_of_parts
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion, Json, Share, Verdict, add, confusion_shares, of_all
@@ -62,6 +64,17 @@ class GoalVerdict(Verdict):
         hallucinated = len(self.hallucinated)
         return {"stated": self.predicted, "ill_formed": self.ill_formed, "hallucinated": hallucinated}
 
+    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+        """By F1; goals that lack a part, or name what there is not, are wrong, and faults besides."""
+        hallucinated = len(self.hallucinated)
+        faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
+        error = None if self.error is None else self.error.kind
+        counts = (self.counts or {}).get(ALL, _NONE)
+        return merit_of_parts(counts, error, faults, strangers=hallucinated + self.ill_formed)
+
+
+_NONE = Confusion(0, 0, 0)
+
 
 OVERALL = "overall"
 """The prefix of the rates over all goals."""
@@ -69,7 +82,6 @@ OVERALL = "overall"
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
 _SCORES = score_columns(_PARTS)
-_NONE = Confusion(0, 0, 0)
 
 
 def contributions(verdict: GoalVerdict) -> dict[str, Share]:

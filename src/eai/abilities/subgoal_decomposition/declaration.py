@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -22,6 +23,7 @@ from eai.abilities.declaration import (
     times,
     times_additional,
 )
+from eai.abilities.merit import Merit
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Share, of_all
 from eai.world.fault import FaultKind
@@ -65,6 +67,15 @@ class SubgoalVerdict(PlanVerdict):
     attempts: int | None = None
     refined: int | None = None
     added_actions: int | None = None
+
+    def faults(self) -> Mapping[FaultKind, int]:
+        """All errors of the way that is reported, or else those of any plan."""
+        return Counter(self.errors) or PlanVerdict.faults(self)
+
+    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+        """As of any plan, with what the search added."""
+        earned = PlanVerdict.merit(self, at_start)
+        return None if earned is None else replace(earned, added=self.added_actions or 0)
 
     def without_answer(self) -> Self:
         """As of any plan; there is no outcome."""

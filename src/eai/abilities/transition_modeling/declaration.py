@@ -5,6 +5,7 @@ A verdict says operator by operator how an answer compares with the gold ones.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
@@ -24,11 +25,13 @@ from eai.abilities.declaration import (
     label_of,
     score_columns,
 )
+from eai.abilities.merit import Merit, merit_of_parts
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import ALL, NOTHING, Confusion, Json, Share, Verdict, add, confusion_shares, of_all
-from eai.pddl.check import PddlFinding
+from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome
+from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
@@ -152,6 +155,35 @@ class OperatorVerdict(Verdict):
         _, then, authority = (self.planner_name or "").partition(", then ")
         decided = not then or not self.planner_detail.startswith(authority)
         return None if decided or self.planner is None else self.planner.value
+
+    def merit(self, at_start: Sequence[bool]) -> Merit | None:
+        """By F1 of all clauses of both sides."""
+        sides = (self.counts or {}).values()
+        counts = add([side.get(ALL) or add(side.values()) for side in sides])
+        return merit_of_parts(counts, None if self.error is None else self.error.kind, self._faults())
+
+    def _faults(self) -> Counter[FaultKind]:
+        """Operators that cannot be read or were not asked for, and what is wrong with the others."""
+        faults = Counter([_STATUS_FAULTS[r.status] for r in self.operators if r.status in _STATUS_FAULTS])
+        for report in self.operators:
+            if report.status is OperatorStatus.COMPARED:
+                faults.update([_OFFENCE_FAULTS.get(f.offence, FaultKind.PARSING) for f in report.offences])
+        return faults
+
+
+_STATUS_FAULTS = {
+    OperatorStatus.UNREADABLE: FaultKind.PARSING,
+    OperatorStatus.HALLUCINATED: FaultKind.HALLUCINATION,
+}
+_OFFENCE_FAULTS = {
+    Offence.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
+    Offence.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
+    Offence.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
+    Offence.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
+    Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
+    Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
+}
+"""The kind of an operator's offence in the taxonomy of plans; any other is one of writing."""
 
 
 OVERALL = "overall"
