@@ -3,9 +3,9 @@
     python tools/without.py                             all folders that can be taken out, one after the other
     python tools/without.py reference -- -m "not sweep"  one of them, with options of pytest
 
-For each folder a copy of the repository is made out of which it is taken. All modules that are left are
-imported, but for those of the reference's protocol and of commands that are about it; of the tests all are
-run but those that speak of it or import one that does.
+For each folder a copy of the repository is made out of which it is taken, with commands that are about it.
+All modules that are left are imported, but for those of the reference's protocol that are about it; of the
+tests all are run but those that speak of it or import one that does.
 """
 
 from __future__ import annotations
@@ -36,14 +36,13 @@ FOLDERS = (
 
 COPIED = (".github", "bench", "docs", "examples", "packages", "src", "tests", "tools")
 IMPORT_ALL = """
-import importlib, pathlib, re, sys
+import importlib, pathlib, sys
 import eai
 root = pathlib.Path(eai.__file__).parent
 for path in sorted(root.rglob("*.py")):
     parts = ("eai", *path.relative_to(root).with_suffix("").parts)
     of_protocol = parts[1] == "reference" and sys.argv[1].rpartition(".")[2] in path.name
-    of_command = parts[1] == "cli" and f"\\nfrom eai.{sys.argv[1]}" in path.read_text(encoding="utf-8")
-    if of_protocol or of_command or parts[-1] in ("__main__", "metadata_backend"):
+    if of_protocol or parts[-1] in ("__main__", "metadata_backend"):
         continue
     try:
         importlib.import_module(".".join(parts).removesuffix(".__init__"))
@@ -52,7 +51,7 @@ for path in sorted(root.rglob("*.py")):
             raise
 print(root)
 """
-"""Imports all that is left, but what is about the folder, runs at once, is not imported or needs an extra."""
+"""Imports all that is left, but what is about the folder, runs at once or needs an extra."""
 
 
 def copy_without(folder: str, target: Path) -> Path:
@@ -69,12 +68,17 @@ def copy_without(folder: str, target: Path) -> Path:
 
 
 def package_without(folder: str, target: Path) -> Path:
-    """Copy the package alone without one of its folders to a place; returns its folder there."""
+    """Copy the package alone without one of its folders, and commands about it; returns its folder there."""
     shutil.copytree(
         ROOT / PACKAGE, target / PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__", "*.so")
     )
-    shutil.rmtree(target / PACKAGE.name / folder)
-    return target / PACKAGE.name
+    package = target / PACKAGE.name
+    shutil.rmtree(package / folder)
+    imports = "\nfrom eai." + folder.replace("/", ".")
+    for command in package.joinpath("cli").glob("*.py"):
+        if imports in command.read_text(encoding="utf-8"):
+            command.unlink()
+    return package
 
 
 def tests_about(folder: str, tests: Path) -> set[Path]:

@@ -14,7 +14,7 @@ from eai import given
 from eai.abilities.action_sequencing.notation import reason_of
 from eai.abilities.goal_test import solves
 from eai.abilities.planning import find_plan, is_impossible
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import Play, rules_of
 from eai.acting.setting import STANDARD
@@ -111,6 +111,20 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)
     assert isinstance(verdict, PlanVerdict)
     assert (verdict.success, verdict.refused) == (True, missing)
+
+
+def test_subgoals_are_asked_for_where_there_is_a_plan_as_they_cannot_say_that_there_is_none(
+    tmp_path: Path,
+) -> None:
+    domain, made = find_benchmark("behavior").domain, pairs("behavior")[0]
+    assert made.twin is not None
+    lines = [written(task, "behavior", domain) for task in (made.task, made.twin.task)]
+    (tmp_path / "tasks.jsonl").write_text("\n".join(lines), encoding="utf-8")
+    suites = [eai.open(f"{tmp_path}/", ability) for ability in FOUR[:3]]
+    asked = {suite.ability: set(suite.task_ids) for suite in suites}
+    both = {made.task.id, made.twin.task.id}
+    assert asked[Ability.GOAL_INTERPRETATION] == asked[Ability.ACTION_SEQUENCING] == both
+    assert asked[Ability.SUBGOAL_DECOMPOSITION] == {made.task.id}
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

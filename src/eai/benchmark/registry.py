@@ -202,7 +202,8 @@ def _benchmark_of(ability: Ability, own: OwnTasks) -> Benchmark:
 def _open_tasks(path: Path) -> Benchmark:
     """The benchmark of task files: the world of their base, with other tasks, scored as the paper says.
 
-    Subgoals are asked for in all of them; prompts and gold operators follow from the declaration.
+    Goals and subgoals are asked for where answers can be right: they can neither ask what is meant nor say
+    that nothing leads there. Prompts and gold operators follow from the declaration.
     """
     from eai.tasks.task_files import open_task_files
 
@@ -227,7 +228,10 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
         title=f"{base.title or base.name}, {name}",
         reference="",
         open_tasks=open_tasks,
-        asks={Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals},
+        asks={
+            Ability.GOAL_INTERPRETATION: lambda task: task.is_told_by_goals,
+            Ability.SUBGOAL_DECOMPOSITION: lambda task: task.is_told_by_goals and not task.missing,
+        },
         only_by_name={},
         open_public=base.open_tasks,
         open_operators=None,
