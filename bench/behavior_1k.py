@@ -37,10 +37,10 @@ from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source, TaskSet
+from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.fault import FaultKind
-from eai.world.reading import Readings
 from eai.world.state import State
 from eai.world.vocabulary import Predicate
 from mutations import Dice

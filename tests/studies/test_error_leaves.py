@@ -86,9 +86,9 @@ finally:
 
 
 def test_an_analysis_of_records_loads_no_engine_of_benchmarks(tmp_path: Path) -> None:
-    """It entered 211 modules once; the values of records and their engine stand in 96."""
+    """Nor do its plots, which name benchmarks."""
     write_records(tmp_path / "records.jsonl", action_run())
-    arguments = ["analyze", "errors", str(tmp_path), "--no-plots", "--out", str(tmp_path / "out")]
+    arguments = ["analyze", "errors", str(tmp_path), "--out", str(tmp_path / "out")]
     command = [sys.executable, "-c", COUNTED, *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert int(done.stdout.splitlines()[-1]) <= 100
+    assert int(done.stdout.splitlines()[-1]) <= 75

@@ -101,8 +101,8 @@ def test_a_name_that_there_is_not_is_told_with_its_neighbours(eai: Command, tmp_
 
 
 def test_errors_enter_few_modules(tmp_path: Path) -> None:
-    """Functions of so many modules are entered, where tasks are built and all studies loaded: 211."""
+    """No benchmark is opened, for titles of plots neither, and no other study."""
     runs = write_runs(tmp_path / "runs", [action_run("first")])
     words = [sys.executable, "-c", ENTERED, "analyze", "errors", str(runs), "--out", str(tmp_path / "out")]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
-    assert int(done.stdout.splitlines()[-1]) <= 70
+    assert int(done.stdout.splitlines()[-1]) <= 40

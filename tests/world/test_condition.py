@@ -24,7 +24,8 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.world.condition import Conditions
+from eai.logic.traversal import free_variables
+from eai.world.condition import Conditions, Readings
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.frame import AGENT, Frame
@@ -177,3 +178,20 @@ def test_what_is_looked_up_may_depend_on_any_number_of_objects() -> None:
 def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
     frame = Frame()
     return Conditions(vocabulary, frame).truth(formula)(scene.state(()), frame.bind(scene, ()))
+
+
+def test_formulas_are_read_with_their_free_variables() -> None:
+    formula = toy.beside(X) & ~Exists(Y, toy.at(Y, X) & toy.lit(Y))
+    assert free_variables(formula) == frozenset("x")
+    readings = Readings(toy.VOCABULARY)
+    start = toy.initial()
+    index = start.scene.index
+    red, shed = index["red"], index["shed"]
+    assert readings.holds(formula, {"x": red}, start)
+    assert not readings.holds(formula, {"x": index["lamp"]}, start)
+    body = toy.at(Y, X)
+    assert list(readings.witnesses(Variable("y"), body, {"x": shed}, start)) == [
+        index["blue"],
+        index["lamp"],
+    ]
+    assert list(readings.witnesses(Variable("y", "box"), body, {"x": shed}, start)) == [index["blue"]]

@@ -13,10 +13,9 @@ from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, execute
+from eai.world.execution import Action, Trajectory, execute, timeline
 from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
-from eai.world.timeline import timeline
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
 """Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""

@@ -26,11 +26,10 @@ from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.semantics import breach, explain
 from eai.logic.traversal import walk
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Trajectory, names_of, witnesses_of
+from eai.world.execution import Action, Fault, Trajectory, names_of, timeline, witnesses_of
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, change
-from eai.world.timeline import timeline
 
 
 def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:

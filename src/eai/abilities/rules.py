@@ -11,12 +11,12 @@ import eai.logic.formula as f
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk, with_parts
 from eai.planning.effect_schema import written
+from eai.world.condition import Readings
 from eai.world.derived import Defined, Lookup, meaning, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
 from eai.world.operator import Operator, conditions_of
-from eai.world.reading import Readings
 from eai.world.vocabulary import DerivedPredicate
 
 _INDENT = "  "

@@ -54,7 +54,10 @@ RULES = "rules"
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 """How identifiers with capitals spell the benchmarks of the paper."""
 
-FIRST = tuple(CAPITALISED)
+TITLES = CAPITALISED | {"behavior": "BEHAVIOR"}
+"""How tables and pages spell them, so that records are shown without the worlds that they are about."""
+
+FIRST = tuple(TITLES)
 """These benchmarks are the paper's, in its order; the others follow by name."""
 
 
@@ -107,7 +110,9 @@ def _versions(reference: str) -> Iterator[tuple[str, int, int]]:
 
 def title_of(name: str) -> str:
     """Return the title of a benchmark in tables and pages; of an unknown one its name."""
-    return find_benchmark(name).title or name if name in registered() else name
+    if name in TITLES or name not in registered():
+        return TITLES.get(name, name)
+    return find_benchmark(name).title or name
 
 
 @cache

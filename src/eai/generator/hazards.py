@@ -25,9 +25,8 @@ from eai.logic.traversal import walk as parts_of
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, execute
+from eai.world.execution import Action, Trajectory, execute, timeline
 from eai.world.state import Scene, State
-from eai.world.timeline import timeline
 
 _LONGER = 6
 """How many steps more a safe way may have."""

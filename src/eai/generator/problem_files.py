@@ -23,7 +23,7 @@ from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
 from eai.pddl.model import PddlProblem, TypedName
 from eai.tasks.problem_world import DeclaredWorld, Posed, ProblemWorld
 from eai.tasks.source import Source
-from eai.world.reading import Readings
+from eai.world.condition import Readings
 from eai.world.state import State
 
 BDDL, PDDL = ".bddl", ".pddl"

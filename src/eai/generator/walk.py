@@ -28,10 +28,9 @@ from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
 from eai.world.domain import Domain
-from eai.world.execution import Action, Step, Trajectory, execute
+from eai.world.execution import Action, Step, Trajectory, execute, timeline
 from eai.world.listing import Listing
 from eai.world.state import Fact, State
-from eai.world.timeline import timeline
 
 _FOR_A_GOAL = Limits(20, thorough=False)
 """The limits of the search for reaching one goal more."""

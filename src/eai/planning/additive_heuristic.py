@@ -21,11 +21,11 @@ from eai.planning.subgoal import (
     Subgoal,
     Unfolding,
 )
+from eai.world.condition import Readings
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.frame import Binding
-from eai.world.reading import Readings
 from eai.world.relation import mask_of
 from eai.world.state import State
 

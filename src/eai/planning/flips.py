@@ -20,12 +20,12 @@ from eai.planning.effect_schema import (
     effect_schemas,
     match,
 )
+from eai.world.condition import Readings, Scope
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
-from eai.world.reading import Readings, Scope
 from eai.world.relation import bits, mask_of
 from eai.world.state import State
 

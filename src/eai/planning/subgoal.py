@@ -7,8 +7,8 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
+from eai.world.condition import Readings, Scope
 from eai.world.frame import AGENT
-from eai.world.reading import Readings, Scope
 from eai.world.relation import bits
 from eai.world.state import Scene, State
 

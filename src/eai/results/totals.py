@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.experiment import Experiment
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
@@ -121,8 +120,8 @@ class Totals:
     @property
     def agent(self) -> tuple[str, ...]:
         """The harness and the effort of who answered, as far as they are known."""
-        experiment = self.first.experiment or Experiment()
-        return tuple(filter(None, (experiment.harness, experiment.effort)))
+        experiment = self.first.experiment
+        return () if experiment is None else tuple(filter(None, (experiment.harness, experiment.effort)))
 
     @property
     def planners(self) -> tuple[str, ...]:

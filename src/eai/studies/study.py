@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.options import Options
+from eai.benchmark.registry import title_of
 from eai.errors import InputError
 from eai.results.lines import SuiteKey
 from eai.results.plots import clipped, entitle
@@ -80,8 +81,6 @@ class Study:
 
 def suite_title(suite: SuiteKey) -> str:
     """A suite in headings, with its benchmark as that spells itself."""
-    from eai.benchmark.registry import title_of  # here alone: an analysis without figures needs no benchmark
-
     return str(suite._replace(domain=title_of(suite.domain)))
 
 

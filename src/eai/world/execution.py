@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from eai.logic.formula import Atom, Variable
+from eai.logic.trace import TakenAction, Trace
+from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding
 from eai.world.history import Past
 from eai.world.operator import Check
-from eai.world.reading import Readings
 from eai.world.state import Scene, State
 
 
@@ -157,3 +159,53 @@ def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
     """The names of the objects of an action, by the parameters that they stand for."""
     scope = domain.compiled[action.operator].operator.scope(action.arguments)
     return {name: scene.objects[index].name for name, index in scope.items()}
+
+
+def timeline(trajectory: Trajectory) -> Trace:
+    """The states of a trajectory and the actions between them, as temporal formulas ask for them, by name."""
+    scene = trajectory.states[0].scene
+    atoms = _Atoms(scene)
+    actions = [
+        TakenAction(a.operator, tuple([scene.objects[i].name for i in a.arguments]))
+        for a in trajectory.executed
+    ]
+    return Trace([_Seen(state, atoms) for state in trajectory.states], actions)
+
+
+class _Atoms:
+    """The atoms of a scene, stored and derived."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        self._readings = Readings(scene.vocabulary)
+        self._atoms: dict[str, Atom] = {}
+
+    def holds(self, state: State, predicate: str, arguments: tuple[str, ...]) -> bool:
+        index, vocabulary = self.scene.index, self.scene.vocabulary
+        if vocabulary.arity(predicate) != len(arguments) or any(name not in index for name in arguments):
+            return False
+        things = [index[name] for name in arguments]
+        if vocabulary.stored(predicate) is not None:
+            return state.has(predicate, *things)
+        names = [f"argument {i}" for i in range(len(things))]
+        if predicate not in self._atoms:
+            self._atoms[predicate] = Atom(predicate, tuple([Variable(name) for name in names]))
+        return self._readings.holds(self._atoms[predicate], dict(zip(names, things, strict=True)), state)
+
+
+class _Seen:
+    """One state, as a formula asks for it."""
+
+    __slots__ = ("_atoms", "_state")
+
+    def __init__(self, state: State, atoms: _Atoms) -> None:
+        self._state = state
+        self._atoms = atoms
+
+    def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
+        """Whether an atom is true."""
+        return self._atoms.holds(self._state, predicate, arguments)
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        """The objects of a category, in the order of the scene."""
+        return self._atoms.scene.named(category)

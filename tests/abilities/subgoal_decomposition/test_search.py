@@ -24,11 +24,10 @@ from eai.logic.ltl import parse
 from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
-from eai.world.execution import Action, Step, Trajectory, execute
+from eai.world.execution import Action, Step, Trajectory, execute, timeline
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import Scene, State, WorldObject
-from eai.world.timeline import timeline
 from eai.world.vocabulary import Predicate, Vocabulary
 from households.virtualhome import flat
 from logic.naive import Facts

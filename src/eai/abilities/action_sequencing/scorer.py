@@ -24,11 +24,10 @@ from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.errors import InputError
-from eai.world.domain import Domain
+from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
-from eai.world.simulator import as_declared
 
 if TYPE_CHECKING:
     from eai.abilities.action_sequencing.mending import PlanMender

@@ -18,6 +18,7 @@ from eai.abilities.task import Task
 from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
+from eai.benchmark.registry import TITLES
 from eai.english.english import english_of
 from eai.households.behavior.activities import open_activities, open_planning_problems, problem_text
 from eai.households.behavior.domain import as_meant
@@ -175,7 +176,7 @@ def behavior() -> Benchmark:
     """The benchmark."""
     return Benchmark(
         name=NAME,
-        title="BEHAVIOR",
+        title=TITLES[NAME],
         domain=as_meant(),
         open_tasks=open_tasks,
         goals=BehaviorGoals(),

@@ -16,9 +16,9 @@ from eai.households.behavior_1k.ways import NoWayError, Scope, Way
 from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
 from eai.planning.successor_generator import PlanNode
+from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.reading import Readings
 from eai.world.state import State
 
 ROUNDS = 4

@@ -21,6 +21,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
+from eai.benchmark.registry import TITLES
 from eai.data.progress import Report, silent
 from eai.data.source import open_bundle
 from eai.data.store import Store
@@ -248,7 +249,7 @@ def virtualhome() -> Benchmark:
     """The benchmark. Subgoals are asked for in the tasks that have a goal in temporal logic."""
     return Benchmark(
         name=NAME,
-        title="VirtualHome",
+        title=TITLES[NAME],
         domain=as_meant(),
         open_tasks=open_tasks,
         plans=VirtualHomePlans(),
