@@ -8,7 +8,7 @@ import pytest
 
 import eai
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
-from eai.abilities.action_sequencing.notation import reason_of, refusal
+from eai.abilities.action_sequencing.notation import QUESTION, reason_of, refusal
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.repair import EFFORT
 from eai.abilities.responses import Response, ResponseFile
@@ -107,6 +107,24 @@ def test_a_plan_for_what_has_none_earns_nothing_step_by_step_or_as_a_whole() -> 
     for shaping in Shaping:
         game = Game(Stage(task, asked, RULES.model_copy(update={"reward": shaping})))
         assert (game.act("PRESS(lamp)").reward, game.final_worth) == (0.0, 0.0)
+
+
+def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
+    plan, ask = as_plan(["PRESS(lamp)"]), refusal("Which?", QUESTION)
+    for text, kind, is_right in [
+        (f"{plan} {NO}", {"missing": ()}, False),
+        (f"{plan} {NO}", {"missing": (WHY,)}, True),
+        (f"{plan} {ask}", {"fits": ("lamp",)}, False),
+        (f"{plan} {ask}", {"fits": ("lamp", "torch")}, True),
+        (ask, {"fits": ("lamp", "torch")}, True),
+    ]:
+        opened = suite(**kind)
+        assert {Reward(opened, shaping)("t", text) for shaping in Shaping} == {float(is_right)}
+        look_back = opened.scorer("t").assess(text).look_back
+        assert look_back is not None
+        repair = look_back(EFFORT).repair
+        assert repair is not None
+        assert repair.distance == (0 if is_right else None)
 
 
 def test_records_keep_it_and_no_repair_is_looked_for() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.action_sequencing.notation import (
     QUESTION,
@@ -34,6 +34,15 @@ if TYPE_CHECKING:
 
 _MOST_KNOWN = 1000
 """After so many different steps of a task no more are remembered."""
+
+
+class _Declining(NamedTuple):
+    """The reason or question of an answer without a plan, this in words, and why it is right or not."""
+
+    reason: str
+    is_right: bool
+    said: str
+    why: str
 
 
 class ActionSequencing(Scorer):
@@ -82,8 +91,9 @@ class ActionSequencing(Scorer):
         """
         if not self._is_plain:
             raise InputError("how near a plan is to success is known under the protocol strict only")
-        if self.task.missing:  # which no edits make a plan for
-            return float(reason_of(text) is not None)
+        declined = self._declining(text)
+        if declined is not None or self.task.missing:  # for which no edits make a plan
+            return float(declined is not None and declined.is_right)
         plan = self.notation.read(text)
         return 0.0 if isinstance(plan, Unreadable) else self.mender.nearness(self.mender.steps(plan))
 
@@ -91,8 +101,10 @@ class ActionSequencing(Scorer):
         """The verdict on a plan with the fewest edits that make it succeed."""
         if verdict.excluded is not None or not isinstance(verdict, PlanVerdict):
             return verdict
+        if verdict.declines and verdict.success:
+            return replace(verdict, repair=Repair(at_most=0))
         plan = self.notation.read(text)
-        if isinstance(plan, Unreadable):
+        if verdict.declines or isinstance(plan, Unreadable):
             return replace(verdict, repair=Repair(why_null="unreadable"))
         return replace(verdict, repair=self.mender.mend(plan, verdict, limit))
 
@@ -117,13 +129,9 @@ class ActionSequencing(Scorer):
 
     def _assess(self, text: str, carry_out: CarryOut) -> Assessment:
         """The assessment as if the task were not excluded."""
-        task = self.task
-        if task.missing is not None and (reason := reason_of(self.notation.decoded(text))) is not None:
-            missing = ", ".join(task.missing or ("nothing",))
-            return self._declined(reason, bool(task.missing), "said to be impossible", f"missing: {missing}")
-        if task.fits is not None and (question := reason_of(text, QUESTION)) is not None:
-            fits = f"the instruction fits {' and '.join(task.fits)}"
-            return self._declined(question, task.is_ambiguous, "asked", fits)
+        declined = self._declining(text)
+        if declined is not None:
+            return self._declined(declined)
         plan = self.notation.read(text)
         if isinstance(plan, Unreadable):
             return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason), (), carry_out)
@@ -143,18 +151,29 @@ class ActionSequencing(Scorer):
             known.update([each for each in zip(plan.steps, actions, strict=True) if _is_plain(each[0])])
         return actions
 
-    def _declined(self, reason: str, is_right: bool, said: str, why: str) -> Assessment:
-        """The assessment of an answer without a plan: what it says, and why that is right or not."""
+    def _declining(self, text: str) -> _Declining | None:
+        """Its reason or question, if an answer gives no plan where the task allows that; else None."""
+        missing, fits = self.task.missing, self.task.fits
+        if missing is not None and (reason := reason_of(self.notation.decoded(text))) is not None:
+            why = f"missing: {', '.join(missing or ('nothing',))}"
+            return _Declining(reason, bool(missing), f"said to be impossible: {reason}", why)
+        if fits is not None and (question := reason_of(text, QUESTION)) is not None:
+            why = f"the instruction fits {' and '.join(fits)}"
+            return _Declining(question, self.task.is_ambiguous, f"asked: {question}", why)
+        return None
+
+    def _declined(self, declined: _Declining) -> Assessment:
+        """The assessment of an answer without a plan."""
         reached = self.goals.none_reached
         verdict = PlanVerdict(
             executable=False,
-            success=is_right,
+            success=declined.is_right,
             additional_steps=0,
             goals=self.goals.tallies(reached),
             goals_satisfied=reached,
-            refused=reason,
+            refused=declined.reason,
         )
-        notes = (f"{said}: {reason}", why)
+        notes = (declined.said, declined.why)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
 
     def _refuse(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> Assessment:
