@@ -105,6 +105,9 @@ def test_questions_have_risk_and_coverage(tmp_path: Path) -> None:
         ("fridge.12 lacks can_open", True),
         ("fridge.1 lacks can_open", False),
         ("fridge.12 is locked", False),
+        ("CAN_OPEN(fridge.12): without CAN_OPEN(fridge.12) it stays shut.", True),
+        ("CAN_OPEN(fridge.12) or CAN_OPEN(oven.3)", False),
+        (" ".join(["CAN_OPEN", *[f"fridge.{number}" for number in range(50)]]), False),
         ("", False),
     ],
 )

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from eai.studies.records import Records
 
 _WORD = re.compile(r"[\w.\-]+")
+_FACT = re.compile(r"[\w.\-]+\([^()]*\)")
+
+_LONG = 40
+"""How many different words a reason may have."""
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
@@ -152,9 +156,13 @@ def _without_declining(task: TaskFeatures) -> float:
 
 
 def _names_it(missing: Sequence[str], reason: str) -> bool:
-    """Whether a reason names the predicate and the objects of a missing fact, in any case and order."""
-    said = _words(reason)
-    return any(_words(fact) <= said for fact in missing)
+    """Whether a reason names the predicate and the objects of a missing fact, in any case and order.
+
+    One that names several facts names none, and so does a long one, which may name everything.
+    """
+    said, facts = _words(reason), {frozenset(_words(fact)) for fact in _FACT.findall(reason)}
+    is_guess = len(facts) > 1 or len(said) > _LONG
+    return not is_guess and any(_words(fact) <= said for fact in missing)
 
 
 def _words(text: str) -> set[str]:
