@@ -89,6 +89,17 @@ def test_lines_of_commands_are_an_episode_in_the_standard_setting(suite: Suite) 
     assert by_line == replace(verdict_of(suite, episode(SWITCHES, suite.task_ids[0], commands)), harness="")
 
 
+def test_who_asks_where_nobody_may_does_not_decline(suite: Suite) -> None:
+    verdict = verdict_of(suite, "ASK(which one?)")
+    assert (verdict.turns[0].fault, verdict.declines) == (FaultKind.HALLUCINATION, False)
+
+
+def test_to_look_tells_what_holds_now_however_little_turns_tell(suite: Suite) -> None:
+    play = Arena(SWITCHES, Setting(observe="full", feedback="outcome")).play(suite.tasks[suite.task_ids[0]])
+    assert play.act("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
+    assert "\nlit(lamp)" in play.act("LOOK")
+
+
 def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
     play = Arena(SWITCHES).play(suite.tasks[suite.task_ids[0]])
     play.act("GO(\ud800)", "\u2028 \udfff \x00")

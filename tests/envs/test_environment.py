@@ -124,10 +124,12 @@ def test_what_comes_without_gymnasium_is_said() -> None:
     assert "pip install 'eai-bench[envs]'" in result.stderr.splitlines()[-1]
 
 
-@pytest.mark.parametrize("observe", ["full", "partial"])
-def test_what_is_seen_can_be_drawn(observe: str) -> None:
+@pytest.mark.parametrize(
+    "rules", [{"observe": "full"}, {"observe": "partial"}, {"feedback": "outcome"}, {"feedback": "pictures"}]
+)
+def test_what_is_seen_can_be_drawn(rules: dict[str, str]) -> None:
     pytest.importorskip("matplotlib")
-    environment = make(SWITCHES, render_mode="rgb_array", observe=observe)
+    environment = make(SWITCHES, render_mode="rgb_array", **rules)
     with pytest.raises(ResetNeeded):
         environment.render()
     environment.reset(seed=0)

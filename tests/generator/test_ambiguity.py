@@ -15,6 +15,8 @@ from eai.abilities.goal_test import solves
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
+from eai.acting.play import rules_of
+from eai.acting.setting import STANDARD
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import RULES, Game, Stage
@@ -105,6 +107,14 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
             asked = suite.score(task.id, refusal("Which one?", QUESTION))
             assert isinstance(asked, PlanVerdict)
             assert (asked.success, asked.refused) == (task.is_ambiguous, "Which one?")
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_the_budget_does_not_say_whether_to_ask(like: str) -> None:
+    rules = rules_of(STANDARD)
+    stages = [Stage(task, find_benchmark(like), rules) for pair in pairs(like) for task in pair]
+    assert {stage.limit for stage in stages} == {50}
+    assert all(len(stage.reference.commands or ()) < 50 for stage in stages)
 
 
 def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:

@@ -115,8 +115,9 @@ class ActingVerdict(PlanVerdict):
 
     @property
     def declines(self) -> bool:
-        """Whether the agent has said that the task is impossible, or asked at any turn."""
-        return self.refused is not None or any(is_question(turn.said) for turn in self.turns)
+        """Whether the agent has said that the task is impossible, or asked at any turn where it may."""
+        asked = (turn for turn in self.actions if is_question(turn.said))
+        return self.refused is not None or any(turn.fault is None for turn in asked)
 
     def is_action(self, step: int) -> bool:
         """A turn to look, to end the episode, or too late is none."""

@@ -52,7 +52,7 @@ Ended: TypeAlias = Literal["goal", "done", "refused", "steps"]
 """How a game has ended: with its goals reached, by `DONE`, by a refusal, or cut off after so many actions."""
 
 _OF_PAIR = 50
-"""How many actions both tasks of a pair have, of which one may have no plan."""
+"""How many actions both tasks of a pair have: it must not say which has no plan, or is ambiguous."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -311,7 +311,7 @@ class Stage:
         """After how many actions a game is cut off; None for never."""
         most = [] if self.rules.max_steps is None else [self.rules.max_steps]
         if self.rules.budget is not None:
-            is_of_pair = self.task.missing is not None  # whose budget must not say whether there is a plan
+            is_of_pair = self.task.missing is not None or self.task.fits is not None
             most.append(_OF_PAIR if is_of_pair else self.reference.budget(self.rules.budget))
         return min(most, default=None)
 
@@ -442,6 +442,8 @@ class Game:
         ]
 
     def _earned(self, *, is_last: bool) -> Merit | None:
+        if self.refused is not None:
+            return Merit(float(self.won), self.won, ended=False, faults=self._faults)
         if self.task.missing:  # what is reached on the way to goals that cannot be
             return None
         ended = self._failed or self._is_undeclared(is_last=is_last)
@@ -580,8 +582,8 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
-                news = "" if self._rules.feedback in OUTCOMES else f"\n{self._news(outcome)}"
-                return _Tried(f"{line}: done.{news}")
+                news = self._news(outcome)
+                return _Tried(f"{line}: done." + f"\n{news}" * (self._rules.feedback not in OUTCOMES))
             case _:
                 assert_never(outcome)
 
