@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai import Benchmark, given, make_task
+from eai import Benchmark, InputError, Reward, given, make_task
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import Response
@@ -98,6 +98,11 @@ def test_to_look_tells_what_holds_now_however_little_turns_tell(suite: Suite) ->
     play = Arena(SWITCHES, Setting(observe="full", feedback="outcome")).play(suite.tasks[suite.task_ids[0]])
     assert play.act("PRESS(lamp)").startswith("PRESS(lamp): done.\n")
     assert "\nlit(lamp)" in play.act("LOOK")
+
+
+def test_no_reward_is_paid_for_the_text_of_an_episode_which_could_choose_its_rules(suite: Suite) -> None:
+    with pytest.raises(InputError, match="answers to acting are not paid"):
+        Reward(suite)
 
 
 def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:

@@ -26,7 +26,7 @@ from eai.abilities.declaration import (
     plan_outcome,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NOTHING, PlanVerdict, Share, is_question, of_all
+from eai.abilities.verdict import NOTHING, PlanVerdict, Share, Verdict, is_question, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
@@ -107,6 +107,9 @@ class ActingVerdict(PlanVerdict):
     outlook: Outlook | None = None
     lost_at: int | None = None
     mean: Mapping[str, Share] | None = None
+
+    merit = Verdict.merit
+    """None: an episode is paid while it is played. Its text could choose rules by which it is won."""
 
     @property
     def actions(self) -> tuple[Turn, ...]:
