@@ -365,18 +365,15 @@ class Game:
     Attributes:
         stage: the values that it shares with the other games of its task.
         task: the task that is played.
-        look: the present view.
         ended: how it has ended; None while it lasts.
         won: whether it has ended with all goals reached; where `DONE` ends it, that was said. One that was
             refused is won if nothing leads to the goals.
         refused: why the task cannot be done, as the agent said; None if it did not.
         taken: the operators of the actions that were carried out.
-        known: the objects that have been seen, and landmarks.
         reached: which goals are reached now.
         worth: what it is worth by its state now; 0 where nothing can be earned.
         tried: how many actions have been tried, impossible ones too.
         action: the action that the last command meant; None where it meant none.
-        changes: what it changed of what is seen, and what was seen to have changed before.
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
@@ -389,9 +386,9 @@ class Game:
         self._turns = 0
         self._failed = False
         self._faults: Counter[FaultKind] = Counter()
-        self.look = stage.view.first
-        self.known = {*self.look.sight, *stage.view.landmarks}
-        self._seen = {*self.look.sight}
+        self._look = stage.view.first
+        self._known = {*self._look.sight, *stage.view.landmarks}
+        self._seen = {*self._look.sight}
         self._left: dict[int, _Look] = {}
         self._has_looked = False
         self._at_start = self.reached = self._goals_reached()
@@ -401,7 +398,30 @@ class Game:
         self.worth = 0.0
         self.tried = 0
         self.action: Action | None = None
-        self.changes: list[SignedFact] = []
+        self._changes: list[SignedFact] = []
+
+    @property
+    def look(self) -> _Look:
+        """The present view."""
+        self._catch_up()
+        return self._look
+
+    @property
+    def known(self) -> set[int]:
+        """The objects that have been seen, and landmarks."""
+        self._catch_up()
+        return self._known
+
+    @property
+    def changes(self) -> list[SignedFact]:
+        """What the last command changed of what is seen, and what was seen to have changed before."""
+        self._catch_up()
+        return self._changes
+
+    def _catch_up(self) -> None:
+        """See what the last actions have changed, where turns do not tell it and nothing is out of sight."""
+        if self._look.state is not self.state:
+            self._news(self.state)
 
     @property
     def over(self) -> bool:
@@ -487,7 +507,7 @@ class Game:
         """
         if self.over:
             raise InputError("the episode is over")
-        self.action, self.changes = None, []
+        self.action, self._changes = None, []
         if self._rules.feedback is Feedback.CHANGES and is_look(text, self.stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
@@ -582,20 +602,21 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
-                news = self._news(outcome)
-                return _Tried(f"{line}: done." + f"\n{news}" * (self._rules.feedback not in OUTCOMES))
+                is_told = self._rules.feedback not in OUTCOMES
+                news = self._news(outcome) if is_told or self._rules.observe is Observe.PARTIAL else ""
+                return _Tried(f"{line}: done." + f"\n{news}" * is_told)
             case _:
                 assert_never(outcome)
 
     def _news(self, state: State) -> str:
         """Return the visible changes of an action, and things that are seen for the first time."""
-        view, before = self.stage.view, self.look
+        view, before = self.stage.view, self._look
         stored = change(before.state, state)
-        self.look = after = view.next(before, state, stored)
-        self.changes = view.changes(before, after, stored)
-        news = [*self._signed(self.changes)] or ["No fact that you see has changed."]
-        new = [index for index in after.sight if index not in self.known]
-        self.known.update(new)
+        self._look = after = view.next(before, state, stored)
+        self._changes = view.changes(before, after, stored)
+        news = [*self._signed(self._changes)] or ["No fact that you see has changed."]
+        new = [index for index in after.sight if index not in self._known]
+        self._known.update(new)
         is_brief = self._rules.feedback is Feedback.CHANGES and before.sight != after.sight
         if is_brief:
             new = [index for index in after.sight if index not in self._seen]
@@ -604,7 +625,7 @@ class Game:
         if new:
             news += ["", "You see for the first time:", view.objects(new)]
         if new and is_brief:
-            told = {fact for sign, fact in self.changes if sign == "+"}
+            told = {fact for sign, fact in self._changes if sign == "+"}
             facts = [fact for fact in view.about(after, {*new}) if fact not in told]
             news += ["", "Of these:", *(view.lines(facts) if facts else "-")]
         return "\n".join(news)
@@ -631,7 +652,7 @@ class Game:
         for look in looks.values():
             chosen = {index for index in back if self._left.get(index) is look}
             since = view.since(look, after, chosen)
-            self.changes += since
+            self._changes += since
             yield from self._signed(since)
 
     def _goals_reached(self) -> tuple[bool, ...]:
