@@ -229,3 +229,10 @@ def test_val_is_asked_where_that_is_wanted(
     assert "VAL says of the certificate: no answer in time; nothing is written" in outcome.err
     text = (tmp_path / VALID / "tasks.jsonl").read_text()
     assert [json.loads(line) for line in text.splitlines()] == plain
+
+
+def test_the_order_of_a_pair_does_not_say_which_has_a_plan(eai: Command, tmp_path: Path) -> None:
+    first, second = made(eai, tmp_path, "--kind", "pairs", "--seed", 8, n=1)
+    assert [line["id"] for line in (first, second)] == sorted([str(first["id"]), str(second["id"])])
+    assert first["missing"], "the one that was made first has a plan"
+    assert not second["missing"]

@@ -184,8 +184,7 @@ def generate_tasks(
     lines = [
         written(one.task, like, benchmark.domain, one.about)
         for each in made
-        for one in (each, each.twin)
-        if one is not None
+        for one in sorted([one for one in (each, each.twin) if one is not None], key=lambda one: one.task.id)
     ]
     write_task_file(file, lines)
     entry = manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
