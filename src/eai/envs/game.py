@@ -414,7 +414,7 @@ class Game:
 
     @property
     def changes(self) -> list[SignedFact]:
-        """What the last command changed of what is seen, and what was seen to have changed before."""
+        """The changes by the last command of what is seen, and those seen to have come before."""
         self._catch_up()
         return self._changes
 
