@@ -8,8 +8,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.verdict import ErrorReport
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,13 +67,16 @@ def merit_of_actions(
 
 
 def merit_of_parts(
-    counts: tuple[int, int, int], error: FaultKind | None, faults: Mapping[FaultKind, int], strangers: int = 0
+    counts: tuple[int, int, int],
+    error: ErrorReport | None,
+    faults: Mapping[FaultKind, int],
+    strangers: int = 0,
 ) -> Merit | None:
     """The merit of what is compared part by part; None where nothing is asked for.
 
     Args:
         counts: how many parts are right, are wrong, and are missed.
-        error: the kind of error that ended the answer, if one did.
+        error: the error that ended the answer, if one did.
         faults: how often each other kind of fault was made.
         strangers: how many parts mean nothing; each is as wrong as one that is not so.
     """
@@ -77,7 +84,7 @@ def merit_of_parts(
     if not hit + missed:
         return None
     if error is not None:
-        faults = Counter(faults) + Counter((error,))
+        faults = Counter(faults) + Counter((error.kind,))
     return Merit(
         gain=2 * hit / (2 * hit + extra + strangers + missed),
         success=not extra and not missed and not faults,

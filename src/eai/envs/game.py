@@ -419,7 +419,7 @@ class Game:
         return self._changes
 
     def _catch_up(self) -> None:
-        """See what the last actions have changed, where turns do not tell it and nothing is out of sight."""
+        """See what the last actions have changed, where turns have not told it."""
         if self._look.state is not self.state:
             self._news(self.state)
 
@@ -602,9 +602,11 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self.taken.append(meant.operator)
-                is_told = self._rules.feedback not in OUTCOMES
-                news = self._news(outcome) if is_told or self._rules.observe is Observe.PARTIAL else ""
-                return _Tried(f"{line}: done." + f"\n{news}" * is_told)
+                if self._rules.feedback not in OUTCOMES:
+                    return _Tried(f"{line}: done.\n{self._news(outcome)}")
+                if self._rules.observe is Observe.PARTIAL:  # what is in sight now may not be later
+                    self._catch_up()
+                return _Tried(f"{line}: done.")
             case _:
                 assert_never(outcome)
 

@@ -68,12 +68,8 @@ class GoalVerdict(Verdict):
         """By F1; goals that lack a part, or name what there is not, are wrong, and faults besides."""
         hallucinated = len(self.hallucinated)
         faults = +Counter({FaultKind.PARSING: self.ill_formed, FaultKind.HALLUCINATION: hallucinated})
-        error = None if self.error is None else self.error.kind
         counts = (self.counts or {}).get(ALL, _NONE)
-        return merit_of_parts(counts, error, faults, strangers=hallucinated + self.ill_formed)
-
-
-_NONE = Confusion(0, 0, 0)
+        return merit_of_parts(counts, self.error, faults, strangers=hallucinated + self.ill_formed)
 
 
 OVERALL = "overall"
@@ -82,6 +78,7 @@ OVERALL = "overall"
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)
 _SCORES = score_columns(_PARTS)
+_NONE = Confusion(0, 0, 0)
 
 
 def contributions(verdict: GoalVerdict) -> dict[str, Share]:

@@ -160,7 +160,7 @@ class OperatorVerdict(Verdict):
         """By F1 of all clauses of both sides."""
         sides = (self.counts or {}).values()
         counts = add([side.get(ALL) or add(side.values()) for side in sides])
-        return merit_of_parts(counts, None if self.error is None else self.error.kind, self._faults())
+        return merit_of_parts(counts, self.error, self._faults())
 
     def _faults(self) -> Counter[FaultKind]:
         """Operators that cannot be read or were not asked for, and what is wrong with the others."""
