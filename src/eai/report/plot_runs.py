@@ -9,44 +9,58 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from itertools import groupby
-from typing import TYPE_CHECKING
+from itertools import accumulate, groupby
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of, the_four
 from eai.abilities.protocol import Ability
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results.lines import MODEL
-from eai.results.plots import ACCENT, INK, MUTED, OUTCOME_COLORS, RULE, clipped, draw_band, draw_matrix, sheet
+from eai.results.plots import (
+    ACCENT,
+    INK,
+    MUTED,
+    OUTCOME_COLORS,
+    RULE,
+    SOFT,
+    canvas,
+    clipped,
+    draw_band,
+    draw_matrix,
+    sheet,
+)
 from eai.results.rate import Rate
 from eai.results.table import Cell, Estimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.projections.polar import PolarAxes
 
 _PER_ROW = 3
-_SIDE = 2.35
+_SIDE, _HEIGHT = 2.35, 2.25
+"""The room of a model, in inches."""
+_RADIUS = 0.6
+_RINGS = (25, 50, 75, 100)
 _FEWEST_AXES = 3
+
+_Point: TypeAlias = tuple[float, float]
 
 
 def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
     """The models of one domain and protocol side by side; None if they have too few axes to span an area."""
-    from matplotlib.projections.polar import PolarAxes
-
     values = _values(runs)
     labels = _labels()
     axes = [name for name in labels if any(name in known for known in values.values())]
     if len(axes) < _FEWEST_AXES:
         return None
     columns = min(_PER_ROW, len(values))
-    rows = -(-len(values) // columns)
-    figure = sheet(_SIDE * columns, _SIDE * rows * 1.08)
-    for place, (model, known) in enumerate(values.items(), 1):
-        panel = figure.add_subplot(rows, columns, place, projection="polar")
-        assert isinstance(panel, PolarAxes)  # noqa: S101 - what the projection gives
-        _draw_model(panel, model, {labels[name]: known.get(name) for name in axes})
+    width, height = _SIDE * columns, _HEIGHT * -(-len(values) // columns)
+    figure, panel = canvas((width, height), (0, width), (height, 0))
+    for place, (model, known) in enumerate(values.items()):
+        row, column = divmod(place, columns)
+        center = _SIDE * (column + 0.5), _HEIGHT * row + 1.25
+        _draw_model(panel, center, model, {labels[name]: known.get(name) for name in axes})
     return figure
 
 
@@ -69,23 +83,41 @@ def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
     return dict(sorted(found.items()))
 
 
-def _draw_model(panel: PolarAxes, model: str, values: Mapping[str, float | None]) -> None:
+def _draw_model(panel: Axes, center: _Point, model: str, values: Mapping[str, float | None]) -> None:
     """An unknown rate has no mark; the line is broken there, and without a whole line there is no area."""
     angles = [2 * math.pi * i / len(values) for i in range(len(values))]
-    panel.set_theta_offset(math.pi / 2)
-    panel.set_theta_direction(-1)
-    panel.set_ylim(0, 100)
-    panel.set_yticks([25, 50, 75, 100], labels=["", "50", "", "100"], color=MUTED, fontsize=6)
-    labels = [label if value is not None else f"{label}\n(none)" for label, value in values.items()]
-    panel.set_xticks(angles, labels=labels, fontsize=6.5)
-    panel.grid(color=RULE, linewidth=0.7)
-    panel.spines["polar"].set_color(RULE)
+    _draw_web(panel, center, angles)
+    for angle, (label, value) in zip(angles, values.items(), strict=True):
+        text = label if value is not None else f"{label}\n(none)"
+        ha = ("center", "left", "right")[round(math.sin(angle))]
+        va = ("center", "bottom", "top")[round(math.cos(angle))]
+        panel.text(*_point(center, angle, 107), text, ha=ha, va=va, fontsize=6.5, color=SOFT)
     heights = [math.nan if value is None else value for value in values.values()]
-    around, closed = [*angles, angles[0]], [*heights, heights[0]]
-    panel.plot(around, closed, "o-", color=ACCENT, linewidth=1.4, markersize=2.6)
+    corners = [_point(center, *corner) for corner in zip(angles, heights, strict=True)]
+    across, down = zip(*corners, corners[0], strict=True)
+    panel.plot(across, down, "o-", color=ACCENT, linewidth=1.4, markersize=2.6)
     if None not in values.values():
-        panel.fill(around, closed, color=ACCENT, alpha=0.16)
-    panel.set_title(clipped(model), fontsize=8.5, pad=12, loc="center")
+        panel.fill(across, down, color=ACCENT, alpha=0.16)
+    panel.text(center[0], center[1] - 1.02, clipped(model), fontsize=8.5, ha="center")
+
+
+def _draw_web(panel: Axes, center: _Point, angles: Sequence[float]) -> None:
+    """The axes of a model, with rings where they have round percents."""
+    from matplotlib.collections import LineCollection, PatchCollection
+    from matplotlib.patches import Circle
+
+    rings = [Circle(center, _RADIUS * ring / 100) for ring in _RINGS]
+    spokes = [(center, _point(center, angle, 100)) for angle in angles]
+    panel.add_artist(PatchCollection(rings, facecolor="none", edgecolor=RULE, linewidth=0.7, zorder=1.5))
+    panel.add_artist(LineCollection(spokes, color=RULE, linewidth=0.7, zorder=1.5))
+    for ring in _RINGS[1::2]:
+        panel.text(*_point(center, math.pi / 8, ring), str(ring), va="center", fontsize=6, color=MUTED)
+
+
+def _point(center: _Point, angle: float, percent: float) -> _Point:
+    """Where so many percent of an axis are that is turned by an angle from the one that goes up."""
+    distance = _RADIUS * percent / 100
+    return center[0] + distance * math.sin(angle), center[1] - distance * math.cos(angle)
 
 
 _WIDTH = 8.2
@@ -116,19 +148,21 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
     answers = [sum(_count(item, kind) for kind in AnswerOutcome) for item in items]
-    labels = [f"{clipped(item.key.name)}  {number:,}" for item, number in zip(items, answers, strict=True)]
+    labels = [
+        f"{clipped(item.key.name)}\u2002{number:,}" for item, number in zip(items, answers, strict=True)
+    ]
     panel.set_yticks(range(len(items)), labels=labels)
     panel.text(-0.01, 1, "n", transform=panel.transAxes, fontsize=7.5, ha="right", va="bottom")
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
     for place, (item, scored) in enumerate(zip(items, answers, strict=True)):
-        start = 0.0
-        for kind in AnswerOutcome:
-            width = Rate(_count(item, kind), scored).percent or 0.0
-            if width:
-                panel.barh(place, width, left=start, height=0.74, color=OUTCOME_COLORS[kind], linewidth=0)
-                start += width
+        widths = {kind: Rate(_count(item, kind), scored).percent or 0.0 for kind in AnswerOutcome}
+        shown = {kind: width for kind, width in widths.items() if width}
+        starts = accumulate(shown.values(), initial=0.0)
+        bars = list(zip(starts, shown.values(), strict=False))
+        colors = [OUTCOME_COLORS[kind] for kind in shown]
+        panel.broken_barh(bars, (place - 0.37, 0.74), facecolors=colors, linewidth=0)
 
 
 def _count(item: RunSummary, kind: AnswerOutcome) -> int:
@@ -175,6 +209,9 @@ def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
 
 _FLOWS_PER_ROW = 2
 _SIZE = (3.7, 2.0)
+"""The room of a model, in inches."""
+_APART = (6.1, 180.0)
+"""How far one model is from the next: in stages across, in percent down."""
 _STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
@@ -199,31 +236,30 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
         return None
     columns = min(_FLOWS_PER_ROW, len(flows))
     rows = -(-len(flows) // columns)
-    figure = sheet(_SIZE[0] * columns, _SIZE[1] * rows)
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for place, panel in enumerate(grid.flat):
-        panel.set_axis_off()
-        if place < len(flows):
-            _draw_flow_of(panel, *flows[place])
+    left, top = -0.42, 139.0
+    across, up = (left, left + _APART[0] * columns), (top - _APART[1] * rows, top)
+    figure, panel = canvas((_SIZE[0] * columns, _SIZE[1] * rows), across, up)
+    for place, (model, flow) in enumerate(flows):
+        row, column = divmod(place, columns)
+        _draw_flow_of(panel, (_APART[0] * column, _TOP - _APART[1] * row), model, flow)
     return figure
 
 
-def _draw_flow_of(panel: Axes, model: str, flow: Mapping[str, int]) -> None:
+def _draw_flow_of(panel: Axes, corner: _Point, model: str, flow: Mapping[str, int]) -> None:
     """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
     shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
-    panel.set_xlim(-0.35, len(_STAGES) - 0.3)
-    panel.set_ylim(-_GAP - 5 - 2 * _LINE, 124)
-    panel.set_title(clipped(model))
-    before = _TOP
+    left, top = corner
+    panel.text(left - 0.35, top + 27, clipped(model), fontsize=9)
+    before = top
     for stage, (label, kind) in enumerate(_LOSSES):
-        kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
-        draw_band(panel, stage, (_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
+        at, kept, lost = left + stage, shares[stage + 1], shares[stage] - shares[stage + 1]
+        draw_band(panel, at, (top - kept, top - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
         if lost >= _SMALLEST_LABELLED:
-            end = _TOP - kept - lost - _GAP
-            draw_band(panel, stage, (_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
+            end = top - kept - lost - _GAP
+            draw_band(panel, at, (top - kept - lost, end, lost), OUTCOME_COLORS[kind])
             text = f"{label} {lost:.0f}"
             before = before - _LINE if abs(end - 5 - before) < _LINE else end - 5
-            panel.text(stage + 0.1, before, text, fontsize=6, va="center", color=INK)
-    for stage, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
-        panel.text(stage, 104, f"{share:.0f}", fontsize=7.5, weight="bold", ha="center")
-        panel.text(stage, 115, name, fontsize=5.8, ha="center", color="#55575e")
+            panel.text(at + 0.1, before, text, fontsize=6, va="center", color=INK)
+    for at, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
+        panel.text(left + at, top + 4, f"{share:.0f}", fontsize=7.5, weight="bold", ha="center")
+        panel.text(left + at, top + 15, name, fontsize=5.8, ha="center", color=SOFT)

@@ -194,7 +194,8 @@ def _draw_line(panel: Axes, bins: Bins, shift: float, color: str, mark: str, sty
     at = [place + shift for place in places]
     panel.plot(at, heights, mark + style, color=color, linewidth=1.1, markersize=4, label=model)
     few = [(x, y) for x, y, p in zip(at, heights, places, strict=True) if 0 < len(bins.get(p, ())) < _FEWEST]
-    for x, y in few:
+    if few:
+        x, y = zip(*few, strict=True)
         panel.plot(x, y, mark, color=color, markerfacecolor="white", markersize=4, zorder=3)
 
 

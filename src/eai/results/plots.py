@@ -41,6 +41,7 @@ OUTCOME_COLORS = {
     AnswerOutcome.EXCLUDED: "#e6e3db",
 }
 INK = "#2b2d33"
+SOFT = "#55575e"
 MUTED = "#8b8d94"
 RULE = "#dcdad3"
 ACCENT = "#2f6690"
@@ -81,6 +82,8 @@ FORMATS = tuple(_HOW)
 _STYLE = "plots.mplstyle"
 _TITLE = 0.2
 """The height of a title, in inches."""
+_EDGE = 0.04
+"""How far it is from the edge of a figure that is not laid out."""
 
 
 @contextmanager
@@ -106,6 +109,26 @@ def sheet(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def canvas(
+    size: tuple[float, float], across: tuple[float, float], up: tuple[float, float]
+) -> tuple[Figure, Axes]:
+    """An empty figure, and all of it as one panel without axes: what is placed in it needs no layout.
+
+    Args:
+        size: width and height of the figure, in inches.
+        across: the coordinates of its left and right edge.
+        up: those of its lower and upper edge.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size)
+    panel = figure.add_axes((0, 0, 1, 1))
+    panel.set_axis_off()
+    shape = (size[1] / size[0]) * abs((across[1] - across[0]) / (up[1] - up[0]))
+    panel.set(xlim=across, ylim=up, aspect=shape, anchor="S")
+    return figure, panel
+
+
 def entitle(figure: Figure, title: str) -> None:
     """Say above a figure, and above what it says there of itself, what it is of; it grows by as much."""
     width, height = figure.get_size_inches()
@@ -115,7 +138,8 @@ def entitle(figure: Figure, title: str) -> None:
 
 def say_above(figure: Figure, text: str) -> None:
     """Say something above a figure, from its left edge on, where there is the room of all of its width."""
-    figure.suptitle(text, x=0.01, ha="left", fontsize=7.5)
+    y = None if figure.get_layout_engine() else 1 - _EDGE / figure.get_figheight()
+    figure.suptitle(text, x=0.01, y=y, ha="left", va="top", fontsize=7.5)
 
 
 def write(
@@ -224,7 +248,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
     one_whole = len({cases_of(row[rate]) for row in shown}) == 1
     made_of = _counted if one_whole else cases_of
-    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):,}" for row in shown]
+    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}\u2002{made_of(row[rate]):,}" for row in shown]
     heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
     places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
@@ -300,8 +324,8 @@ def draw_matrix(
             if isinstance(cell, int) or value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK else INK
                 style = {"ha": "center", "va": "center", "color": color, "fontsize": 6, "in_layout": False}
-                panel.text(x, y, _number_text(cell), style)
-    if any(text.get_text().startswith("(") for text in panel.texts):
+                figure.text(x, y, _number_text(cell), style, transform=panel.transData)
+    if any(text.get_text().startswith("(") for text in figure.texts):
         figure.supxlabel(f"in brackets: of fewer than {FEW}", x=0.01, ha="left", fontsize=6)
     return figure
 
@@ -319,12 +343,12 @@ def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
     return ", ".join(parts[1:] or parts) if len(levels) > 1 else parts[0]
 
 
-def draw_band(panel: Axes, stage: int, band: tuple[float, float, float], color: str) -> None:
+def draw_band(panel: Axes, stage: float, band: tuple[float, float, float], color: str) -> None:
     """A bent band from one stage to the next.
 
     Args:
-        panel: where.
-        stage: the first of the two.
+        panel: where; its limits are set elsewhere.
+        stage: the first of the two, as a coordinate; the next is larger by one.
         band: its height there, its height at the next one, and its thickness, in percent.
         color: its colour.
     """
@@ -347,4 +371,4 @@ def draw_band(panel: Axes, stage: int, band: tuple[float, float, float], color: 
     ]
     curve = [Path.CURVE4] * 3
     codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
-    panel.add_patch(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))
+    panel.add_artist(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))
