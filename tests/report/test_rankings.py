@@ -12,7 +12,7 @@ from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.report.ranking import Ranking, RowSource
-from eai.report.rankings import make_ranking
+from eai.report.rankings import cells_by_model, make_ranking
 from eai.report.run_summary import summary_of
 from eai.report.table_specs import tables_of
 from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores
@@ -45,7 +45,8 @@ def whole_table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
 ) -> Ranking | None:
     summaries = [summary_of(run) for run in runs]
-    return make_ranking(SPECS[name], protocol, "virtualhome", summaries, with_paper=with_paper)
+    known = cells_by_model(summaries)
+    return make_ranking(SPECS[name], protocol, "virtualhome", summaries, known, with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -287,8 +288,8 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
 
 
 def test_other_benchmarks_have_no_floor_of_ours() -> None:
-    found = make_ranking(
-        SPECS["overview"], Protocol.STRICT, "lamps", [summary_of(plans(3, "a"))], with_paper=False
-    )
+    runs = [summary_of(plans(3, "a"))]
+    known = cells_by_model(runs)
+    found = make_ranking(SPECS["overview"], Protocol.STRICT, "lamps", runs, known, with_paper=False)
     assert found is not None
     assert [row.model for row in found.rows] == ["a"]

@@ -60,6 +60,7 @@ class _Name(str):
         """Pydantic reads a known name."""
         from pydantic_core import PydanticCustomError, core_schema
 
+        @cache
         def read(name: str) -> _Name:
             if name not in cls.known():
                 known = " or ".join(map(repr, map(str, cls.known())))

@@ -45,6 +45,7 @@ from eai.scoring.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.tasks.source import Source
 
 PLOTS = "plots"
+_FILMS = "films"
 EXPLORER = "explorer.html"
 PUBLISHED = "published"
 BOARD = "index.html"
@@ -227,13 +228,14 @@ def background(
         raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
     known = domain in own or (domain in registered() and is_at_hand(source, domain))
     words = _words(own.get(domain) or find_benchmark(domain), source) if prompts and known else Background()
-    words = replace(words, film=partial(_film, out))
+    if (out / _FILMS).is_dir():
+        words = replace(words, film=partial(_film, out))
     return replace(words, course=courses(Source(source))) if pictures else words
 
 
 def _film(out: Path, record: Record) -> str:
     """The address of an answer's film, where there is one (`eai explain --film OUT/films`)."""
-    address = f"films/{film_name(record)}"
+    address = f"{_FILMS}/{film_name(record)}"
     return address if (out / address).is_file() else ""
 
 

@@ -64,6 +64,8 @@ class ExplorerData:
 
     def __init__(self, background: Callable[[str], Background] = lambda domain: Background()) -> None:
         self._background = cache(background)
+        self._number_of_step = cache(self._step)
+        self._number_of_operator = cache(self._operator)
         self._texts: dict[str, int] = {}
         self._steps: dict[str, int] = {}
         self._operators: dict[str, int] = {}
@@ -133,7 +135,7 @@ class ExplorerData:
                 **self._own(verdict),
                 "T": self._turns(record),
                 "w": [self._text(note) for note in explanation.notes],
-                "s": [self._step(step) for step in explanation.steps],
+                "s": [self._number_of_step(step) for step in explanation.steps],
                 "G": self._goals(explanation),
                 "A": self._attempts(record),
                 "F": film if (film := self._background(record.domain).film(record)) else None,
@@ -190,7 +192,7 @@ class ExplorerData:
                     },
                     "p": verdict.planner and verdict.planner.value,
                     "k": list(verdict.task_categories),
-                    "q": [self._operator(operator) for operator in verdict.operators],
+                    "q": [self._number_of_operator(operator) for operator in verdict.operators],
                 }
             case _:
                 return {}

@@ -261,8 +261,9 @@ def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
     return [
         table
         for (protocol, domain), group in ((place, list(items)) for place, items in places)
+        for known in [cells_by_model(group)]
         for spec in tables_of(item.key.ability for item in group)
-        if (table := make_ranking(spec, protocol, domain, group, with_paper=with_paper))
+        if (table := make_ranking(spec, protocol, domain, group, known, with_paper=with_paper))
     ]
 
 
@@ -271,15 +272,17 @@ def make_ranking(
     protocol: Protocol,
     domain: str,
     runs: Sequence[RunSummary],
+    known: Mapping[str, Cells],
     *,
     with_paper: bool,
 ) -> Ranking | None:
     """The table of the runs of one protocol and domain, or None if they have none of its numbers.
 
+    All numbers of the runs are known (`cells_by_model`).
+
     The paper's rows stand only among runs under its protocol. Under another one its models stand as their
     published answers were scored under that protocol. Below them all stand the null models, without a rank.
     """
-    known = cells_by_model(runs)
     columns = tuple(
         column
         for column in spec.columns

@@ -11,9 +11,9 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.verdict import PlanVerdict, Share
+from eai.abilities.verdict import NONE, PlanVerdict, Share, of_all
 from eai.results.certainty import Case
-from eai.results.rate import Rate
+from eai.results.rate import Rate, rate_of
 from eai.results.repeats import repeated_metric
 from eai.results.summary import name_of
 
@@ -73,8 +73,8 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
     by_length: dict[int, list[Case]] = {}
-    by_action: dict[str, Rate] = {}
-    by_predicate: dict[str, Rate] = {}
+    by_action: dict[str, list[Share]] = {}
+    by_predicate: dict[str, list[Share]] = {}
     for record in records:
         came_to = outcome(record)
         outcomes[came_to] += 1
@@ -89,7 +89,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
             _break_down_operators(cast("OperatorVerdict", record.verdict), by_action, by_predicate)
         for report, reached in goals_of(record):
             for name in report.predicates:
-                _put(by_predicate, name, Rate(reached, 1))
+                by_predicate.setdefault(name, []).append(of_all(reached))
         if declared.has_plans:
             _break_down_steps(record, by_action)
     return Breakdown(
@@ -97,8 +97,8 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         _flow(outcomes) if declared.has_plans else None,
         _ordered(by_goals),
         _ordered(by_length),
-        _ordered(by_action),
-        _ordered(by_predicate),
+        _rates(by_action),
+        _rates(by_predicate),
     )
 
 
@@ -140,28 +140,31 @@ def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
     yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
 
 
-def _break_down_steps(record: Record, by_action: dict[str, Rate]) -> None:
+def _break_down_steps(record: Record, by_action: dict[str, list[Share]]) -> None:
     for _, step in steps_of(record):
-        _put(by_action, step.call.name, Rate(step.outcome == EXECUTED, 1))
+        by_action.setdefault(step.call.name, []).append(of_all(step.outcome == EXECUTED))
 
 
 def _break_down_operators(
-    verdict: OperatorVerdict, by_action: dict[str, Rate], by_predicate: dict[str, Rate]
+    verdict: OperatorVerdict, by_action: dict[str, list[Share]], by_predicate: dict[str, list[Share]]
 ) -> None:
     """Count the clauses of operators by operator, and by predicate once for each that stands in them."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
-            found = [*((part, Rate(2, 2)) for part in side.matched), *((part, Rate(0, 1)) for part in wrong)]
-            for part, rate in found:  # F1 is 2 TP / (2 TP + FP + FN)
-                _put(by_action, operator.name, rate)
+            found = [*((part, _TWICE) for part in side.matched), *((part, NONE) for part in wrong)]
+            for part, share in found:
+                by_action.setdefault(operator.name, []).append(share)
                 for predicate in verdict.clauses[part].predicates:
-                    _put(by_predicate, predicate, rate)
+                    by_predicate.setdefault(predicate, []).append(share)
 
 
-def _put(table: dict[str, Rate], key: str, rate: Rate) -> None:
-    before = table.get(key, Rate(0, 0))
-    table[key] = Rate(before.numerator + rate.numerator, before.denominator + rate.denominator)
+_TWICE = Share(2, 2)
+"""The contribution of a match to F1, which is 2 TP / (2 TP + FP + FN)."""
+
+
+def _rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
+    return {name: rate_of(found) for name, found in sorted(shares.items())}
 
 
 def _ordered(table: Mapping[_Key, _Value]) -> dict[_Key, _Value]:

@@ -53,8 +53,9 @@ def add_up(
 ) -> None:
     """Add what an answer contributes, or sums over other answers, to the sums of each metric."""
     for name, (numerator, denominator) in more.items():
-        known = sums.get(name, (0, 0))
-        sums[name] = known[0] + _exact(numerator), known[1] + _exact(denominator)
+        if numerator or denominator or name not in sums:
+            known = sums.get(name, (0, 0))
+            sums[name] = known[0] + _exact(numerator), known[1] + _exact(denominator)
 
 
 def rates_of(sums: Mapping[str, tuple[Exact, Exact]]) -> dict[str, Rate]:

@@ -222,7 +222,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
         shares |= confusion_shares(name, counts.get(name, _NONE))
         counts_here = planned and name in verdict.task_categories
         shares[f"{name}.planner_success"] = solved if counts_here else NOTHING
-    shares |= confusion_shares(OVERALL, _overall(verdict))
+    shares |= confusion_shares(OVERALL, _overall(counts))
     shares |= confusion_shares(LITERALS, add((verdict.literals or {}).values()))
     shares[_PLANNER_SUCCESS] = solved if planned else NOTHING
     shares[_PLAN_WORKS] = NOTHING if verdict.plan_works is None else of_all(verdict.plan_works)
@@ -234,7 +234,7 @@ def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
-    return error_outcome(verdict) or counts_outcome(_overall(verdict), enough=unplanned)
+    return error_outcome(verdict) or counts_outcome(_overall(_by_category(verdict)), enough=unplanned)
 
 
 _PLANNED = (*(f"{name}.planner_success" for name in CATEGORIES), _PLANNER_SUCCESS, _PLAN_WORKS)
@@ -257,9 +257,8 @@ def _by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
     return found
 
 
-def _overall(verdict: OperatorVerdict) -> Confusion:
+def _overall(counts: Mapping[str, Confusion]) -> Confusion:
     """The counts of both sides over all categories; a clause that is of several counts once."""
-    counts = _by_category(verdict)
     return counts.get(ALL) or add(counts.values())
 
 
