@@ -22,6 +22,7 @@ from eai.cli.options import (
     SETTING,
     AsJson,
     DataFolder,
+    flag,
     opened_source,
     refuse_moved,
     setting,
@@ -77,16 +78,12 @@ def analyze(
     name: Annotated[str, typer.Argument(metavar="STUDY", help="Its name; all; or table.")] = "",
     records: Annotated[list[Path] | None, typer.Argument(help=RECORDS)] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(help="The folder for the results; the name if not given.", rich_help_panel=OUTPUT),
+        Path | None, flag("The folder for the results; the name if not given.", panel=OUTPUT)
     ] = None,
     settings: Annotated[
-        list[str] | None,
-        typer.Option(SETTING, metavar="OPTION=VALUE", help="An option of the study."),
+        list[str] | None, flag("An option of the study.", SETTING, metavar="OPTION=VALUE")
     ] = None,
-    plots: Annotated[
-        bool, typer.Option(help="Draw plots (needs the extra 'plots').", rich_help_panel=OUTPUT)
-    ] = True,
+    plots: Annotated[bool, flag("Draw plots (needs the extra 'plots').", panel=OUTPUT)] = True,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:

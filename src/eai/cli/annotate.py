@@ -18,7 +18,7 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import counted, note, print_json, say, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, opened_source
+from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
 from eai.cli.progress import scoring_progress
 from eai.data.files import write_whole
 from eai.errors import InputError, InterruptError, did_you_mean
@@ -36,22 +36,20 @@ from eai.world.state import Fact, Scene
 
 app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)
 
-OfTitle = Annotated[
-    str | None, typer.Option("--title", metavar="TITLE", help="Demonstrations of this title alone.")
-]
+OfTitle = Annotated[str | None, flag("Demonstrations of this title alone.", "--title", metavar="TITLE")]
 DecisionFile = Annotated[
-    Path, typer.Option("--decisions", metavar="FILE", help="The decisions, a TOML file that choose writes.")
+    Path, flag("The decisions, a TOML file that choose writes.", "--decisions", metavar="FILE")
 ]
 Demonstrations = Annotated[
     Path | None,
-    typer.Option(
+    flag(
+        "An archive with more demonstrations than the benchmark has tasks, where it can read one.",
         "--demonstrations",
-        help="An archive with more demonstrations than the benchmark has tasks, where it can read one.",
     ),
 ]
 Without = Annotated[
     list[str] | None,
-    typer.Option("--without", metavar="PREDICATE", help="Do not count this; with choose, kept in the file."),
+    flag("Do not count this; with choose, kept in the file.", "--without", metavar="PREDICATE"),
 ]
 _SHOWN = 20
 """How many lines of a title are shown where nobody asked for all."""
@@ -93,9 +91,9 @@ def show_differences(
     title: OfTitle = None,
     without: Without = None,
     count: Annotated[
-        bool, typer.Option("--count", help="Count what the demonstrations of a title share instead.")
+        bool, flag("Count what the demonstrations of a title share instead.", "--count")
     ] = False,
-    everything: Annotated[bool, typer.Option("--all", help="With --count, show also what is rare.")] = False,
+    everything: Annotated[bool, flag("With --count, show also what is rare.", "--all")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -147,7 +145,7 @@ def _count(
 @app.command()
 def choose(
     domain: OfDomain,
-    title: Annotated[str, typer.Option("--title", metavar="TITLE", help="Whose goal is to be decided.")],
+    title: Annotated[str, flag("Whose goal is to be decided.", "--title", metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
     without: Without = None,
     demonstrations: Demonstrations = None,
@@ -234,15 +232,11 @@ def goals(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the tasks with these goals: FILE.jsonl.")
-    ] = None,
+    out: Annotated[Path | None, flag("Write the tasks with these goals: FILE.jsonl.", metavar="FILE")] = None,
     assigned: Annotated[
-        bool, typer.Option("--assigned", help="Say instead which candidate each demonstration meets.")
+        bool, flag("Say instead which candidate each demonstration meets.", "--assigned")
     ] = False,
-    checked: Annotated[
-        bool, typer.Option("--check", help="Name instead every task whose goals do not follow.")
-    ] = False,
+    checked: Annotated[bool, flag("Name instead every task whose goals do not follow.", "--check")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -289,10 +283,10 @@ def _assignments(found: Sequence[Annotation]) -> Iterator[str]:
 @app.command(no_args_is_help=True)
 def problems(
     domain: OfDomain,
-    out: Annotated[Path, typer.Option(help="Where domain and problems go.")],
-    conditions: Annotated[int, typer.Option(min=1, help="The most conditions of a goal.")] = 4,
-    seed: Annotated[int, typer.Option(help="Of what is drawn.")] = 0,
-    limit: Annotated[int | None, typer.Option(min=1, help="Tasks, at most.")] = None,
+    out: Annotated[Path, flag("Where domain and problems go.")],
+    conditions: Annotated[int, flag("The most conditions of a goal.", min=1)] = 4,
+    seed: Annotated[int, flag("Of what is drawn.")] = 0,
+    limit: Annotated[int | None, flag("Tasks, at most.", min=1)] = None,
     planner: Planner = PlannerChoice.AUTO,
     as_json: AsJson = False,
     data: DataFolder = None,

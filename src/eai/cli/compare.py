@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.cli.console import note, output, print_json
-from eai.cli.options import AsJson
+from eai.cli.options import AsJson, flag
 from eai.cli.table import PERCENT, print_remark
 from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
@@ -38,9 +38,7 @@ _UNNAMED = (
 def compare(
     first: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="A")],
     second: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="B")],
-    tasks: Annotated[
-        int, typer.Option(min=0, metavar="N", help="How many of the differing tasks to list.")
-    ] = 10,
+    tasks: Annotated[int, flag("How many of the differing tasks to list.", min=0, metavar="N")] = 10,
     as_json: AsJson = False,
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.

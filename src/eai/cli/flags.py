@@ -55,12 +55,12 @@ HELP = "help"
 """The value of ``--with`` that lists all options."""
 
 
-def flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
+def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
     """The flag of a parameter."""
     section, _, option = FLAGS[parameter].partition(".")
     chosen = type(RunSpec.model_fields[section].default)
     default = chosen.default_of(option)
-    return options.flag(chosen, option, panel, *names, show_default=default or False, **more)
+    return options.flag_of(chosen, option, panel, *names, show_default=default or False, **more)
 
 
 def refuse_old_flags(args: Sequence[str]) -> None:

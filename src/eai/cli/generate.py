@@ -7,14 +7,13 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
 from rich.progress import Progress
 from rich.table import Table
 
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
-from eai.cli.options import AsJson, DataFolder, Seed, opened_source
+from eai.cli.options import AsJson, DataFolder, Seed, flag, opened_source
 from eai.data.files import writing_to
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.generator.generator import Generator, generate
@@ -51,87 +50,80 @@ def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]
 
 
 def generate_tasks(
-    like: Annotated[str, typer.Option(help=f"Whose world the tasks are in. {DOMAIN_HELP}")],
-    out: Annotated[Path, typer.Option(help="The folder to write to.")],
-    n: Annotated[int, typer.Option("--n", min=1, help="How many tasks.")] = 100,
+    like: Annotated[str, flag(f"Whose world the tasks are in. {DOMAIN_HELP}")],
+    out: Annotated[Path, flag("The folder to write to.")],
+    n: Annotated[int, flag("How many tasks.", "--n", min=1)] = 100,
     seed: Seed = 0,
     split: Annotated[
         Split,
-        typer.Option(
-            help="Name of the file. train, validation and test have no goals in common; tasks is no split."
-        ),
+        flag("Name of the file. train, validation and test have no goals in common; tasks is no split."),
     ] = Split.ALL,
     held_out: Annotated[
         HeldOut,
-        typer.Option(
-            help="What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes."
-        ),
+        flag("What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes."),
     ] = HeldOut.GOALS,
     against: Annotated[
         list[Path] | None,
-        typer.Option(
-            metavar="PATH",
-            help="Task files elsewhere, say those of train: what is in them, or is solved by looking it up "
+        flag(
+            "Task files elsewhere, say those of train: what is in them, or is solved by looking it up "
             "there, is refused. Repeatable.",
+            metavar="PATH",
         ),
     ] = None,
     secret: Annotated[
-        str | None,
-        typer.Option(envvar="EAI_SECRET", help="A secret without which nobody can make the same tasks."),
+        str | None, flag("A secret without which nobody can make the same tasks.", envvar="EAI_SECRET")
     ] = None,
     tier: Annotated[
         Tier,
-        typer.Option(
+        flag(
+            "Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.",
             metavar="SIZE",
-            help="Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.",
         ),
     ] = Tier.DATA,
     forms: Annotated[
-        Forms, typer.Option(help="Shapes of goals: those of the data set, or all equally often.")
+        Forms, flag("Shapes of goals: those of the data set, or all equally often.")
     ] = Forms.DATA,
     actions: Annotated[
-        bool, typer.Option("--actions", help="Also ask for actions to be taken, where the data set does.")
+        bool, flag("Also ask for actions to be taken, where the data set does.", "--actions")
     ] = False,
     kind: Annotated[
         TaskKind,
-        typer.Option(
-            help="order: also ask for an order, or that something never be so. hazards: the shortest way is "
+        flag(
+            "order: also ask for an order, or that something never be so. hazards: the shortest way is "
             "not safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan. "
             "ambiguous: N pairs, the words of one of each fit two things."
         ),
     ] = TaskKind.PLAIN,
     by_place: Annotated[
-        bool, typer.Option("--by-place", help="Instructions tell things by where they are, not by names.")
+        bool, flag("Instructions tell things by where they are, not by names.", "--by-place")
     ] = False,
     objects: Annotated[
-        int,
-        typer.Option(min=2, help="How many objects a scene has at most; VirtualHome needs 40 for --tier XL."),
+        int, flag("How many objects a scene has at most; VirtualHome needs 40 for --tier XL.", min=2)
     ] = 30,
     depth: Annotated[
-        int, typer.Option(min=1, help="Try all plans of so many actions, as a lower bound of plan lengths.")
+        int, flag("Try all plans of so many actions, as a lower bound of plan lengths.", min=1)
     ] = 1,
     difficulty: Annotated[
-        str | None,
-        typer.Option(metavar="LOW:HIGH", help="Expected difficulty in logits, as in 0:2; a rough guide."),
+        str | None, flag("Expected difficulty in logits, as in 0:2; a rough guide.", metavar="LOW:HIGH")
     ] = None,
     at_least: Annotated[
         list[str] | None,
-        typer.Option(
+        flag(
+            f"Only tasks with so many of {', '.join(measure.value for measure in Measure)}. Repeatable.",
             metavar="NAME=N",
-            help=f"Only tasks with so many of {', '.join(measure.value for measure in Measure)}. Repeatable.",
         ),
     ] = None,
     planner_steps: Annotated[
         bool,
-        typer.Option(
+        flag(
+            "Also record how long a plan the built-in planner finds for all goals at once; slower.",
             "--planner-steps",
-            help="Also record how long a plan the built-in planner finds for all goals at once; slower.",
         ),
     ] = False,
     val: Annotated[
-        bool, typer.Option("--val", help="Also have VAL check every certificate; it must be installed.")
+        bool, flag("Also have VAL check every certificate; it must be installed.", "--val")
     ] = False,
-    compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
+    compress: Annotated[bool, flag("Write FILE.jsonl.gz.", "--gzip")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:

@@ -33,34 +33,35 @@ ABILITIES = f"{', '.join(FOUR)}, or another one by its name"
 RECORDS = "Files of records, or folders with records.jsonl somewhere below."
 """The help of an argument that names records."""
 
-OfDomain = Annotated[str, typer.Option("--domain", help=DOMAIN_HELP)]
-OfAbility = Annotated[Ability, typer.Option("--ability", parser=ability_of, help=f"{ABILITIES}.")]
-Seed = Annotated[int, typer.Option("--seed", help="Of all that is random.")]
+
+def flag(meaning: str, *names: str, panel: str | None = None, **more: Any) -> Any:
+    """An option of a command: what it means, its names if not its parameter's, and its panel in the help."""
+    return typer.Option(*names, help=meaning, rich_help_panel=panel, **more)
 
 
-def flag(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
+OfDomain = Annotated[str, flag(DOMAIN_HELP, "--domain")]
+OfAbility = Annotated[Ability, flag(f"{ABILITIES}.", "--ability", parser=ability_of)]
+Seed = Annotated[int, flag("Of all that is random.", "--seed")]
+
+
+def flag_of(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
     """The flag of an option of a run's specification, with its meaning and its limits."""
     field = options.model_fields[option]
     for end, name in (("min", "ge"), ("max", "le")):
         more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
-    return typer.Option(*names, help=field.description, rich_help_panel=panel, **more)
+    return flag(field.description or "", *names, panel=panel, **more)
 
 
 def scoring(option: str, *names: str, **more: Any) -> Any:
     """The flag of an option of scoring."""
-    return flag(ScoringOptions, option, SCORING, *names, **more)
+    return flag_of(ScoringOptions, option, SCORING, *names, **more)
 
 
 Planner = Annotated[PlannerChoice, scoring("planner", parser=planner_choice)]
 Errata = Annotated[ErrataChoice, scoring("errata", parser=errata_choice)]
 
-AsJson = Annotated[
-    bool, typer.Option("--json", help="Print the results as JSON, and nothing else.", rich_help_panel=OUTPUT)
-]
-Wide = Annotated[
-    bool,
-    typer.Option("--wide", help="All columns in one table, however wide.", rich_help_panel=OUTPUT),
-]
+AsJson = Annotated[bool, flag("Print the results as JSON, and nothing else.", "--json", panel=OUTPUT)]
+Wide = Annotated[bool, flag("All columns in one table, however wide.", "--wide", panel=OUTPUT)]
 
 
 @contextmanager
@@ -86,10 +87,8 @@ def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
 
 DataFolder = Annotated[
     Path | None,
-    typer.Option(
-        "--data",
-        callback=_data_of,
-        help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
+    flag(
+        "Where the data set is; EAI_DATA_DIR or the user's cache if not given.", "--data", callback=_data_of
     ),
 ]
 
@@ -146,8 +145,7 @@ def setting(text: str) -> tuple[str, str]:
 
 
 AgentSettings = Annotated[
-    list[str] | None,
-    typer.Option(SETTING, metavar="OPTION=VALUE", help="An option of agent, as in eai run."),
+    list[str] | None, flag("An option of agent, as in eai run.", SETTING, metavar="OPTION=VALUE")
 ]
 
 

@@ -11,13 +11,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from eai.abilities.responses import SUFFIX, model_name, read_responses
 from eai.acting.setting import ACTING, PICTURES, Setting
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, note, say
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting_of_others
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.data.files import write_whole
@@ -38,17 +36,16 @@ def play(
     settings: AgentSettings = None,
     page: Annotated[
         int | None,
-        typer.Option(
+        flag(
+            "Play on a page in a browser on this machine, not in the terminal; 0: at any free port.",
             metavar="PORT",
             min=0,
             max=65_535,
-            help="Play on a page in a browser on this machine, not in the terminal; 0: at any free port.",
         ),
     ] = None,
-    out: Annotated[
-        Path,
-        typer.Option(metavar="FILE", help=f"Where episodes go: NAME{SUFFIX}.", rich_help_panel=OUTPUT),
-    ] = Path(f"person{SUFFIX}"),
+    out: Annotated[Path, flag(f"Where episodes go: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")] = Path(
+        f"person{SUFFIX}"
+    ),
     data: DataFolder = None,
 ) -> None:
     """Play tasks yourself, as models act; scores, reports and comparisons take episodes as theirs.

@@ -7,8 +7,6 @@ from pathlib import Path
 from random import Random
 from typing import Annotated, TypeVar
 
-import typer
-
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING
@@ -16,17 +14,17 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli.console import counted, tell
-from eai.cli.options import listed, opened_source
+from eai.cli.options import flag, listed, opened_source
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt, PromptFiles, PromptSet, prompt_file, system_file
 from eai.report.answer_form import form_html
 from eai.tasks.adaptive import SHORT, short_test
 
-OfSet = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
-TaskIds = Annotated[str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")]
-Sample = Annotated[int | None, typer.Option(min=1, help="So many of them, drawn at random.")]
-SampleSeed = Annotated[int, typer.Option(help="Which ones --sample draws.")]
+OfSet = Annotated[PromptSet, flag("The data set's prompts, or ours.", "--set")]
+TaskIds = Annotated[str, flag("Only these tasks, in this order: ids separated by commas.")]
+Sample = Annotated[int | None, flag("So many of them, drawn at random.", min=1)]
+SampleSeed = Annotated[int, flag("Which ones --sample draws.")]
 
 PAGE = ".html"
 """The ending of a file that is a page for people."""

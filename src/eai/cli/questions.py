@@ -7,12 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import find_benchmark
 from eai.cli.console import counted, output, tell
-from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, opened_source
+from eai.cli.options import AsJson, DataFolder, OfDomain, Seed, flag, opened_source
 from eai.cli.table import PERCENT
 from eai.data.files import write_whole
 from eai.data.grouping import grouped
@@ -29,21 +27,15 @@ from eai.results.terminal import print_table
 
 def questions(
     domain: OfDomain,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write, JSON lines.")],
-    kind: Annotated[
-        list[Kind] | None, typer.Option(metavar="KIND", help=f"{', '.join(Kind)}. All if not given.")
-    ] = None,
-    form: Annotated[
-        list[Form] | None, typer.Option(metavar="FORM", help=f"{', '.join(Form)}. All if not given.")
-    ] = None,
-    n: Annotated[int, typer.Option("--n", min=1, help="How many, evenly of all kinds and forms.")] = 500,
+    out: Annotated[Path, flag("The file to write, JSON lines.", metavar="FILE")],
+    kind: Annotated[list[Kind] | None, flag(f"{', '.join(Kind)}. All if not given.", metavar="KIND")] = None,
+    form: Annotated[list[Form] | None, flag(f"{', '.join(Form)}. All if not given.", metavar="FORM")] = None,
+    n: Annotated[int, flag("How many, evenly of all kinds and forms.", "--n", min=1)] = 500,
     seed: Seed = 0,
     rules: Annotated[
-        bool, typer.Option(help="Tell the rules. Without them the same questions are a closed-book test.")
+        bool, flag("Tell the rules. Without them the same questions are a closed-book test.")
     ] = True,
-    prompts: Annotated[
-        Path | None, typer.Option(help="Texts of your own in place of single ones of ours.")
-    ] = None,
+    prompts: Annotated[Path | None, flag("Texts of your own in place of single ones of ours.")] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:

@@ -19,7 +19,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered, title_of
 from eai.cli.console import counted, note, output, print_json, say, tell
-from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, listed, opened_source, store
+from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress
 from eai.data.files import write_whole, writing_to
 from eai.data.store import Store
@@ -56,47 +56,31 @@ _LATEX = "For a paper"
 def report(
     records: Annotated[list[Path], typer.Argument(help=RECORDS)],
     out: Annotated[
-        Path | None, typer.Option(help="The folder of the report; without it the main results are printed.")
+        Path | None, flag("The folder of the report; without it the main results are printed.")
     ] = None,
-    paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models beside the runs.")] = False,
-    plots: Annotated[bool, typer.Option(help="Draw plots (needs the extra 'plots').")] = True,
-    summary: Annotated[bool, typer.Option("--summary", help="Draw each model on one page, too.")] = False,
-    prompts: Annotated[
-        bool, typer.Option(help="Put prompts and the data set's operators into the explorer.")
-    ] = True,
+    paper: Annotated[bool, flag("Show the paper's models beside the runs.", "--paper")] = False,
+    plots: Annotated[bool, flag("Draw plots (needs the extra 'plots').")] = True,
+    summary: Annotated[bool, flag("Draw each model on one page, too.", "--summary")] = False,
+    prompts: Annotated[bool, flag("Put prompts and the data set's operators into the explorer.")] = True,
     pictures: Annotated[
-        bool, typer.Option("--pictures", help="Put a picture of each step's state into the explorer.")
+        bool, flag("Put a picture of each step's state into the explorer.", "--pictures")
     ] = False,
-    models: Annotated[
-        str | None, typer.Option(metavar="NAME,...", help="Only these, in LaTeX.", rich_help_panel=_LATEX)
-    ] = None,
-    columns: Annotated[
-        str | None, typer.Option(metavar="HEADING,...", help="Only these, in LaTeX.", rich_help_panel=_LATEX)
-    ] = None,
-    intervals: Annotated[
-        bool, typer.Option(help="95 % intervals below the numbers, in LaTeX.", rich_help_panel=_LATEX)
-    ] = True,
-    formats: Annotated[
-        str, typer.Option(metavar="svg,png,pdf", help="Files of each plot.", rich_help_panel=_LATEX)
-    ] = FORMATS[0],
+    models: Annotated[str | None, flag("Only these, in LaTeX.", panel=_LATEX, metavar="NAME,...")] = None,
+    columns: Annotated[str | None, flag("Only these, in LaTeX.", panel=_LATEX, metavar="HEADING,...")] = None,
+    intervals: Annotated[bool, flag("95 % intervals below the numbers, in LaTeX.", panel=_LATEX)] = True,
+    formats: Annotated[str, flag("Files of each plot.", panel=_LATEX, metavar="svg,png,pdf")] = FORMATS[0],
     prices: Annotated[
-        Path | None,
-        typer.Option(
-            help="Prices of tokens for answers that have none: TOML with date, source and models.",
-        ),
+        Path | None, flag("Prices of tokens for answers that have none: TOML with date, source and models.")
     ] = None,
     publish: Annotated[
         Path | None,
-        typer.Option(
+        flag(
+            "Also write OUT/published, for Every Eval Ever and Hugging Face, as FILE.toml says.",
             metavar="FILE",
-            help="Also write OUT/published, for Every Eval Ever and Hugging Face, as FILE.toml says.",
         ),
     ] = None,
     board: Annotated[
-        bool,
-        typer.Option(
-            "--board", help="RECORDS are submissions: score them, and write OUT/index.html of them."
-        ),
+        bool, flag("RECORDS are submissions: score them, and write OUT/index.html of them.", "--board")
     ] = False,
     as_json: AsJson = False,
     wide: Wide = False,

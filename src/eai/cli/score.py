@@ -22,7 +22,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, counted, note, note_planner, print_json, say, without_inspect
-from eai.cli.options import ANSWERS, OUTPUT, SCORING, scoring
+from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
 from eai.cli.progress import scoring_progress
 from eai.cli.table import print_remark, print_results, result_json, suite_title
 from eai.data.files import sole_run
@@ -70,9 +70,9 @@ def score(
             metavar="PATH",
         ),
     ],
-    domain: Annotated[str | None, typer.Option("--domain", help=DOMAIN_HELP, rich_help_panel=ANSWERS)] = None,
+    domain: Annotated[str | None, flag(DOMAIN_HELP, "--domain", panel=ANSWERS)] = None,
     ability: Annotated[
-        Ability | None, typer.Option(parser=ability_of, help=f"{options.ABILITIES}.", rich_help_panel=ANSWERS)
+        Ability | None, flag(f"{options.ABILITIES}.", panel=ANSWERS, parser=ability_of)
     ] = None,
     protocol: Annotated[Protocol, scoring("protocol", "--protocol", parser=protocol_of)] = DEFAULT_PROTOCOL,
     planner: options.Planner = PlannerChoice.AUTO,
@@ -82,10 +82,10 @@ def score(
     workers: Annotated[int, scoring("workers")] = 1,
     ray: Annotated[
         str | None,
-        typer.Option(
+        flag(
+            "Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
+            panel=SCORING,
             metavar="ADDRESS",
-            help="Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
-            rich_help_panel=SCORING,
         ),
     ] = None,
     explanations: Annotated[bool, scoring("explanations")] = True,
@@ -93,34 +93,30 @@ def score(
     look_back: Annotated[int | None, scoring("look_back", metavar="STATES")] = None,
     goals: Annotated[
         Path | None,
-        typer.Option(
-            help="Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
-            rich_help_panel=ANSWERS,
+        flag(
+            "Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
+            panel=ANSWERS,
         ),
     ] = None,
-    prompt_name: Annotated[
-        str | None, typer.Option(help="What their prompts were called.", rich_help_panel=ANSWERS)
-    ] = None,
+    prompt_name: Annotated[str | None, flag("What their prompts were called.", panel=ANSWERS)] = None,
     shard: Annotated[
         Shard | None,
-        typer.Option(
+        flag(
+            "Score the I-th of N parts, as a job of its own; --merge puts them together.",
+            panel=SCORING,
             parser=Shard.parse,
             metavar="I/N",
-            help="Score the I-th of N parts, as a job of its own; --merge puts them together.",
-            rich_help_panel=SCORING,
         ),
     ] = None,
     merge: Annotated[
         bool,
-        typer.Option(
+        flag(
+            "Put the shards in the folders PATH together, as one process writes them.",
             "--merge",
-            help="Put the shards in the folders PATH together, as one process writes them.",
-            rich_help_panel=SCORING,
+            panel=SCORING,
         ),
     ] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Where records and summaries go.", rich_help_panel=OUTPUT)
-    ] = None,
+    out: Annotated[Path | None, flag("Where records and summaries go.", panel=OUTPUT)] = None,
     as_json: options.AsJson = False,
     wide: options.Wide = False,
     data: options.DataFolder = None,

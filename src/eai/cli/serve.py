@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from eai.cli.console import counted, note
-from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, setting_of_others
+from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.errors import EaiError, InputError, how_to_install
@@ -27,35 +27,22 @@ _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
 @resumable
 def mcp(
     domain: OfDomain,
-    out: Annotated[Path, typer.Option(help="Where journals and answers go.", rich_help_panel=OUTPUT)],
+    out: Annotated[Path, flag("Where journals and answers go.", panel=OUTPUT)],
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
-    agent: Annotated[
-        str, typer.Option(metavar="NAME", help="Who acts, as tables name it.", rich_help_panel=OUTPUT)
-    ] = "agent",
+    agent: Annotated[str, flag("Who acts, as tables name it.", panel=OUTPUT, metavar="NAME")] = "agent",
     port: Annotated[
-        int | None,
-        typer.Option(metavar="N", min=1, max=65_535, help="Serve over HTTP at /mcp.", rich_help_panel=_HTTP),
+        int | None, flag("Serve over HTTP at /mcp.", panel=_HTTP, metavar="N", min=1, max=65_535)
     ] = None,
-    host: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="Where to listen.", rich_help_panel=_HTTP)
-    ] = "127.0.0.1",
+    host: Annotated[str, flag("Where to listen.", panel=_HTTP, metavar="ADDRESS")] = "127.0.0.1",
     allow_host: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="What requests may call this host.", rich_help_panel=_HTTP),
+        list[str] | None, flag("What requests may call this host.", panel=_HTTP, metavar="NAME")
     ] = None,
-    tickets: Annotated[
-        int, typer.Option(metavar="N", min=1, help="Episodes of each task.", rich_help_panel=_HTTP)
-    ] = 1,
+    tickets: Annotated[int, flag("Episodes of each task.", panel=_HTTP, metavar="N", min=1)] = 1,
     trust_network: Annotated[
-        bool,
-        typer.Option(
-            "--trust-network",
-            help="No tickets: one task, for whoever reaches the port.",
-            rich_help_panel=_HTTP,
-        ),
+        bool, flag("No tickets: one task, for whoever reaches the port.", "--trust-network", panel=_HTTP)
     ] = False,
     data: DataFolder = None,
 ) -> None:

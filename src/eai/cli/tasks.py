@@ -14,7 +14,7 @@ from eai.abilities.verdict import Json
 from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
-from eai.cli.options import AsJson, DataFolder, opened_source
+from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.errors import InputError
 from eai.generator.problem_files import problem_files_in, read_problems
 from eai.generator.sets import overlap_of, unproven
@@ -28,15 +28,14 @@ from eai.tasks.task_lines import json_schema, written
 def check(
     path: Annotated[str, typer.Argument(metavar="REFERENCE", help=DOMAIN_HELP)] = "",
     against: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Count what this benchmark gives away, say what was trained on."),
+        str | None, flag("Count what this benchmark gives away, say what was trained on.", metavar="NAME")
     ] = None,
     split: Annotated[
-        str | None, typer.Option(help="The set of a folder by eai generate to be proven by its --secret.")
+        str | None, flag("The set of a folder by eai generate to be proven by its --secret.")
     ] = None,
-    secret: Annotated[str, typer.Option(envvar="EAI_SECRET", help="What the set was made with.")] = "",
+    secret: Annotated[str, flag("What the set was made with.", envvar="EAI_SECRET")] = "",
     schema: Annotated[
-        bool, typer.Option("--schema", help="Print the JSON Schema of a line of a task file instead.")
+        bool, flag("Print the JSON Schema of a line of a task file instead.", "--schema")
     ] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -93,21 +92,16 @@ def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) 
 
 
 def tasks(
-    out: Annotated[
-        Path,
-        typer.Option(metavar="FILE", help="FILE.jsonl or FILE.jsonl.gz; of --croissant the folder."),
-    ],
+    out: Annotated[Path, flag("FILE.jsonl or FILE.jsonl.gz; of --croissant the folder.", metavar="FILE")],
     domain: Annotated[
-        list[str] | None,
-        typer.Option(help=f"{DOMAIN_HELP} With --croissant several, the paper's two if not given."),
+        list[str] | None, flag(f"{DOMAIN_HELP} With --croissant several, the paper's two if not given.")
     ] = None,
     problems: Annotated[
         list[Path] | None,
         typer.Argument(help="Problems, *.bddl or *.pddl, or folders of them, in place of its own tasks."),
     ] = None,
     croissant: Annotated[
-        bool,
-        typer.Option("--croissant", help="With gold operators and metadata (needs the extra 'croissant')."),
+        bool, flag("With gold operators and metadata (needs the extra 'croissant').", "--croissant")
     ] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
