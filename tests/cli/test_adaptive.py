@@ -92,11 +92,11 @@ def answer_of(suite: Suite, task_id: str) -> str:
 def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
     suite = open_suite("envs.switches:SWITCHES", ACTING)
     assert order.adaptive_suites([suite], [ACTING], runs) == [suite]
-    known = order._difficulties(suite, runs)
-    assert known.models == f"the 3 models in {runs}"
-    easy, hard = known.of_tasks["both"], known.of_tasks["half"]
-    assert [*known.of_tasks] == [task_id for task_id in suite.task_ids if task_id != "none"]
-    assert easy == known.of_tasks["greet"] < hard
+    known, _, models = order._difficulties(suite, runs)
+    assert models == f"the 3 models in {runs}"
+    easy, hard = known["both"], known["half"]
+    assert [*known] == [task_id for task_id in suite.task_ids if task_id != "none"]
+    assert easy == known["greet"] < hard
     rmtree(runs / "fair")
     with pytest.raises(InputError, match="whole runs of 3 models in switches acting, strict; found 2"):
         order.adaptive_suites([suite], [ACTING], runs)

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from eai.abilities.record import Origin, Record, Usage
 from eai.errors import InputError
-from eai.results.cost import Spent, _PaperCost, _Price, paper_cost, read_price_list, spent
+from eai.results.cost import PriceList, Spent, _PaperCost, _Price, paper_cost, spent
 from results.verdicts import SUCCEEDED, record
 
 PRICES = """\
@@ -49,7 +49,7 @@ def test_a_price_is_for_what_has_none() -> None:
 def test_prices_have_a_day_and_a_source(tmp_path: Path) -> None:
     file = tmp_path / "prices.toml"
     file.write_text(PRICES)
-    found = read_price_list(file)
+    found = PriceList.of_file(file)
     assert (str(found.date), found.source) == ("2026-11-01", "a page")
     assert found.models["of/one"].of(Usage(500_000, 100_000)) == pytest.approx(2.05)
 
@@ -71,7 +71,7 @@ def test_a_list_of_another_form_is_refused_with_its_place(
     file = tmp_path / "prices.toml"
     file.write_text(PRICES.replace(old, new))
     with pytest.raises(InputError, match=r"prices\.toml") as refused:
-        read_price_list(file)
+        PriceList.of_file(file)
     assert told in str(refused.value)
 
 

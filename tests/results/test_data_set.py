@@ -42,7 +42,7 @@ TOY = Benchmark("toy", DOMAIN, given(TIDY, SHOW, IDLE))
 
 
 def test_profiles_say_what_a_task_is_like() -> None:
-    tidy, show, idle = (each.to_json() for each in profiles_of(TOY, Source()))
+    tidy, show, idle = (each.row for each in profiles_of(TOY, Source()))
     named = {
         "task": "tidy",
         "name": "tidy up",

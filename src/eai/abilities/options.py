@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, PlainSerializer, ValidationError
 from typing_extensions import Self
 
+from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
 
 _EXPECTED = {
@@ -103,6 +105,18 @@ class Options(BaseModel):
             unknown = error.errors()[0]["type"] == "extra_forbidden"
             said = misfit(error, cls.model_fields, [section], section)
             raise InputError(f"{said}{known if unknown else ''}") from error
+
+    @classmethod
+    def of_file(cls, file: Path) -> Self:
+        """The options in a TOML file.
+
+        Raises:
+            InputError: it cannot be read, an option is missing or unknown, or has no such value.
+        """
+        try:
+            return cls.model_validate(read_toml(file))
+        except ValidationError as error:
+            raise InputError(f"{file}: {misfit(error, cls.model_fields, whole='the file')}") from error
 
     @classmethod
     def about(cls, option: str) -> str:

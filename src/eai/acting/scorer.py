@@ -1,28 +1,38 @@
-"""Scores episodes: each is replayed, strictly, in a fresh world of its task."""
+"""Scores episodes: each is replayed, strictly, in a fresh world of its task.
+
+Also whether the goals can still be reached after each turn, or are lost for good. Nothing that can be reached
+later could not be reached before, so the first turn after which the goals are out of reach is found by
+bisection.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 from eai.abilities.codec import sha256_of
 from eai.abilities.declaration import AskedWorld, Posed
 from eai.abilities.explanation import EXECUTED, SLIP, Explanation, Statement, StepReport
-from eai.abilities.goal_test import GoalTest
+from eai.abilities.goal_test import GoalTest, remaining_goals
+from eai.abilities.planning import find_plan
 from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.acting.declaration import UNREPLAYABLE, ActingVerdict, Turn
-from eai.acting.loss import Moment, loss
+from eai.acting.declaration import UNREPLAYABLE, ActingVerdict, Outlook, Turn
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.benchmark import Benchmark
+from eai.envs.agents import planner_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage, staged
+from eai.planning.search import Limits, SearchEnd
+from eai.world.domain import Domain
 from eai.world.fault import FaultKind
+from eai.world.state import State
 
 _ENDS = frozenset({"stopped", "tokens", "time", "turns", "crashed"})
 """Why an episode may have ended before the game was over."""
@@ -192,3 +202,38 @@ def _step(turn: Turn, told: str, game: Game) -> StepReport:
         removed=tuple([fact(each) for sign, each in game.changes if sign == "-"]),
         call=Statement(turn.said, None) if game.action is None else call_of(game.action, game.task.scene),
     )
+
+
+Moment: TypeAlias = tuple[State, Sequence[str]]
+"""The world after a turn, and the operators of the actions that were carried out so far."""
+
+
+def loss(task: Task, domain: Domain, moments: Sequence[Moment], states: int) -> tuple[Outlook, int | None]:
+    """Whether the goals can still be reached at the end, and else the first turn after which they cannot.
+
+    Who acts may use all objects of the scene, seen or not, and any number of actions. A plan shows that the
+    goals can be reached, and a search of all that actions lead to that they cannot. Of goals over time the
+    first is never shown.
+
+    Args:
+        task: the task.
+        domain: the world.
+        moments: the start, and the world after each turn.
+        states: how many states each search may reach; if that does not do, nothing is known.
+    """
+    last = _outlook(task, domain, moments[-1], states)
+    if last != "lost":
+        return last, None
+    return last, bisect_left(moments[:-1], True, key=lambda at: _outlook(task, domain, at, states) == "lost")
+
+
+def _outlook(task: Task, domain: Domain, moment: Moment, states: int) -> Outlook:
+    state, taken = moment
+    now = replace(task, initial=state, goals=remaining_goals(task, taken))
+    end = SearchEnd.STATES
+    for objects in (task.relevant, tuple(range(len(task.scene.objects)))):
+        end = find_plan(replace(now, relevant=objects), planner_of(domain), Limits(states)).end
+        if end is SearchEnd.SOLVED:
+            is_over_time = any(goal.is_over_time for goal in task.goals)
+            return "unknown" if is_over_time else "open"
+    return "lost" if end is SearchEnd.UNREACHABLE else "unknown"

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from enum import Enum
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from pydantic import BeforeValidator
@@ -23,6 +22,7 @@ from eai.cli.options import (
     AsJson,
     DataFolder,
     flag,
+    former_flags,
     opened_source,
     refuse_moved,
     setting,
@@ -45,16 +45,11 @@ ALL, TABLE = "all", "table"
 """The names that mean no study: several of them, and the tidy tables of which most are made."""
 
 
-class _Format(str, Enum):
-    CSV = "csv"
-    PARQUET = "parquet"
-
-
 class _Formats(Options):
     """How tidy tables are written."""
 
-    formats: Annotated[tuple[_Format, ...], BeforeValidator(several)] = option(
-        "csv, or parquet, which needs the extra 'analysis'; both with a comma.", (_Format.CSV,)
+    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(several)] = option(
+        "csv, or parquet, which needs the extra 'analysis'; both with a comma.", ("csv",)
     )
 
 
@@ -65,12 +60,8 @@ def refuse_old_flags(args: Sequence[str]) -> None:
         return
     now = {"--format": "formats=VALUE"} if name == TABLE else {}
     for each in _studies(name):
-        for key, field in each.choices.model_fields.items():
-            flag = key.replace("_", "-")
-            if isinstance(field.default, bool):
-                now |= {f"--{flag}": f"{key}=true", f"--no-{flag}": f"{key}=false"}
-            else:
-                now[f"--{flag}"] = f"{key}=VALUE"
+        for key in each.choices.model_fields:
+            now |= former_flags(key, key, each.choices.default_of(key))
     refuse_moved(args, now, "eai analyze")
 
 
@@ -238,14 +229,13 @@ def _for_the_screen(table: Table) -> Table:
 
 def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:
     """Write the tidy tables."""
-    tables, out = records.tables(), records.folder
+    out, tables = records.folder, {name: getattr(records.tables(), name) for name in TABLES}
     for written in dict.fromkeys(chosen.formats):
-        for name, kind in TABLES.items():
-            lines = getattr(tables, name)
-            if written is _Format.PARQUET:
-                write_parquet(out / f"{name}.parquet", kind, lines)
+        for name, lines in tables.items():
+            if written == "parquet":
+                write_parquet(out / f"{name}.parquet", TABLES[name], lines)
             else:
-                write_files(out, {f"{name}.csv": lines_csv(kind, lines)})
-    sizes: dict[str, Json] = {name: len(getattr(tables, name)) for name in TABLES}
-    line = ", ".join(counted(len(getattr(tables, name)), name.removesuffix("s")) for name in TABLES)
+                write_files(out, {f"{name}.csv": lines_csv(TABLES[name], lines)})
+    sizes: dict[str, Json] = {name: len(lines) for name, lines in tables.items()}
+    line = ", ".join(counted(len(lines), name.removesuffix("s")) for name, lines in tables.items())
     tell(f"{line}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)

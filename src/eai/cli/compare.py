@@ -22,7 +22,6 @@ from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
-from eai.results.coverage import Coverage
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals
@@ -70,10 +69,7 @@ def compare(
         if as_json:
             printed.append(_json(one, other, comparison))
             continue
-        totals = {"A": Totals.of(one.records), "B": Totals.of(other.records)}
-        coverages = {side: each.coverage for side, each in totals.items()}
-        _print(place, one, other, comparison, coverages, tasks)
-        _note_planners(totals)
+        _print(place, one, other, comparison, tasks)
         if not all(record.task for record in (*one.records, *other.records)):
             note(_UNNAMED)
     if as_json:
@@ -141,10 +137,7 @@ def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
     from eai.benchmark.obfuscated import plain_name
 
     places = {
-        place: (
-            "" if declaration_of(place[1]).asked.written_by else plain_name(place[0]),
-            *place[1:],
-        )
+        place: ("" if declaration_of(place[1]).asked.written_by else plain_name(place[0]), *place[1:])
         for place in runs
     }
     alone = Counter(places.values())
@@ -156,15 +149,10 @@ def _named(place: _Place) -> str:
     return f"{domain} {ability.value}, protocol {protocol}".lstrip()
 
 
-def _print(
-    place: _Place,
-    one: Run,
-    other: Run,
-    found: Comparison,
-    coverages: Mapping[str, Coverage],
-    listed: int,
-) -> None:
+def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
     first, second = one.key, other.key
+    totals = {"A": Totals.of(one.records), "B": Totals.of(other.records)}
+    coverages = {side: each.coverage for side, each in totals.items()}
     names = "" if found.names == found.tasks else f" of {found.names} names"
     title = (
         f"{_named(place)}: {found.tasks} tasks{names}\n"
@@ -188,6 +176,7 @@ def _print(
         if tasks:
             heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
             _print_tasks(heading, [named[task] for task in tasks], listed)
+    _note_planners(totals)
 
 
 def _caption(found: Comparison) -> str:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -18,13 +18,12 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.data import dataset
-from eai.data.files import write_whole
 from eai.households.packs import all_packs, fetch_all, validate
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
 from eai.results.data_set import distributions, profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
-from eai.results.table_files import csv_text
+from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
 from eai.tasks.source import ErrataChoice, Source
 
@@ -139,7 +138,9 @@ def stats(
         tables = [table_of(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:
-        written += [_write_tasks(benchmark, source, out)] if by_task else []
+        if by_task:
+            profiles = [each.row for each in profiles_of(benchmark, source)]
+            written += write_files(out, {f"{benchmark.name}-tasks.csv": rows_csv(profiles)})
         written += _write_distributions(benchmark, source, out) if shapes else []
     if as_json:
         print_json(
@@ -161,15 +162,11 @@ def _print_statistics(title: str, rows: Sequence[Figure]) -> None:
         ("figure", [row.label for row in rows]),
         (_number("counted"), [_grouped(row.value) for row in rows]),
         (_number("paper"), [_grouped(row.printed) for row in rows]),
-        ("what is counted", [_words(row) for row in rows]),
+        ("what is counted", [f"{row.note}. {row.remark}" if row.remark else row.note for row in rows]),
     ]
     if all(row.printed is None for row in rows):
         del columns[2]
     print_table(output(), Table.of_columns(title, columns))
-
-
-def _words(row: Figure) -> str:
-    return f"{row.note}. {row.remark}" if row.remark else row.note
 
 
 def _number(name: str) -> Column:
@@ -183,29 +180,17 @@ def _grouped(value: float | None) -> str:
     return f"{value:,}" if isinstance(value, int) else f"{value:,.2f}".rstrip("0").rstrip(".")
 
 
-def _write_tasks(benchmark: Benchmark, source: Source, out: Path) -> Path:
-    """Write what each task is like, a line a task."""
-    rows = [each.to_json() for each in profiles_of(benchmark, source)]
-    return _write_csv(out / f"{benchmark.name}-tasks.csv", rows)
-
-
 def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
     """Write every value of every distribution with its count, and plots of them."""
     found = distributions(benchmark, source)
-    rows: list[Mapping[str, Any]] = [
+    rows = [
         {"distribution": each.name, "value": value, "of": each.of, "count": count}
         for each in found
         for value, count in each.counts.items()
     ]
-    file = _write_csv(out / f"{benchmark.name}-distributions.csv", rows)
-    return [file, *plot_distributions.save(found, benchmark.title or benchmark.name, out / benchmark.name)]
-
-
-def _write_csv(path: Path, rows: Iterable[Mapping[str, Any]]) -> Path:
-    """Write rows with the same fields; raises InputError where that cannot be done."""
-    lines = list(rows)
-    write_whole({path: csv_text(list(lines[0]) if lines else [], [list(line.values()) for line in lines])})
-    return path
+    written = write_files(out, {f"{benchmark.name}-distributions.csv": rows_csv(rows)})
+    title = benchmark.title or benchmark.name
+    return [*written, *plot_distributions.save(found, title, out / benchmark.name)]
 
 
 def _check_annotations(

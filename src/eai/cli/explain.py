@@ -380,21 +380,16 @@ def _why(record: Record) -> str:
 
 
 def _verdict_text(record: Record) -> Text:
-    verdict = record.verdict
-    match outcome(record):
-        case AnswerOutcome.EXCLUDED:
-            return Text(f"excluded: {verdict.excluded}", style="bold yellow")
-        case AnswerOutcome.NOT_ANSWERED:
-            return Text("failure, no answer", style="bold red")
-        case AnswerOutcome.SUCCESS:
-            return Text("success", style="bold green")
-        case AnswerOutcome.PARTLY_RIGHT:
-            return Text("partly right", style="bold yellow")
-        case _ if isinstance(verdict, PlanVerdict):
-            executed = "executable" if verdict.executable else "not executable"
-            return Text(f"failure, {executed}", style="bold red")
-        case _:
-            return Text("failure", style="bold red")
+    verdict, failure = record.verdict, "failure"
+    if isinstance(verdict, PlanVerdict):
+        failure += ", executable" if verdict.executable else ", not executable"
+    texts = {
+        AnswerOutcome.EXCLUDED: (f"excluded: {verdict.excluded}", "bold yellow"),
+        AnswerOutcome.NOT_ANSWERED: ("failure, no answer", "bold red"),
+        AnswerOutcome.SUCCESS: ("success", "bold green"),
+        AnswerOutcome.PARTLY_RIGHT: ("partly right", "bold yellow"),
+    }
+    return Text(*texts.get(outcome(record), (failure, "bold red")))
 
 
 def _of_model(records: Sequence[Record], model: str | None) -> list[Record]:

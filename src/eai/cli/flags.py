@@ -19,7 +19,7 @@ from eai.acting.setting import AGENT
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.suite import Suite
 from eai.cli import options
-from eai.cli.options import SETTING, refuse_moved
+from eai.cli.options import SETTING, former_flags, refuse_moved
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
 from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
@@ -72,11 +72,7 @@ def refuse_old_flags(args: Sequence[str]) -> None:
     }
     for key in keys():
         if key.name not in FLAGS.values() and not key.name.startswith(f"{AGENT}."):
-            name = key.name.partition(".")[2].replace("_", "-")
-            if key.default in ("true", "false"):
-                now |= {f"--{name}": f"{key.name}=true", f"--no-{name}": f"{key.name}=false"}
-            else:
-                now.setdefault(f"--{name}", f"{key.name}=VALUE")
+            now = former_flags(key.name.partition(".")[2], key.name, key.default) | now
     refuse_moved(args, now, f"{SETTING} {HELP}")
 
 

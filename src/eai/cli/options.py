@@ -163,6 +163,14 @@ def setting_of_others(settings: Sequence[str]) -> Setting:
     return chosen
 
 
+def former_flags(name: str, key: str, default: str) -> dict[str, str]:
+    """The flags that an option had which is a setting now, with what to write instead."""
+    flag = name.replace("_", "-")
+    if default in ("true", "false"):
+        return {f"--{flag}": f"{key}=true", f"--no-{flag}": f"{key}=false"}
+    return {f"--{flag}": f"{key}=VALUE"}
+
+
 def refuse_moved(args: Sequence[str], now: Mapping[str, str], listed_by: str) -> None:
     """Raise if a flag of a command is a setting now.
 

@@ -9,7 +9,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import typer
 
@@ -22,6 +21,7 @@ from eai.acting.setting import ACTING, STANDARD
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say
 from eai.cli.progress import run_progress, scoring_progress
+from eai.cli.table import result_json
 from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
@@ -32,7 +32,7 @@ from eai.run.job import Job
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec
 from eai.scoring.collector import collecting_seldom
-from eai.scoring.epochs import Obtained, SuiteResult, settle
+from eai.scoring.epochs import SuiteResult, settle
 from eai.scoring.runs import read_runs, write_log_place
 from eai.scoring.trials import Trials
 from eai.studies.variation import Endpoint, Stage
@@ -71,7 +71,7 @@ def obtain_and_score(
     task without a first stage has no second one. There are as many answers to each task as the order asks
     for, or ``epochs``.
     """
-    from eai.run.evaluation import write_scores
+    from eai.run.evaluation import obtain_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
@@ -105,7 +105,8 @@ def obtain_and_score(
     folder /= Experiment(harness=harness, effort=effort).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder), collecting_seldom():
-        answers = _obtain(order, job, title, folder)
+        with run_progress(title, quiet=order.quiet) as watch:
+            answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
         lacking = dict.fromkeys(unasked, "" if believed is None else believed.lacking)
         obtained = replace(
@@ -125,17 +126,15 @@ def obtain_and_score(
     return result
 
 
-def _obtain(order: Order, job: Job, title: str, folder: Path) -> Obtained:
-    from eai.run.evaluation import obtain_answers
-
-    with run_progress(title, quiet=order.quiet) as watch:
-        return obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-
-
 def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> None:
     """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
     if as_json:
-        print_json([outcome.to_json() for outcome in outcomes])
+        print_json(
+            [
+                {**result_json(each.totals, each.folder), "model": each.model, **each.effort()}
+                for each in outcomes
+            ]
+        )
     for outcome in outcomes:
         for why, task_ids in outcome.failures.items():
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
@@ -186,7 +185,7 @@ def adaptive_suites(
     """
     if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
         raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
-    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder).of_tasks]
+    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder)[0]]
     unknown = [suite for suite in suites if suite not in known]
     if unknown and (named or not known):
         asked = f"{unknown[0].domain} {unknown[0].ability.value}"
@@ -195,30 +194,19 @@ def adaptive_suites(
     return known
 
 
-class _Difficulties(NamedTuple):
-    """How difficult tasks are, in logits from the mean ability of some models.
-
-    Attributes:
-        of_tasks: by task; empty where it is not known.
-        variance: how much a model's ability varies from name to name, in squared logits.
-        models: which models these are.
-    """
-
-    of_tasks: Mapping[str, float]
-    variance: float
-    models: str
-
-
-def _difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
+def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float], float, str]:
     """The difficulties of the tasks of a suite: the published ones, or by whole runs in a folder.
+
+    Returns:
+        By task how difficult it is, in logits from the mean ability of some models, empty where that is not
+        known; how much a model's ability varies from name to name, in squared logits; which models these are.
 
     Raises:
         InputError: too few runs of the suite are there.
     """
     if folder is None:
-        known = item_difficulties(suite.domain, suite.ability)
-        variance = variance_between_names(suite.domain, suite.ability)
-        return _Difficulties(known, variance, "nine models of 2024")
+        of = suite.domain, suite.ability
+        return item_difficulties(*of), variance_between_names(*of), "nine models of 2024"
     from eai.studies.items.analysis import FEWEST_MODELS, scores_of
     from eai.studies.items.rasch import fit_rasch, variance_between
 
@@ -234,7 +222,7 @@ def _difficulties(suite: Suite, folder: Path | None) -> _Difficulties:
     values = map(float, fitted.difficulties - fitted.abilities.mean())
     of_tasks = dict(zip(scores.tasks, values, strict=True))
     variance = variance_between(scores.matrix, fitted, scores.names)
-    return _Difficulties(of_tasks, variance, f"the {len(scores.models)} models in {folder}")
+    return of_tasks, variance, f"the {len(scores.models)} models in {folder}"
 
 
 def obtain_adaptively(
@@ -268,16 +256,10 @@ def obtain_adaptively(
     content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}
     write_files(result.folder, {ADAPTIVE_FILE: json.dumps(content, indent=1) + "\n"})
     if not order.quiet:
-        estimate = f"ability {ability:+.2f} logits, standard error {error:.2f}"
-        say(_estimate_text(result, estimate, len(chosen), models))
+        say(
+            f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, "
+            f"standard error {error:.2f}, from {len(chosen)} of {len(suite.task_ids)} tasks. 0 is the mean "
+            f"of {models}; percentages are of tasks that were chosen to be neither easy nor hard for this "
+            "model."
+        )
     return result
-
-
-def _estimate_text(result: SuiteResult, estimate: str, tasks: int, models: str) -> str:
-    suite = result.suite
-    return (
-        f"{result.model}, {suite.domain} {suite.ability.value}: {estimate}, "
-        f"from {tasks} of {len(suite.task_ids)} tasks. 0 is the mean "
-        f"of {models}; percentages are of tasks that were chosen to be neither easy nor hard for "
-        "this model."
-    )

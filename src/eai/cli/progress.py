@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from functools import wraps
 from typing import TYPE_CHECKING
 
@@ -20,8 +20,6 @@ from eai.data.progress import Report, Stage
 from eai.errors import InterruptError
 
 if TYPE_CHECKING:
-    from rich.progress import TaskID
-
     from eai.run.journal import Watch
     from eai.scoring.batch import Progressed
 
@@ -57,47 +55,21 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 @contextmanager
 def data_progress(console: Console | None = None) -> Iterator[Report]:
-    """Shows how far obtaining the data set is, from its first step on."""
+    """Shows how far each step of obtaining the data set is, one after the other; downloads in megabytes."""
     console = console or errors()
-    if not console.is_terminal:
-        yield _steps(console)
-        return
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f}%"))
-    bar = Progress(*columns, TimeRemainingColumn(), console=console, transient=True)
-    tasks: dict[str, TaskID] = {}
-
-    def report(step: Step) -> None:
-        title = _step_title(step)
-        if not tasks:
-            bar.start()
-        if title not in tasks:
-            tasks[title] = bar.add_task(title, total=step.total or None)
-        bar.update(tasks[title], completed=step.done)
-
-    try:
-        yield report
-    finally:
-        if tasks:
-            bar.stop()
-
-
-def _steps(console: Console) -> Report:
-    """Lines about each step; those of a download count megabytes."""
     watches: dict[str, Watch] = {}
+    with ExitStack() as bars:
 
-    def report(step: Step) -> None:
-        title = _step_title(step)
-        size, unit = (1_000_000, " MB") if step.stage is Stage.DOWNLOAD else (1, "")
-        watch = watches.setdefault(title, _lines(title, console, unit=unit))
-        watch(step.done // size, 0, step.total // size)
+        def report(step: Step) -> None:
+            title = f"{_STAGES[step.stage]} {step.subject}"
+            size, unit = (1_000_000, " MB") if step.stage is Stage.DOWNLOAD else (1, "")
+            if title not in watches:
+                bars.close()
+                bar = _bar(title, console) if console.is_terminal else None
+                watches[title] = bars.enter_context(bar) if bar else _lines(title, console, unit=unit)
+            watches[title](step.done // size, 0, step.total // size)
 
-    return report
-
-
-def _step_title(step: Step) -> str:
-    return f"{_STAGES[step.stage]} {step.subject}"
+        yield report
 
 
 @contextmanager
@@ -152,7 +124,7 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
             speed = bar.tasks[0].speed
             bar.update(
                 task,
-                total=total,
+                total=total or None,
                 completed=answered + failed,
                 rate="" if speed is None else f"{speed:.1f}/s",
                 failed=f"{failed} failed" if failed else "",

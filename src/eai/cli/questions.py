@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeAlias
 
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import find_benchmark
@@ -49,66 +50,63 @@ def questions(
     if not found:
         raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
     write_whole({out: questions_content(found)})
+    chances = _chances(found)
     if not as_json:
         _print_balance(found)
-        _print_chances(found)
+        _print_chances(found, chances)
     fewer = "" if len(found) == n else f"; the tasks give no more than these of {n:,}"
     line = f"{counted(len(found), 'question')} written to {out}{fewer}"
     chance: dict[str, Json] = {
-        f"{kind.value}.{form.value}": {name: rate.percent for name, rate in chances.items()}
-        for (kind, form), chances in _chances(found).items()
+        f"{kind.value}.{form.value}": {name: rate.percent for name, rate in rates.items()}
+        for (kind, form), rates in chances.items()
     }
     value: dict[str, Json] = {"file": str(out), "questions": len(found), "chance": chance}
     tell(line, value=value, as_json=as_json)
 
 
+_Asked: TypeAlias = tuple[Kind, Form]
+
+
+def _print_by_form(
+    title: str, questions: Sequence[Question], columns: Mapping[Column, Callable[[_Asked], Cell]]
+) -> None:
+    """A row for each kind, and for each form these columns."""
+    kinds = list(dict.fromkeys([question.kind for question in questions]))
+    cells: list[NamedCells] = [
+        (replace(column, name=f"{form.value}\n{column.name}"), [cell((kind, form)) for kind in kinds])
+        for form in dict.fromkeys([question.form for question in questions])
+        for column, cell in columns.items()
+    ]
+    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *cells]))
+
+
 def _print_balance(questions: Sequence[Question]) -> None:
-    kinds = list(dict.fromkeys([question.kind for question in questions]))
-    columns: list[NamedCells] = [
-        (
-            Column(f"{form.value}\n{heading}", number=True),
-            [cell(questions, kind, form) for kind in kinds],
-        )
-        for form in dict.fromkeys([question.form for question in questions])
-        for heading, cell in (("n", _number), ("entropy", _entropy))
-    ]
-    title = "Questions, and how even their answers are (1: entirely)"
-    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *columns]))
+    numbers = Counter((question.kind, question.form) for question in questions)
+
+    def entropy(asked: _Asked) -> str:
+        found = entropy_of(questions, *asked)
+        return "-" if found is None else f"{found:.2f}"
+
+    columns = {
+        Column("n", number=True): lambda asked: str(numbers[asked]),
+        Column("entropy", number=True): entropy,
+    }
+    _print_by_form("Questions, and how even their answers are (1: entirely)", questions, columns)
 
 
-def _print_chances(questions: Sequence[Question]) -> None:
+def _print_chances(questions: Sequence[Question], chances: Mapping[_Asked, Mapping[str, Rate]]) -> None:
     """The rates of guessing and shortcuts, the best of them for each kind and form."""
-    found = _chances(questions)
-    kinds = list(dict.fromkeys([question.kind for question in questions]))
-    columns: list[NamedCells] = [
-        (
-            replace(PERCENT, name=f"{form.value}\n{heading}"),
-            [_best(found.get((kind, form), {}), heading) for kind in kinds],
-        )
-        for form in dict.fromkeys([question.form for question in questions])
-        for heading in ("chance", "by")
-    ]
-    title = "Right without knowing the world, at best, in percent"
-    print_table(output(), Shown.of_columns(title, [("kind", [kind.value for kind in kinds]), *columns]))
+    best = {asked: best_chance(rates) for asked, rates in chances.items()}
+    columns = {
+        replace(PERCENT, name="chance"): lambda asked: (
+            Estimate.of_rate(chances[asked][best[asked]]) if asked in best else "-"
+        ),
+        replace(PERCENT, name="by"): lambda asked: best.get(asked, "-"),
+    }
+    _print_by_form("Right without knowing the world, at best, in percent", questions, columns)
 
 
-def _chances(questions: Sequence[Question]) -> dict[tuple[Kind, Form], dict[str, Rate]]:
+def _chances(questions: Sequence[Question]) -> dict[_Asked, dict[str, Rate]]:
     guesses = guesses_of(questions)
     alike = grouped(((question.kind, question.form), question) for question in questions)
     return {cell: chances_of(some, guesses) for cell, some in alike.items()}
-
-
-def _best(chances: Mapping[str, Rate], heading: str) -> Cell:
-    if not chances:
-        return "-"
-    best = best_chance(chances)
-    return best if heading == "by" else Estimate.of_rate(chances[best])
-
-
-def _number(questions: Sequence[Question], kind: Kind, form: Form) -> str:
-    return str(sum((each.kind, each.form) == (kind, form) for each in questions))
-
-
-def _entropy(questions: Sequence[Question], kind: Kind, form: Form) -> str:
-    entropy = entropy_of(questions, kind, form)
-    return "-" if entropy is None else f"{entropy:.2f}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +37,7 @@ from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.writer import add_plots, rankings_json, write_tables
-from eai.results.cost import read_price_list
+from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
@@ -107,7 +108,7 @@ def report(
         _print_main_results(records, paper=paper, as_json=as_json, wide=wide)
         return
     kinds = _formats(formats)
-    listed_prices = None if prices is None else read_price_list(prices)
+    listed_prices = None if prices is None else PriceList.of_file(prices)
     own = benchmarks_of_runs(records)
     told = partial(background, store(data), own, out, prompts=prompts, pictures=pictures)
     explorer, summaries = ExplorerData(told), list[RunSummary]()
@@ -263,7 +264,7 @@ def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, 
         return
     for table in tables:
         print_table(output(), _shown(table), wide=wide)
-        for number in sorted({number for row in table.rows for number in row.notes}):
+        for number in table.numbers(chain.from_iterable(row.notes for row in table.rows)):
             say(f"{superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
         left_out = counted(len(summaries) - len(ranked), "experiment")

@@ -44,13 +44,7 @@ from eai.cli.options import (
     opened_source,
     planner_terms,
 )
-from eai.cli.order import (
-    Order,
-    adaptive_suites,
-    obtain_adaptively,
-    obtain_and_score,
-    tell,
-)
+from eai.cli.order import Order, adaptive_suites, obtain_adaptively, obtain_and_score, tell
 from eai.cli.progress import resumable
 from eai.cli.prompts import chosen_prompts, tasks_of
 from eai.cli.table import print_results, suite_title
@@ -184,16 +178,11 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
     """Print the results of several models in one suite."""
     suite = outcomes[0].suite
     results = {each.model: each.totals for each in outcomes}
-    print_results(_title(spec, suite), suite.ability, results, wide=wide)
+    title = f"{suite_title(suite.domain, suite.ability, suite.protocol)}\n{spec.variation.heading}".rstrip()
+    print_results(title, suite.ability, results, wide=wide)
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
     if repeated:
         print_table(output(), passes_table(repeated), wide=wide)
-
-
-def _title(spec: RunSpec, suite: Suite) -> str:
-    """The title of the results of a suite."""
-    title = suite_title(suite.domain, suite.ability, suite.protocol)
-    return f"{title}\n{spec.variation.heading}".rstrip()
 
 
 def _trials(spec: RunSpec, library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> Trials | None:

@@ -55,12 +55,7 @@ def print_remark(name: str, coverage: Coverage) -> None:
 
 
 def print_rates(
-    console: Console,
-    title: str,
-    metrics: Sequence[str],
-    results: Mapping[str, Totals],
-    *,
-    wide: bool = False,
+    console: Console, title: str, metrics: Sequence[str], results: Mapping[str, Totals], *, wide: bool = False
 ) -> None:
     """Print rates in percent with one decimal: of one model a row a metric, of several a row a model.
 

@@ -17,10 +17,10 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from eai import __version__
-from eai.abilities.options import misfit
+from eai.abilities.options import Options
 from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.benchmark.answer_files import MAX_SIZE, ZIP, suite_files, unpacked
 from eai.benchmark.benchmark import Benchmark
@@ -49,13 +49,7 @@ _MOST_FILES, _MOST_CHARACTERS, _MOST_OF_TEXT = 200, 100_000, 64_000
 _NO_NUMBER = "–"
 
 
-class _Read(BaseModel):
-    """The content of a TOML file."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class _Description(_Read):
+class _Description(Options):
     """The content of ``submission.toml``; costs are of all answers together, in US dollars."""
 
     model: str = Field(min_length=1, max_length=100)
@@ -69,7 +63,7 @@ class _Description(_Read):
     withdrawn: str = Field("", max_length=500)
 
 
-class _SeasonFile(_Read):
+class _SeasonFile(Options):
     """The content of ``season.toml``: the set of the manifest, and its secret once the season is over."""
 
     title: str = Field(min_length=1, max_length=100)
@@ -181,11 +175,9 @@ def _checked(place: Path) -> Iterator[Path]:
 
 
 def _submission(name: str, folder: Path, scorer: _Scorer) -> _Submission:
-    description = _read(folder / DESCRIPTION, _Description)
-    specification = folder / SPECIFICATION
-    text = ""
+    description = _Description.of_file(_small(folder / DESCRIPTION))
+    specification, text = _small(folder / SPECIFICATION), ""
     if specification.is_file():
-        _small(specification)
         read_toml(specification)
         text = specification.read_text(encoding="utf-8")
     if description.withdrawn:
@@ -218,7 +210,7 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
 
 def _season(place: Path) -> _Season:
     """A season: its tasks, once they are there, are those announced, and were made with its secret."""
-    chosen = _read(place / SEASON, _SeasonFile)
+    chosen = _SeasonFile.of_file(_small(place / SEASON))
     entry, file = set_of(place, chosen.split), file_of_set(place, chosen.split)
     if file is None:
         return _Season(chosen.title, entry, None, False)
@@ -227,22 +219,11 @@ def _season(place: Path) -> _Season:
     return _Season(chosen.title, entry, find_benchmark(str(file)), bool(chosen.secret))
 
 
-def _read(file: Path, kind: Any) -> Any:
-    """The content of a TOML file.
-
-    Raises:
-        InputError: it is too large, or not of the kind.
-    """
-    _small(file)
-    try:
-        return kind.model_validate(read_toml(file))
-    except ValidationError as error:
-        raise InputError(f"{file}: {misfit(error, kind.model_fields, whole='the file')}") from error
-
-
-def _small(file: Path) -> None:
+def _small(file: Path) -> Path:
+    """The file, if it is not too large; raises InputError if it is."""
     if file.is_file() and file.stat().st_size > _MOST_OF_TEXT:
         raise InputError(f"{file}: expected at most {_MOST_OF_TEXT:,} bytes")
+    return file
 
 
 def _page(submissions: Mapping[str, _Submission], seasons: Sequence[_Season]) -> str:
@@ -309,9 +290,9 @@ def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
 def _row(row: Row, order: Sequence[int], table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     submission = submissions[row.model] if row.source is RowSource.RUN else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
-    numbers = [_number(row.cells[place].shown) for place in order]
+    numbers = [_number(row.cells[place].shown(table)) for place in order]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
-    protocol, marks = table.protocol.value, _marks(row.notes)
+    protocol, marks = table.protocol.value, _marks(table.numbers(row.notes))
     if submission is None:
         model = f"{escape(row.model)}{marks} <small>{escape(row.source.value)}</small>"
         return _tr([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')

@@ -7,43 +7,15 @@ from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.benchmark.registry import title_of
 from eai.report.run_summary import RunSummary
-from eai.report.table_specs import ability_title
+from eai.report.table_specs import suite_title
 from eai.results.certainty import Cases, interval_of_ratio
 from eai.results.cost import PriceList, Spent, each, paper_cost
 from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.rate import rate_of
 from eai.results.table import Cell, Estimate, Label, Plain, Row, table_of
-from eai.results.table_files import csv_text
+from eai.results.table_files import rows_csv
 
-COLUMNS = (
-    "model",
-    "domain",
-    "ability",
-    "answers",
-    "input_tokens",
-    "output_tokens",
-    "reasoning_tokens",
-    "tokens",
-    "tokens_per_answer",
-    "dollars",
-    "dollars_per_1000_answers",
-    "answers_without_price",
-)
-"""The columns of ``cost.csv``."""
-
-_HEADINGS = (
-    "model",
-    "suite",
-    "answers",
-    "tokens in",
-    "out",
-    "of them reasoning",
-    "an answer",
-    "dollars",
-    "per 1,000 answers",
-)
 _DEFINITION = """\
 Tokens are those that providers counted: of questions, cached ones included, and of answers with their
 reasoning. An answer that was asked for several times (attempts, votes, repairs) has the tokens of all times,
@@ -75,35 +47,40 @@ class _Line:
     spent: Spent
 
     @property
-    def counts(self) -> list[int | None]:
-        """How many answers there are, and tokens of questions, answers and reasoning."""
-        usage = self.spent.usage
-        return [self.spent.answers, usage.input_tokens, usage.output_tokens, usage.reasoning_tokens]
+    def row(self) -> dict[str, Plain]:
+        """The line as ``cost.csv`` has it, by column."""
+        usage, tokens, answers = self.spent.usage, self.spent.tokens, self.spent.answers
+        return {
+            "model": self.model,
+            "domain": self.domain or None,
+            "ability": None if self.ability is None else self.ability.value,
+            "answers": answers,
+            "input_tokens": usage.input_tokens,
+            "output_tokens": usage.output_tokens,
+            "reasoning_tokens": usage.reasoning_tokens,
+            "tokens": tokens,
+            "tokens_per_answer": each(tokens, answers),
+            "dollars": usage.cost,
+            "dollars_per_1000_answers": each(_thousandfold(usage.cost), answers),
+            "answers_without_price": self.spent.unpriced_answers,
+        }
 
     @property
-    def rates(self) -> list[float | None]:
-        """Tokens an answer, dollars, and dollars for a thousand answers."""
-        cost, answers = self.spent.usage.cost, self.spent.answers
-        return [each(self.spent.tokens, answers), cost, each(_thousandfold(cost), answers)]
-
-    @property
-    def row(self) -> list[Plain]:
-        ability = None if self.ability is None else self.ability.value
-        of_run = [self.model, self.domain or None, ability]
-        return [*of_run, *self.counts, self.spent.tokens, *self.rates, self.spent.unpriced_answers]
-
-    @property
-    def shown(self) -> list[str]:
-        suite = f"{title_of(self.domain)}, {ability_title(self.ability).lower()}" if self.ability else ""
+    def shown(self) -> dict[str, str]:
+        """The line as the report shows it, by heading."""
+        usage, answers = self.spent.usage, self.spent.answers
         known = "≥ " if self.spent.unpriced_answers else ""
-        tokens, *dollars = self.rates
-        return [
-            escaped(self.model),
-            suite,
-            *(_number(count, 0) for count in self.counts),
-            _number(tokens, 0),
-            *("" if amount is None else known + _number(amount, 2) for amount in dollars),
-        ]
+        return {
+            "model": escaped(self.model),
+            "suite": suite_title(self.domain, self.ability) if self.ability else "",
+            "answers": _number(answers),
+            "tokens in": _number(usage.input_tokens),
+            "out": _number(usage.output_tokens),
+            "of them reasoning": _number(usage.reasoning_tokens),
+            "an answer": _number(each(self.spent.tokens, answers)),
+            "dollars": _number(usage.cost, 2, known),
+            "per 1,000 answers": _number(each(_thousandfold(usage.cost), answers), 2, known),
+        }
 
 
 def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
@@ -120,10 +97,10 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
     yield "## What the answers cost\n"
     listed = "" if prices is None else _BY_LIST.format(date=prices.date, source=escaped(prices.source))
     yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
-    rows = [line.shown for line in lines]
+    rows = [[*line.shown.values()] for line in lines]
     if with_paper:
         rows.append(_paper_row())
-    yield "\n".join(grid(_HEADINGS, rows)) + "\n"
+    yield "\n".join(grid([*lines[0].shown], rows)) + "\n"
     table = _per_success(runs)
     yield f"{table.definition}.\n"
     yield table_markdown(table)
@@ -135,7 +112,7 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
 def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
     """The same as CSV, without the paper; None where no record says what its answer took."""
     lines = _lines(runs, prices)
-    return csv_text(COLUMNS, [line.row for line in lines]) if lines else None
+    return rows_csv([line.row for line in lines]) if lines else None
 
 
 def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
@@ -157,10 +134,9 @@ def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
 def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
     """The effort that each success takes."""
     for item in runs:
-        suite = f"{title_of(item.key.domain)}, {ability_title(item.key.ability).lower()}"
         amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:
-            yield (Label(item.key.name), suite, *amounts)
+            yield (Label(item.key.name), suite_title(item.key.domain, item.key.ability), *amounts)
 
 
 def _ratio(cases: Cases) -> Cell:
@@ -173,7 +149,7 @@ def _ratio(cases: Cases) -> Cell:
 
 def _paper_row() -> list[str]:
     paper = paper_cost()
-    per_query = _number(each(paper.tokens, paper.queries), 0)
+    per_query = _number(each(paper.tokens, paper.queries))
     per_thousand = _number(each(_thousandfold(paper.dollars), paper.queries), 2)
     counted = [f"{paper.queries:,}", f"{paper.tokens:,} in and out", "", ""]
     return ["*the paper, all models*", "", *counted, per_query, _number(paper.dollars, 2), per_thousand]
@@ -183,5 +159,5 @@ def _thousandfold(dollars: float | None) -> float | None:
     return None if dollars is None else 1000 * dollars
 
 
-def _number(number: float | None, digits: int) -> str:
-    return "" if number is None else f"{number:,.{digits}f}"
+def _number(number: float | None, digits: int = 0, before: str = "") -> str:
+    return "" if number is None else f"{before}{number:,.{digits}f}"

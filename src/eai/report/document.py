@@ -14,7 +14,7 @@ from eai.benchmark.registry import title_of
 from eai.data.grouping import grouped
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary, plain_runs
-from eai.report.table_specs import ability_title
+from eai.report.table_specs import suite_title
 from eai.results.certainty import Cases, Interval, mean_over_names
 from eai.results.markdown import escaped, grid, table_markdown
 from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
@@ -174,15 +174,13 @@ def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterato
         yield table_markdown(table.table())
 
 
-def _section(
-    title: str, header: Sequence[str], rows: Iterable[Sequence[str]], *paragraphs: str
-) -> Iterator[str]:
-    """A section with a table, below some paragraphs; nothing if the table has no rows."""
+def _section(title: str, rows: Iterable[Mapping[str, str]], *paragraphs: str) -> Iterator[str]:
+    """A section with a table of cells by heading, below some paragraphs; nothing if it has no rows."""
     written = list(rows)
     if written:
         yield f"## {title}\n"
         yield from (f"{each}\n" for each in paragraphs if each)
-        yield "\n".join(grid(header, written)) + "\n"
+        yield "\n".join(grid([*written[0]], [[*row.values()] for row in written])) + "\n"
 
 
 def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
@@ -191,7 +189,7 @@ def _repeated(runs: Sequence[RunSummary]) -> Iterator[str]:
     if not groups:
         return
     table = passes_table(
-        {f"{key.name}, {_suite(key.domain, key.ability)}": each for key, each in groups.items()}
+        {f"{key.name}, {suite_title(key.domain, key.ability)}": each for key, each in groups.items()}
     )
     yield f"## {table.title}\n"
     yield f"{table.definition}.\n"
@@ -217,43 +215,39 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
             answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
             for metric in declaration_of(key.ability).main:
-                numbers = [_percent(run.rates[metric].percent) for run in found]
-                suite = _suite(key.domain, key.ability)
-                rows.append([escaped(key.name), suite, answered, label_of(metric), *numbers])
-    header = ["model", "suite", "answered", "metric", *(protocol.value for protocol in protocols)]
-    yield from _section("Both protocols", header, rows)
+                row = {"model": escaped(key.name), "suite": suite_title(key.domain, key.ability)}
+                row |= {"answered": answered, "metric": label_of(metric)}
+                row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
+                rows.append(row)
+    yield from _section("Both protocols", rows)
 
 
 def _agreement(agreements: Sequence[_Agreement]) -> Iterator[str]:
-    header = ["table", "suite", "cells", "to the digit", "within 1", "within 2", "largest", "where"]
     rows = map(_agreement_row, agreements)
-    yield from _section("Against the paper, cell by cell", header, rows, _AGREEMENT)
+    yield from _section("Against the paper, cell by cell", rows, _AGREEMENT)
 
 
-def _agreement_row(item: _Agreement) -> list[str]:
+def _agreement_row(item: _Agreement) -> dict[str, str]:
     worst = item.worst
-    return [
-        item.table,
-        _suite(item.domain, Ability(item.ability)),
-        str(len(item.pairs)),
-        *(str(item.within(points)) for points in (DIGIT, 1, 2)),
-        f"{worst.difference:.1f}",
-        f"{escaped(worst.model)}, {escaped(worst.metric)}: {worst.ours:.1f} for {worst.printed:.1f}",
-    ]
+    return {
+        "table": item.table,
+        "suite": suite_title(item.domain, Ability(item.ability)),
+        "cells": str(len(item.pairs)),
+        "to the digit": str(item.within(DIGIT)),
+        "within 1": str(item.within(1)),
+        "within 2": str(item.within(2)),
+        "largest": f"{worst.difference:.1f}",
+        "where": f"{escaped(worst.model)}, {escaped(worst.metric)}: {worst.ours:.1f} for {worst.printed:.1f}",
+    }
 
 
 def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
-    rows = [
-        [
-            escaped(item.key.name),
-            _run_suite(item),
-            *(str(item.breakdown.outcomes.get(kind, "")) for kind in kinds),
-        ]
+    rows = (
+        _named(item) | {label_of(kind.value): str(item.breakdown.outcomes.get(kind, "")) for kind in kinds}
         for item in runs
-    ]
-    header = ["model", "suite", *(label_of(kind.value) for kind in kinds)]
-    yield from _section("Outcomes of answers", header, rows)
+    )
+    yield from _section("Outcomes of answers", rows)
 
 
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
@@ -261,8 +255,9 @@ def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
     for suite, items in grouped((_run_suite(item), item) for item in runs).items():
         rows = [*_by_length(items), *_by_predicate(items)]
         if items[0].breakdown.flow is not None:
-            header = ["tasks or goals", *(escaped(item.key.name) for item in items)]
-            yield from _section(f"By length of plan and kind of goal: {suite}", header, rows, _STRATA)
+            names = ["tasks or goals", *(escaped(item.key.name) for item in items)]
+            named = (dict(zip(names, row, strict=True)) for row in rows)
+            yield from _section(f"By length of plan and kind of goal: {suite}", named, _STRATA)
 
 
 def _by_length(items: Sequence[RunSummary]) -> Iterator[list[str]]:
@@ -288,20 +283,18 @@ def _counted(rate: Rate) -> str:
 
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
-    header = ["model", "suite", "answered", "excluded", "repaired", "planner", "data"]
     rows = [
-        [
-            escaped(item.key.name),
-            _run_suite(item),
-            str(item.coverage),
-            str(sum(item.excluded.values())),
-            str(item.repaired),
-            ", ".join(item.planners),
-            " ".join(digest[:12] for digest in item.data_sha256),
-        ]
+        _named(item)
+        | {
+            "answered": str(item.coverage),
+            "excluded": str(sum(item.excluded.values())),
+            "repaired": str(item.repaired),
+            "planner": ", ".join(item.planners),
+            "data": " ".join(digest[:12] for digest in item.data_sha256),
+        }
         for item in runs
     ]
-    yield from _section("Runs", header, rows)
+    yield from _section("Runs", rows)
     remarks = dict.fromkeys(
         f"{_run_suite(item)}, errata {item.errata.version}: {item.errata.remark}"
         for item in runs
@@ -320,12 +313,13 @@ def plots_markdown(plots: Sequence[Plot], kind: str) -> str:
     return "\n".join(("\n## Plots\n", *shown))
 
 
-def _suite(domain: str, ability: Ability) -> str:
-    return f"{title_of(domain)}, {ability_title(ability).lower()}"
+def _named(item: RunSummary) -> dict[str, str]:
+    """The cells that say what run a row is of."""
+    return {"model": escaped(item.key.name), "suite": _run_suite(item)}
 
 
 def _run_suite(item: RunSummary) -> str:
-    return f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
+    return f"{suite_title(item.key.domain, item.key.ability)}, {item.key.protocol.value}"
 
 
 def _percent(percent: float | None) -> str:
@@ -343,26 +337,12 @@ _UNNAMED = (
     "counts as independent, which makes intervals too narrow where there are near copies, and success by "
     "number of goals and by length of plan is not known. Score the answers again to know both."
 )
-_CERTAINTY_HEADER = (
-    "model",
-    "suite",
-    "metric",
-    "percent",
-    "mean over names",
-    "95 %",
-    "95 % if independent",
-    "tasks",
-    "names",
-    "design effect",
-    "effective tasks",
-)
 
 
 def _certainty(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section of the page."""
     rows = (row for item in runs for row in _certainty_rows(item))
-    title, remark = "How sure the numbers are", unnamed_remark(runs)
-    yield from _section(title, _CERTAINTY_HEADER, rows, _CERTAINTY, remark)
+    yield from _section("How sure the numbers are", rows, _CERTAINTY, unnamed_remark(runs))
 
 
 def unnamed_remark(runs: Sequence[RunSummary]) -> str:
@@ -371,23 +351,22 @@ def unnamed_remark(runs: Sequence[RunSummary]) -> str:
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 
 
-def _certainty_rows(item: RunSummary) -> Iterator[list[str]]:
+def _certainty_rows(item: RunSummary) -> Iterator[dict[str, str]]:
     for metric in declaration_of(item.key.ability).main:
         certainty = item.certainties.get(metric)
         if certainty is not None:
-            yield [
-                escaped(item.key.name),
-                _run_suite(item),
-                label_of(metric),
-                _percent(item.rates[metric].percent),
-                _percent(mean_over_names(item.cases[metric])),
-                _interval(certainty.interval),
-                _interval(certainty.by_task),
-                str(certainty.tasks),
-                str(certainty.names),
-                _percent(certainty.design_effect),
-                "–" if certainty.effective_tasks is None else f"{certainty.effective_tasks:.0f}",
-            ]
+            effective = certainty.effective_tasks
+            yield _named(item) | {
+                "metric": label_of(metric),
+                "percent": _percent(item.rates[metric].percent),
+                "mean over names": _percent(mean_over_names(item.cases[metric])),
+                "95 %": _interval(certainty.interval),
+                "95 % if independent": _interval(certainty.by_task),
+                "tasks": str(certainty.tasks),
+                "names": str(certainty.names),
+                "design effect": _percent(certainty.design_effect),
+                "effective tasks": "–" if effective is None else f"{effective:.0f}",
+            }
 
 
 def _interval(interval: Interval) -> str:

@@ -32,6 +32,9 @@ from eai.scoring.runs import Run, RunKey
 VERSION = 3
 """The version of the format."""
 
+_PARTS = ("steps", "operators", "scenes", "tiles")
+"""What is packed once, and is a number where it stands."""
+
 _VIEWER = "http://127.0.0.1:7575/#/logs"
 """The address at which ``inspect view`` shows logs."""
 
@@ -66,11 +69,7 @@ class ExplorerData:
         self._background = cache(background)
         self._number_of_step = cache(self._step)
         self._number_of_operator = cache(self._operator)
-        self._texts: dict[str, int] = {}
-        self._steps: dict[str, int] = {}
-        self._operators: dict[str, int] = {}
-        self._scenes: dict[str, int] = {}
-        self._tiles: dict[str, int] = {}
+        self._known: dict[str, dict[str, int]] = {name: {} for name in ("texts", *_PARTS)}
         self._runs: dict[RunKey, str] = {}
         self._prompts: dict[str, dict[str, Json]] = {}
         self._tasks: dict[str, dict[str, Json]] = {}
@@ -96,7 +95,7 @@ class ExplorerData:
                 tasks[record.task_id] = [self._text(record.task.name), self._text(instruction)]
             prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
             if prompt and record.task_id not in kept:
-                kept[record.task_id] = [self._text(line) for line in prompt.split("\n")]
+                kept[record.task_id] = self._all(prompt.split("\n"))
 
     def to_json(self) -> str:
         """Everything as one JSON text that is safe inside a script element."""
@@ -107,17 +106,14 @@ class ExplorerData:
             "prompts": for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
             "tasks": for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
             "titles": for_script({domain: title_of(domain) for domain in domains}),
-            "gold": for_script({domain: {**gold} for domain in domains if (gold := self._gold(domain))}),
-            "texts": for_script(list(self._texts)),
-            "steps": _array(self._steps),
-            "operators": _array(self._operators),
-            "scenes": _array(self._scenes),
-            "tiles": _array(self._tiles),
+            "gold": for_script({domain: gold for domain in domains if (gold := self._gold(domain))}),
+            "texts": for_script(list(self._known["texts"])),
+            **{name: _array(self._known[name]) for name in _PARTS},
         }
         return f"{{{','.join(f'{for_script(name)}:{text}' for name, text in content.items())}}}"
 
-    def _gold(self, domain: str) -> Mapping[str, str]:
-        return self._background(domain).operators
+    def _gold(self, domain: str) -> dict[str, Json]:
+        return {**self._background(domain).operators}
 
     def _answer(self, record: Record) -> Json:
         verdict = record.verdict
@@ -131,10 +127,10 @@ class ExplorerData:
                 "r": self._text(record.response) if record.response else None,
                 "f": self._error(verdict),
                 "m": list(record.repairs),
-                "R": [self._text(line) for line in repair_lines(verdict.repair)] if verdict.repair else [],
+                "R": self._all(repair_lines(verdict.repair)) if verdict.repair else [],
                 **self._own(verdict),
                 "T": self._turns(record),
-                "w": [self._text(note) for note in explanation.notes],
+                "w": self._all(explanation.notes),
                 "s": [self._number_of_step(step) for step in explanation.steps],
                 "G": self._goals(explanation),
                 "A": self._attempts(record),
@@ -148,7 +144,7 @@ class ExplorerData:
         near, goals = near_misses(explanation), list[Json]()
         for goal in explanation.goals:
             got = f"got {', '.join(near[goal.goal])}" if goal.goal in near else ""
-            remarks = [self._text(remark) for remark in (goal.why, got) if remark]
+            remarks = self._all(filter(None, (goal.why, got)))
             goals.append([goal.kind, self._text(goal.goal), int(goal.satisfied), *remarks])
         return goals
 
@@ -181,7 +177,7 @@ class ExplorerData:
             case GoalVerdict():
                 return {
                     "n": {kind: list(counts) for kind, counts in (verdict.counts or {}).items()},
-                    "h": [self._text(name) for name in verdict.hallucinated],
+                    "h": self._all(verdict.hallucinated),
                 }
             case OperatorVerdict():
                 return {
@@ -203,54 +199,47 @@ class ExplorerData:
 
     def _step(self, step: StepReport) -> int:
         """Action, outcome, reason, earlier, facts added, facts removed, number of other changes."""
-        packed: Json = [
-            self._text(step.action),
-            self._text(step.outcome),
-            self._text(step.reason),
-            self._text(step.earlier),
-            [self._text(fact) for fact in step.added],
-            [self._text(fact) for fact in step.removed],
-            step.hidden_changes,
-        ]
-        return _number(self._steps, for_script(packed))
+        texts = self._all((step.action, step.outcome, step.reason, step.earlier))
+        facts = self._all(step.added), self._all(step.removed)
+        return self._part("steps", [*texts, *facts, step.hidden_changes])
 
     def _scene(self, tiles: Sequence[Tile]) -> int:
         """The outermost tiles."""
-        return _number(self._scenes, for_script([self._tile(tile) for tile in tiles]))
+        return self._part("scenes", [self._tile(tile) for tile in tiles])
 
     def _tile(self, tile: Tile) -> int:
         """Name, kind, marks, lines, and each zone with the tiles in it."""
-        packed: Json = [
-            self._text(tile.name),
-            tile.kind.name.lower(),
-            [self._text(mark) for mark in tile.marks],
-            [self._text(line) for line in tile.lines],
-            [
-                [self._text(label), [self._tile(each) for each in within]]
-                for label, within in tile.zones.items()
-            ],
+        name, marks, lines = self._text(tile.name), self._all(tile.marks), self._all(tile.lines)
+        zones: list[Json] = [
+            [self._text(label), [self._tile(each) for each in within]] for label, within in tile.zones.items()
         ]
-        return _number(self._tiles, for_script(packed))
+        return self._part("tiles", [name, tile.kind.name.lower(), marks, lines, zones])
 
     def _operator(self, operator: OperatorReport) -> int:
         """Name, status, the sides with what is matched, additional and missing, and offences."""
         sides = [
-            [[self._text(part) for part in parts] for parts in (side.matched, side.additional, side.missing)]
+            [self._all(parts) for parts in (side.matched, side.additional, side.missing)]
             for side in (operator.precondition, operator.effect)
         ]
         offences = [
             {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
             for offence in operator.offences
         ]
-        return _number(self._operators, for_script([operator.name, operator.status.value, *sides, offences]))
+        return self._part("operators", [operator.name, operator.status.value, *sides, offences])
+
+    def _all(self, texts: Iterable[str]) -> list[Json]:
+        return [self._text(text) for text in texts]
 
     def _text(self, text: str) -> int:
-        return _number(self._texts, text)
+        return self._number("texts", text)
 
+    def _part(self, kind: str, packed: list[Json]) -> int:
+        return self._number(kind, for_script(packed))
 
-def _number(table: dict[str, int], item: str) -> int:
-    """The place of an item in a table, into which it is put if it is not there."""
-    return table.setdefault(item, len(table))
+    def _number(self, kind: str, item: str) -> int:
+        """The place of an item among those of its kind, to which it is added if it is not there."""
+        known = self._known[kind]
+        return known.setdefault(item, len(known))
 
 
 def _array(items: Iterable[str]) -> str:

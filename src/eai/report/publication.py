@@ -17,15 +17,13 @@ from itertools import groupby
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
 from eai import __version__
 from eai.abilities.declaration import declaration_of, label_of
-from eai.abilities.options import misfit
+from eai.abilities.options import Options
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import of_the_paper
-from eai.data.files import read_toml
-from eai.errors import InputError
 from eai.report.run_summary import RunSummary
 from eai.scoring.runs import RunKey
 from eai.tasks.source import suite_name
@@ -40,10 +38,8 @@ _Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][\w.-]*/[A-Za-z0-9][\w.-]*$")
 """The name of a model or data set elsewhere: OWNER/NAME."""
 
 
-class _Publication(BaseModel):
+class _Publication(Options):
     """The content of the file: who evaluated, when, and what others call the models and the data set."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     by: str = Field(min_length=1)
     date: date
@@ -65,10 +61,7 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
     Raises:
         InputError: the file cannot be read, or has another form.
     """
-    try:
-        said = _Publication.model_validate(read_toml(file))
-    except ValidationError as error:
-        raise InputError(f"{file}, {misfit(error, _Publication.model_fields, whole='the file')}") from error
+    said = _Publication.of_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
     ranked = [run for run in plain if run.coverage.ranked]
     ranked.sort(key=lambda run: _row(run.key))

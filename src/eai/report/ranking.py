@@ -5,7 +5,7 @@ A ranking is of one domain under one protocol. What readers see of it is a `Tabl
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -14,7 +14,6 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import title_of
 from eai.results.certainty import Certainty, Interval
 from eai.results.coverage import Coverage
-from eai.results.paper_tables import PaperColumn, PaperTable
 from eai.results.rate import Rate
 from eai.results.table import NO_NUMBER, Column, Estimate, Label, Table
 from eai.results.table import Cell as TableCell
@@ -29,7 +28,7 @@ class Cell:
         rate: what it is a share of; None for averages and for the paper's figures.
         certainty: how sure it is; None for the paper's figures.
         best: whether no other row of the column is better.
-        notes: numbers of footnotes, from 1.
+        notes: footnotes.
         coverage: how much of its suites is answered; None for the paper's figures, which do not say.
     """
 
@@ -37,7 +36,7 @@ class Cell:
     rate: Rate | None = None
     certainty: Certainty | None = None
     best: bool = False
-    notes: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
     coverage: Coverage | None = None
 
     @property
@@ -45,11 +44,10 @@ class Cell:
         """Its 95 % interval; None for the paper's figures."""
         return None if self.certainty is None else self.certainty.interval
 
-    @property
-    def shown(self) -> Estimate:
-        """The number as readers see it."""
+    def shown(self, ranking: Ranking) -> Estimate:
+        """The number as readers of a ranking see it."""
         low, high = (None, None) if self.interval is None else self.interval
-        return Estimate(self.percent, low, high, best=self.best, notes=self.notes)
+        return Estimate(self.percent, low, high, best=self.best, notes=ranking.numbers(self.notes))
 
     @property
     def ranked(self) -> bool:
@@ -77,7 +75,7 @@ class Row:
         coverage: how much of its suites is answered; None of the paper's rows, which do not say.
         harness: what the model acts in.
         effort: how much it is to reason.
-        notes: numbers of footnotes on the whole of it, from 1.
+        notes: footnotes on the whole of it.
         rank: by the table's primary column and shared by equals; None if there is no number there, or if the
             row is not ranked for what it does not answer.
     """
@@ -86,7 +84,7 @@ class Row:
     source: RowSource
     cells: tuple[Cell, ...]
     coverage: Coverage | None = None
-    notes: tuple[int, ...] = ()
+    notes: tuple[str, ...] = ()
     rank: int | None = None
     harness: str = ""
     effort: str = ""
@@ -96,12 +94,17 @@ class Row:
         """Whether it may have a rank, and the best number of a column."""
         return self.source is not RowSource.FLOOR and (self.coverage is None or self.coverage.ranked)
 
-    def shown(self) -> tuple[TableCell, ...]:
+    @property
+    def all_notes(self) -> list[str]:
+        """The footnotes on the whole of it, and those on its numbers."""
+        return [*self.notes, *(note for cell in self.cells for note in cell.notes)]
+
+    def shown(self, ranking: Ranking) -> tuple[TableCell, ...]:
         """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
         origin = "" if self.source is RowSource.RUN else self.source.value
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
-        numbers = [cell.shown for cell in self.cells]
-        model = Label(self.model, origin=origin, notes=self.notes)
+        numbers = [cell.shown(ranking) for cell in self.cells]
+        model = Label(self.model, origin=origin, notes=ranking.numbers(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
 
@@ -114,38 +117,15 @@ def cell_of(cells: Cells, column: MetricColumn) -> Cell:
     return cells.get((column.ability, column.metric), Cell(None))
 
 
-class Notes:
-    """Footnotes in the order in which they are first needed."""
-
-    def __init__(self) -> None:
-        self.texts: list[str] = []
-
-    def number(self, text: str) -> int:
-        """The number of a footnote, which is written down if it is new."""
-        if text not in self.texts:
-            self.texts.append(text)
-        return self.texts.index(text) + 1
-
-    def on_column(self, papers: Sequence[PaperTable], column: PaperColumn) -> tuple[int, ...]:
-        """The numbers of the notes on a whole column."""
-        notes = [n for paper in papers for n in paper.notes if not n.models and column in n.columns]
-        return tuple(sorted({self.number(note.text) for note in notes}))
-
-    def on_cell(self, paper: PaperTable, model: str, column: PaperColumn) -> tuple[int, ...]:
-        """The numbers of the notes on a cell in particular."""
-        notes = [note for note in paper.notes if note.models and note.is_on(model, column)]
-        return tuple(sorted({self.number(note.text) for note in notes}))
-
-
 @dataclass(frozen=True, slots=True)
 class Ranking:
     """One table of one domain under one protocol.
 
     Attributes:
         columns: only those in which some row has a number.
-        column_notes: for each column the numbers of the footnotes on the whole of it.
+        column_notes: for each column the footnotes on the whole of it.
         rows: by rank.
-        notes: the footnotes, the first is number 1.
+        notes: all footnotes, the first is number 1.
         by: the number of the column that ranks, from 0; None of a table without ranks.
     """
 
@@ -154,10 +134,14 @@ class Ranking:
     protocol: Protocol
     domain: str
     columns: tuple[MetricColumn, ...]
-    column_notes: tuple[tuple[int, ...], ...]
+    column_notes: tuple[tuple[str, ...], ...]
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
     by: int | None = None
+
+    def numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
+        """The numbers of footnotes."""
+        return tuple(sorted({self.notes.index(note) + 1 for note in notes}))
 
     @property
     def ranked_by(self) -> str:
@@ -173,15 +157,15 @@ class Ranking:
         """
         groups = [column.group for column in self.columns]
         columns = [
-            Column(column.metric, column.label, column.group, _alone(column, groups), 1, True, notes)
-            for column, notes in zip(self.columns, self.column_notes, strict=True)
+            Column(column.metric, column.label, column.group, _alone(column, groups), 1, True, numbers)
+            for column, numbers in zip(self.columns, map(self.numbers, self.column_notes), strict=True)
         ]
         table = Table(
             self.name,
             self.title,
             self._caption(),
             (*_BESIDE, *columns),
-            tuple([row.shown() for row in self.rows]),
+            tuple([row.shown(self) for row in self.rows]),
             notes=self.notes,
         )
         unused = {name for name in _OF_AGENT if not any(getattr(row, name) for row in self.rows)}

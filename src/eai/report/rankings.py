@@ -10,9 +10,9 @@ published answers, scored under that protocol.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import groupby
+from itertools import chain, groupby
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
@@ -20,7 +20,6 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.report.ranking import (
     Cell,
     Cells,
-    Notes,
     Ranking,
     Row,
     RowSource,
@@ -68,7 +67,6 @@ def run_rows(
     columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
     known: Mapping[str, Cells],
-    notes: Notes,
     *,
     with_paper: bool = False,
 ) -> Iterator[Row]:
@@ -78,7 +76,6 @@ def run_rows(
         columns: the columns.
         runs: the runs of one protocol and domain.
         known: all numbers of each of their models, by the names of runs.
-        notes: where the footnotes go.
         with_paper: whether the paper's rows stand beside them, which another planner judged.
     """
     abilities = {column.ability for column in columns}
@@ -95,7 +92,6 @@ def run_rows(
             if len(planners) > 1 or with_paper:
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
-            numbers = tuple(notes.number(remark) for remark in remarks)
             model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
             source = RowSource.FLOOR if is_null_model(model) else RowSource.RUN
             yield Row(
@@ -103,7 +99,7 @@ def run_rows(
                 source,
                 found,
                 together(run.coverage for run in shown),
-                numbers,
+                tuple(remarks),
                 harness=experiment.harness or "",
                 effort=experiment.effort or "",
             )
@@ -141,28 +137,31 @@ def _average(cells: Cells, cases: Mapping[tuple[Ability, str], Cases]) -> Cell:
     return Cell(percent, certainty=certainty_of_mean(parts))
 
 
-def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable], notes: Notes) -> Iterator[Row]:
+def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable]) -> Iterator[Row]:
     """The paper's models; of two tables with a figure the first is taken."""
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
-        cells = tuple(_paper_cell(model, column, papers, notes) for column in columns)
+        cells = tuple(_paper_cell(model, column, papers) for column in columns)
         if any(cell.percent is not None for cell in cells):
             yield Row(model, RowSource.PAPER, cells)
 
 
-def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable], notes: Notes) -> Cell:
+def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> Cell:
     for paper in papers:
         figure = paper.figure(model, column)
         if figure is not None:
-            return Cell(figure, notes=notes.on_cell(paper, model, column))
+            notes = [note.text for note in paper.notes if note.models and note.is_on(model, column)]
+            return Cell(figure, notes=tuple(notes))
     return Cell(None)
 
 
+def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
+    """The notes on a whole column."""
+    notes = [note for paper in papers for note in paper.notes if not note.models]
+    return tuple([note.text for note in notes if column in note.columns])
+
+
 def published_rows(
-    columns: Sequence[MetricColumn],
-    protocol: Protocol,
-    domain: str,
-    runs: Sequence[RunSummary],
-    notes: Notes,
+    columns: Sequence[MetricColumn], protocol: Protocol, domain: str, runs: Sequence[RunSummary]
 ) -> Iterator[Row]:
     """The paper's models, as their published answers were scored under a protocol.
 
@@ -171,7 +170,6 @@ def published_rows(
         protocol: the protocol of the table; there are no rows under one that they were not scored under.
         domain: the domain of the table.
         runs: the runs beside which they stand.
-        notes: where footnotes go.
     """
     table = published_scores()
     if table.protocol != protocol.value:
@@ -180,20 +178,16 @@ def published_rows(
     known = len({model for suite in suites.values() for model in suite.models})
     everyone = len(set(paper_models().values()))
     text = _PUBLISHED.format(sha256=published_scores_sha256(), known=known, all=everyone)
-    yield from _scored_rows(suites, columns, runs, notes, RowSource.PUBLISHED, text)
+    yield from _scored_rows(suites, columns, runs, RowSource.PUBLISHED, text)
 
 
 def floor_rows(
-    columns: Sequence[MetricColumn],
-    protocol: Protocol,
-    domain: str,
-    runs: Sequence[RunSummary],
-    notes: Notes,
+    columns: Sequence[MetricColumn], protocol: Protocol, domain: str, runs: Sequence[RunSummary]
 ) -> Iterator[Row]:
     """The null models in the suites that come with the package; arguments as for `published_rows`."""
     suites = _suites(null_scores(protocol.value).suites, columns, domain)
     names = "; ".join(f"{model} {what}" for model, what in NULL_MODELS.items())
-    return _scored_rows(suites, columns, runs, notes, RowSource.FLOOR, _FLOOR.format(names=names))
+    return _scored_rows(suites, columns, runs, RowSource.FLOOR, _FLOOR.format(names=names))
 
 
 def _suites(
@@ -208,7 +202,6 @@ def _scored_rows(
     suites: Mapping[Ability, PublishedSuite],
     columns: Sequence[MetricColumn],
     runs: Sequence[RunSummary],
-    notes: Notes,
     source: RowSource,
     text: str,
 ) -> Iterator[Row]:
@@ -222,7 +215,7 @@ def _scored_rows(
         found = tuple(cell_of(cells, column) for column in columns)
         if any(cell.percent is not None for cell in found):
             covered = together(suite.coverage(model) for suite in suites.values() if model in suite.models)
-            yield Row(model, source, found, covered, tuple(notes.number(text) for text in texts))
+            yield Row(model, source, found, covered, tuple(texts))
 
 
 def _is_on_other_data(run: RunSummary, suites: Mapping[Ability, PublishedSuite]) -> bool:
@@ -290,25 +283,31 @@ def make_ranking(
     )
     if not columns:
         return None
-    notes = Notes()
     by = ranking_column(spec.primary, columns)
-    of_runs = run_rows(columns, runs, known, notes, with_paper=with_paper)
-    rows = [_with_missing(row, by, columns, notes) for row in of_runs]
+    ours = [_with_missing(row, by, columns) for row in run_rows(columns, runs, known, with_paper=with_paper)]
     places = [place_of_column(column, domain) for column in columns]
-    papers = []
+    papers, others = [], list[Row]()
     if with_paper and protocol.value == paper_setting().protocol:
         papers = [paper_table(name) for name in paper_setting().tables[spec.name]]
     elif with_paper:
-        rows += published_rows(columns, protocol, domain, runs, notes)
-    column_notes = tuple(notes.on_column(papers, place) for place in places)
-    rows += paper_rows(places, papers, notes)
-    rows += floor_rows(columns, protocol, domain, runs, notes)
-    rows = ranked(by, columns, rows)
-    texts = tuple(notes.texts)
-    return Ranking(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts, by)
+        others += published_rows(columns, protocol, domain, runs)
+    others += [*paper_rows(places, papers), *floor_rows(columns, protocol, domain, runs)]
+    on_columns = tuple(_notes_on(place, papers) for place in places)
+    notes = _in_order(_of_rows(ours), *on_columns, _of_rows(others))
+    rows = tuple(ranked(by, columns, [*ours, *others]))
+    return Ranking(spec.name, spec.title, protocol, domain, columns, on_columns, rows, notes, by)
 
 
-def _with_missing(row: Row, by: int, columns: Sequence[MetricColumn], notes: Notes) -> Row:
+def _in_order(*notes: Iterable[str]) -> tuple[str, ...]:
+    """Footnotes in the order in which they are first needed."""
+    return tuple(dict.fromkeys(chain(*notes)))
+
+
+def _of_rows(rows: Iterable[Row]) -> list[str]:
+    return [note for row in rows for note in row.all_notes]
+
+
+def _with_missing(row: Row, by: int, columns: Sequence[MetricColumn]) -> Row:
     """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
     if row.cells[by].percent is not None:
         return row
@@ -321,7 +320,7 @@ def _with_missing(row: Row, by: int, columns: Sequence[MetricColumn], notes: Not
         ]
     )
     lacking = f": {', '.join(missing)} not asked" if missing else ""
-    note = notes.number(f"No rank, as there is no {columns[by].label.lower()}{lacking}.")
+    note = f"No rank, as there is no {columns[by].label.lower()}{lacking}."
     return replace(row, notes=(*row.notes, note))
 
 
@@ -345,7 +344,7 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
         return None
     key = shown[0].key
     spec = of_ability(key.ability)
-    notes = Notes()
+    rows = tuple(_experiment_rows(spec, shown))
     return Ranking(
         f"experiments_{spec.name}",
         f"Experiments: {ability_title(key.ability).lower()}",
@@ -353,14 +352,14 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
         key.domain,
         spec.columns,
         ((),) * len(spec.columns),
-        tuple(_experiment_rows(spec, shown, notes)),
-        tuple(notes.texts),
+        rows,
+        _in_order(_of_rows(rows)),
     )
 
 
-def _experiment_rows(spec: TableSpec, runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
+def _experiment_rows(spec: TableSpec, runs: Sequence[RunSummary]) -> Iterator[Row]:
     for item in runs:
-        for row in run_rows(spec.columns, [item], {item.key.name: cells_of_run(item)}, notes):
+        for row in run_rows(spec.columns, [item], {item.key.name: cells_of_run(item)}):
             yield replace(row, model=item.key.name, harness="", effort="")
 
 
@@ -384,21 +383,20 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in _OTHER_SUBSET:
         alike = []
-    notes = Notes()
     places = [place_of_column(column, domain) for column in columns]
     left_out = any(item.key.protocol.value != paper_setting().protocol for item in alike)
-    remarks = (notes.number(_LEFT_OUT),) if left_out else ()
-    column_notes = tuple((*remarks, *notes.on_column([paper], place)) for place in places)
-    rows = [*_rows_of_runs(columns, alike, notes), *paper_rows(places, [paper], notes)]
+    remarks = (_LEFT_OUT,) if left_out else ()
+    on_columns = tuple((*remarks, *_notes_on(place, [paper])) for place in places)
+    rows = [*_rows_of_runs(columns, alike), *paper_rows(places, [paper])]
     return Ranking(
         f"paper_{paper.name}",
         paper.title,
         Protocol(paper_setting().protocol),
         domain,
         columns,
-        column_notes,
+        on_columns,
         tuple(with_best_marked(columns, rows)),
-        tuple(notes.texts),
+        _in_order(*on_columns, _of_rows(rows)),
     )
 
 
@@ -406,9 +404,9 @@ def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
     return any(paper.figure(model, place_of_column(column, domain)) is not None for model in paper.rows)
 
 
-def _rows_of_runs(columns: Sequence[MetricColumn], runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
+def _rows_of_runs(columns: Sequence[MetricColumn], runs: Sequence[RunSummary]) -> Iterator[Row]:
     """A row for each run; a table without a rank has them in the order of their names."""
     for item in runs:
         if item.key.protocol.value == paper_setting().protocol:
             cells = {item.key.name: cells_of_run(item)}
-            yield from run_rows(columns, [item], cells, notes, with_paper=True)
+            yield from run_rows(columns, [item], cells, with_paper=True)

@@ -9,6 +9,7 @@ from functools import cache
 from eai.abilities.declaration import SATISFIED, MetricColumn, declaration_of, label_of
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
+from eai.benchmark.registry import title_of
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
 
@@ -38,6 +39,11 @@ class TableSpec:
 def ability_title(ability: Ability) -> str:
     """How an ability is called in headings."""
     return declaration_of(ability).title
+
+
+def suite_title(domain: str, ability: Ability) -> str:
+    """How a suite is called in tables."""
+    return f"{title_of(domain)}, {ability_title(ability).lower()}"
 
 
 def _columns(ability: Ability) -> tuple[MetricColumn, ...]:

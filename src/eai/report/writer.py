@@ -105,26 +105,17 @@ def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) 
         return None
     columns = tuple(table.columns[i] for i in places)
     rows = [replace(row, cells=tuple(row.cells[i] for i in places)) for row in rows]
-    column_notes = [table.column_notes[i] for i in places]
-    used = {number for numbers in column_notes for number in numbers}
-    used |= {n for row in rows for notes in (row.notes, *(cell.notes for cell in row.cells)) for n in notes}
-    new = {number: place for place, number in enumerate(sorted(used), 1)}
-    ranks = [row.rank for row in rows]
-    renumbered = [
-        replace(
-            row,
-            rank=None if row.rank is None else 1 + sum(r is not None and r < row.rank for r in ranks),
-            notes=tuple(new[n] for n in row.notes),
-            cells=tuple(replace(cell, notes=tuple(new[n] for n in cell.notes)) for cell in row.cells),
-        )
-        for row in rows
-    ]
+    column_notes = tuple(table.column_notes[i] for i in places)
+    used = {note for notes in (*column_notes, *(row.all_notes for row in rows)) for note in notes}
+    known = [row.rank for row in rows if row.rank is not None]
+    ranks = [None if row.rank is None else 1 + sum(rank < row.rank for rank in known) for row in rows]
+    rows = [replace(row, rank=rank) for row, rank in zip(rows, ranks, strict=True)]
     return replace(
         table,
         columns=columns,
-        column_notes=tuple(tuple(new[n] for n in numbers) for numbers in column_notes),
-        rows=tuple(with_best_marked(columns, renumbered)),
-        notes=tuple(table.notes[number - 1] for number in sorted(used)),
+        column_notes=column_notes,
+        rows=tuple(with_best_marked(columns, rows)),
+        notes=tuple(note for note in table.notes if note in used),
     )
 
 
@@ -240,14 +231,14 @@ def _row_json(table: Ranking, row: Row) -> Json:
         "source": row.source.value,
         "rank": row.rank,
         "coverage": None if row.coverage is None else row.coverage.to_json(),
-        "notes": list(row.notes),
+        "notes": list(table.numbers(row.notes)),
         "cells": [
             {
                 "ability": column.ability.value if column.ability else None,
                 "metric": column.metric,
                 **_numbers(cell),
                 "best": cell.best,
-                "notes": [*cell.notes, *notes],
+                "notes": [*table.numbers(cell.notes), *table.numbers(notes)],
             }
             for column, notes, cell in zip(table.columns, table.column_notes, row.cells, strict=True)
         ],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, cast
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import EXECUTED, GoalReport, StepReport
@@ -20,11 +20,16 @@ from eai.results.summary import name_of
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.declaration import OperatorVerdict
 
-_Key = TypeVar("_Key", int, str)
-_Value = TypeVar("_Value")
-
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
 """Where there is no answer to break down."""
+
+
+_LOST = {
+    "readable": AnswerOutcome.PARSING,
+    "known": AnswerOutcome.HALLUCINATION,
+    "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
+}
+"""What answers come to that do not reach a stage."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +95,13 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         for report, reached in goals_of(record):
             for name in report.predicates:
                 by_predicate.setdefault(name, []).append(of_all(reached))
-        if declared.has_plans:
-            _break_down_steps(record, by_action)
+        for _, step in steps_of(record) if declared.has_plans else ():
+            by_action.setdefault(step.call.name, []).append(of_all(step.outcome == EXECUTED))
     return Breakdown(
         {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
         _flow(outcomes) if declared.has_plans else None,
-        _ordered(by_goals),
-        _ordered(by_length),
+        dict(sorted(by_goals.items())),
+        dict(sorted(by_length.items())),
         _rates(by_action),
         _rates(by_predicate),
     )
@@ -110,20 +115,12 @@ def _success(record: Record, came_to: AnswerOutcome, metric: str | None) -> Shar
 
 
 def _flow(outcomes: Mapping[AnswerOutcome, int]) -> dict[str, int]:
-    answers = sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)
-    readable = answers - outcomes.get(AnswerOutcome.PARSING, 0)
-    known = readable - outcomes.get(AnswerOutcome.HALLUCINATION, 0)
-    well_formed = known - outcomes.get(AnswerOutcome.ARGUMENT_NUMBER, 0)
+    flow = {"answers": sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)}
+    left = flow["answers"]
+    for stage, lost in _LOST.items():
+        flow[stage] = left = left - outcomes.get(lost, 0)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)
-    executed = reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0)
-    return {
-        "answers": answers,
-        "readable": readable,
-        "known": known,
-        "well_formed": well_formed,
-        "executed": executed,
-        "reached": reached,
-    }
+    return {**flow, "executed": reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), "reached": reached}
 
 
 def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
@@ -138,11 +135,6 @@ def steps_of(record: Record) -> Iterator[tuple[int, StepReport]]:
     """The steps that a record tells of at which an action was tried, with their numbers from 0."""
     steps = () if record.explanation is None else record.explanation.steps
     yield from ((number, step) for number, step in enumerate(steps) if record.verdict.is_action(number))
-
-
-def _break_down_steps(record: Record, by_action: dict[str, list[Share]]) -> None:
-    for _, step in steps_of(record):
-        by_action.setdefault(step.call.name, []).append(of_all(step.outcome == EXECUTED))
 
 
 def _break_down_operators(
@@ -165,7 +157,3 @@ _TWICE = Share(2, 2)
 
 def _rates(shares: Mapping[str, Sequence[Share]]) -> dict[str, Rate]:
     return {name: rate_of(found) for name, found in sorted(shares.items())}
-
-
-def _ordered(table: Mapping[_Key, _Value]) -> dict[_Key, _Value]:
-    return dict(sorted(table.items()))

@@ -7,17 +7,15 @@ from dataclasses import dataclass, field
 from datetime import date
 from functools import cache
 from importlib import resources
-from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.options import misfit
+from eai.abilities.options import Options
 from eai.abilities.record import Record, Usage
 from eai.abilities.verdict import Json, Share
-from eai.data.files import parse_toml, read_toml
+from eai.data.files import parse_toml
 from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
@@ -64,10 +62,10 @@ class Spent:
         return Spent(self.answers, self.usage + Usage(cost=dollars))
 
 
-class _Price(BaseModel):
+class _Price(Options):
     """The prices of a model, in dollars for a million tokens; cached ones cost what others do."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(strict=True)
 
     input: float = Field(ge=0)
     output: float = Field(ge=0)
@@ -77,20 +75,23 @@ class _Price(BaseModel):
         return (self.input * usage.input_tokens + self.output * usage.output_tokens) / _MILLION
 
 
-class PriceList(BaseModel):
-    """Prices of models, of one day and from one place: without them nobody could check the dollars."""
+class PriceList(Options):
+    """Prices of models, of one day and from one place: without them nobody could check the dollars.
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    In a file they are ``date``, ``source``, and ``input`` and ``output`` for each of ``models``.
+    """
+
+    model_config = ConfigDict(strict=True)
 
     date: date
     source: str = Field(min_length=1)
     models: Mapping[str, _Price]
 
 
-class _PaperCost(BaseModel):
+class _PaperCost(Options):
     """The cost of one run of all the paper's models."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(strict=True)
 
     runs: int
     tokens: int
@@ -132,18 +133,6 @@ def per_success_to_json(found: Mapping[str, Cases]) -> dict[str, Json]:
         between = None if interval is None else list(interval)
         written[name] = {**rate.to_json(), "value": rate.share, "interval": between}
     return written
-
-
-def read_price_list(path: Path) -> PriceList:
-    """The prices in a TOML file: ``date``, ``source``, and ``input`` and ``output`` for each of ``models``.
-
-    Raises:
-        InputError: the file cannot be read, or has another form.
-    """
-    try:
-        return PriceList.model_validate(read_toml(path))
-    except ValidationError as error:
-        raise InputError(f"{path}, {misfit(error, whole='the file')}") from error
 
 
 @cache

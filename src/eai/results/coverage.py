@@ -6,7 +6,7 @@ Also what errata of the data did to the numbers of a run, as its records say it.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import reduce
 
 from eai.abilities.verdict import Json
@@ -128,10 +128,4 @@ class ErrataEffect:
 
     def to_json(self) -> dict[str, Json]:
         """The effect as ``summary.json`` has it."""
-        return {
-            "version": self.version,
-            "tasks": self.tasks,
-            "scored": self.scored,
-            "left_out": list(self.left_out),
-            "corrected": list(self.corrected),
-        }
+        return {**asdict(self), "left_out": [*self.left_out], "corrected": [*self.corrected]}

@@ -17,7 +17,6 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declaration import Category
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
-from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
 from eai.data.files import parse_toml
@@ -25,40 +24,44 @@ from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
+from eai.results.table import Plain
 from eai.tasks.source import ErrataChoice, Source
 
 
 @dataclass(frozen=True, slots=True)
 class _Profile:
-    """The features of a task, from its data set and its declaration alone.
+    """A task with its features, from its data set and its declaration alone.
 
     Attributes:
-        task: its id.
-        name: the name that tasks of a kind share.
+        task: the task.
         features: what can be counted of any task.
-        operators: the distinct actions of the data set's own plan, sorted.
-        scene_objects: all objects of its scene, the agent included.
-        asked_operators: how many operators transition modeling asks for; None where it is not asked.
-        categories: the task's categories in transition modeling, the more telling one first.
+        asked: what transition modeling asks; None where it is not asked.
     """
 
-    task: str
-    name: str
+    task: Task
     features: Features
-    operators: tuple[str, ...]
-    scene_objects: int
-    asked_operators: int | None
-    categories: tuple[str, ...]
+    asked: TransitionTask | None
 
-    def to_json(self) -> dict[str, Json]:
+    @property
+    def operators(self) -> set[str]:
+        """The distinct actions of the data set's own plan."""
+        return {action.operator for action in self.task.script}
+
+    @property
+    def categories(self) -> list[str]:
+        """The task's categories in transition modeling, the more telling one first."""
+        return [] if self.asked is None else [each.value for each in self.asked.categories]
+
+    @property
+    def row(self) -> dict[str, Plain]:
         """The profile as a flat row; several words in one field are separated by spaces."""
         return {
-            "task": self.task,
-            "name": self.name,
+            "task": self.task.id,
+            "name": self.task.title,
             **asdict(self.features),
-            "operators": " ".join(self.operators),
-            "scene_objects": self.scene_objects,
-            "asked_operators": self.asked_operators,
+            "operators": " ".join(sorted(self.operators)),
+            "scene_objects": len(self.task.scene.objects),
+            "asked_operators": None if self.asked is None else len(self.asked.operators),
             "categories": " ".join(self.categories),
         }
 
@@ -70,20 +73,8 @@ def profiles_of(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
         DataError: the data cannot be had.
     """
     asked = benchmark.operators(source)
-    tasks = benchmark.tasks(source)
-    return tuple(_profile(task, benchmark, asked.get(task_id)) for task_id, task in tasks.items())
-
-
-def _profile(task: Task, benchmark: Benchmark, asked: TransitionTask | None) -> _Profile:
-    return _Profile(
-        task=task.id,
-        name=task.title,
-        features=features_of(task, benchmark),
-        operators=tuple(sorted({action.operator for action in task.script})),
-        scene_objects=len(task.scene.objects),
-        asked_operators=None if asked is None else len(asked.operators),
-        categories=() if asked is None else tuple(each.value for each in asked.categories),
-    )
+    tasks = benchmark.tasks(source).values()
+    return tuple(_Profile(task, features_of(task, benchmark), asked.get(task.id)) for task in tasks)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,12 +102,8 @@ def distributions(benchmark: Benchmark, source: Source) -> tuple[Distribution, .
     Raises:
         DataError: the data cannot be had.
     """
-    tasks = benchmark.tasks(source)
     asked = [each for each in profiles_of(benchmark, source) if each.features.goals]
-    found = (
-        *_of_features([each.features for each in asked]),
-        *_of_steps(tasks[each.task] for each in asked),
-    )
+    found = (*_of_features([each.features for each in asked]), *_of_steps([each.task for each in asked]))
     return tuple(each for each in found if each.counts)
 
 
@@ -129,7 +116,8 @@ def _of_features(features: list[Features]) -> Iterator[Distribution]:
         ("objects", "Objects the task is about"),
     ):
         values = [value for each in features if (value := getattr(each, name)) is not None]
-        yield Distribution(name, title, "tasks", _sorted(values), decades=name == "goal_options")
+        counts = dict(sorted(Counter(values).items()))
+        yield Distribution(name, title, "tasks", counts, decades=name == "goal_options")
 
 
 def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:
@@ -146,10 +134,6 @@ def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:
     yield Distribution("actions", "Actions of annotated plans", "steps", _ranked(actions))
     yield Distribution("categories", "Objects of those steps, by category", "mentions", _ranked(objects))
     yield Distribution("pairs", "Actions with objects", "mentions", _ranked(pairs))
-
-
-def _sorted(values: Iterable[int]) -> dict[int, int]:
-    return dict(sorted(Counter(values).items()))
 
 
 def _ranked(counts: Mapping[str, int]) -> dict[str, int]:
@@ -192,7 +176,7 @@ def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
     profiles = profiles_of(benchmark, source)
     tasks = [each for each in profiles if each.features.goals]
     idle = len(profiles) - len(tasks)
-    yield Figure("task names", len({each.name for each in profiles}), "distinct names that tasks share")
+    yield Figure("task names", len({each.task.title for each in profiles}), "distinct names that tasks share")
     yield Figure("tasks", len(profiles), "the denominator of goal interpretation")
     yield Figure("instructions", len(tasks), f"tasks that have a goal; {idle} have none")
     yield from _suites(benchmark, source)
@@ -260,19 +244,17 @@ def _plans(tasks: Sequence[_Profile]) -> Iterator[Figure]:
     long = [each for each in tasks if (each.features.annotated_steps or 0) > LONG]
     share = round(100 * len(long) / len(steps), 2)
     yield Figure(f"percent longer than {LONG}", share, f"{len(long)} of {len(steps)} plans")
-    names = {each.name for each in long}
+    names = {each.task.title for each in long}
     yield Figure(f"names with one longer than {LONG}", len(names), "task names with at least one such plan")
     actions = {name for each in tasks for name in each.operators}
     yield Figure("actions", len(actions), "distinct ones in those plans")
 
 
 def _objects(tasks: Sequence[_Profile]) -> Iterator[Figure]:
-    yield Figure(
-        "objects per task",
-        _mean(each.features.objects for each in tasks),
-        "that the task is about",
-    )
-    yield Figure("objects per scene", _mean(each.scene_objects for each in tasks), "all, the agent included")
+    about = _mean(each.features.objects for each in tasks)
+    yield Figure("objects per task", about, "that the task is about")
+    there = _mean(len(each.task.scene.objects) for each in tasks)
+    yield Figure("objects per scene", there, "all, the agent included")
 
 
 def _operators(library: OperatorLibrary) -> Iterator[Figure]:
@@ -286,15 +268,12 @@ def _operators(library: OperatorLibrary) -> Iterator[Figure]:
     yield Figure("transition models", len(gold), "annotated operators")
     for label, words in (("preconditions", before), ("effects", after)):
         empty = sum(not each for each in words)
-        yield Figure(
-            label,
-            sum(map(len, words)) + empty,
-            "distinct predicates of each operator, of one without any one",
-        )
+        note = "distinct predicates of each operator, of one without any one"
+        yield Figure(label, sum(map(len, words)) + empty, note)
 
 
 def _categories(profiles: Iterable[_Profile]) -> Iterator[Figure]:
-    asked = [each for each in profiles if each.asked_operators is not None]
+    asked = [each for each in profiles if each.asked is not None]
     tasks = Counter(category for each in asked for category in each.categories)
     most = max(len(each.categories) for each in asked)
     for category in (each.value for each in Category if tasks[each.value]):

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby
 
 from eai.data.files import printable
-from eai.results.table import Cell, Column, Estimate, Label, Table
+from eai.results.table import Cell, Column, Estimate, Label, Row, Table
 
 PREAMBLE = r"""\documentclass{article}
 \usepackage[T1]{fontenc}
@@ -52,11 +53,9 @@ def table_latex(table: Table, *, label: str, intervals: bool = True) -> str:
     caption = f"{escaped(table.definition)}{below}."
     return "\n".join(
         _environment(
-            table,
-            rows,
+            replace(table, rows=tuple(rows), notes=table.notes if number == len(parts) else ()),
             caption if number == 1 else f"{caption} (continued)",
             label if number == 1 else f"{label}:{number}",
-            table.notes if number == len(parts) else (),
             intervals=intervals,
         )
         for number, rows in enumerate(parts, 1)
@@ -68,9 +67,9 @@ def escaped(text: str) -> str:
     return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in printable(text))
 
 
-def _parts(rows: Sequence[Sequence[Cell]], *, intervals: bool) -> Iterator[list[Sequence[Cell]]]:
+def _parts(rows: Sequence[Row], *, intervals: bool) -> Iterator[list[Row]]:
     """The rows by page."""
-    part: list[Sequence[Cell]] = []
+    part: list[Row] = []
     lines = 0
     for row in rows:
         height = 2 if intervals and _has_interval(row) else 1
@@ -82,15 +81,7 @@ def _parts(rows: Sequence[Sequence[Cell]], *, intervals: bool) -> Iterator[list[
     yield part
 
 
-def _environment(
-    table: Table,
-    rows: Sequence[Sequence[Cell]],
-    caption: str,
-    label: str,
-    notes: Sequence[str],
-    *,
-    intervals: bool,
-) -> str:
+def _environment(table: Table, caption: str, label: str, *, intervals: bool) -> str:
     """A table environment, no wider than a page."""
     columns = table.described
     parts = [
@@ -103,10 +94,10 @@ def _environment(
         r"\toprule",
         *_heading(columns),
         r"\midrule",
-        *(line for row in rows for line in _row(columns, row, intervals=intervals)),
+        *(line for row in table.rows for line in _row(columns, row, intervals=intervals)),
         r"\bottomrule",
         r"\end{tabular}}",
-        *_notes(notes),
+        *_notes(table.notes),
         r"\end{table}",
     ]
     return "\n".join(parts) + "\n"

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import get_type_hints
@@ -62,6 +62,12 @@ def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
     return file.getvalue()
 
 
+def rows_csv(rows: Iterable[Mapping[str, Plain]]) -> str:
+    """Rows with the same columns as CSV; of none nothing is known but that."""
+    written = list(rows)
+    return csv_text(list(written[0]) if written else [], (list(row.values()) for row in written))
+
+
 def lines_csv(kind: type[Line], lines: Iterable[Line]) -> str:
     """A tidy table as CSV."""
     columns = [column.name for column in fields(kind)]
@@ -113,8 +119,12 @@ def _json_cell(cell: Cell) -> Json:
 def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
     lines = [f"# {name.capitalize()}", "", *(line for remark in remarks for line in (remark, ""))]
     for table in tables:
-        lines += [f"## {table.title}", "", table.definition, *_rest(table), ""]
-        for heading, rows in _shown(table).items():
+        shown = _shown(table)
+        lines += [f"## {table.title}", "", table.definition]
+        if sum(map(len, shown.values())) < len(table.rows):
+            lines.append(f"All of it, and of each model, is in `{table.name}.csv`.")
+        lines.append("")
+        for heading, rows in shown.items():
             lines += [f"### {heading}", ""] if heading else []
             described = enumerate(table.described)
             places = [i for i, column in described if not heading or column.name not in (*SUITE, MODEL)]
@@ -138,12 +148,6 @@ def _shown(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
         if table.shown is None or len(of_suite) < table.shown:
             of_suite.append(tuple(row.values()))
     return {heading: rows for heading, rows in shown.items() if rows}
-
-
-def _rest(table: Table) -> Iterator[str]:
-    shown = sum(map(len, _shown(table).values()))
-    if shown < len(table.rows):
-        yield f"All of it, and of each model, is in `{table.name}.csv`."
 
 
 def _written(value: Plain) -> Plain:

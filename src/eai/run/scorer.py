@@ -53,17 +53,20 @@ from eai.scoring.runs import address_of
 from eai.scoring.trials import Place, record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
+_MARK = {True: "✓", False: "✗"}
+
 
 def explained(record: Record) -> str:
     """Return the outcome of an answer and the reasons; step by step where the record has an explanation."""
     explanation = record.explanation or Explanation()
     sections = (
         ("", [f"- {note}" for note in explanation.notes]),
-        ("Steps", [f"{number}. {_step(step)}" for number, step in enumerate(explanation.steps, 1)]),
-        ("Goals", [f"- {_mark(goal.satisfied)} {goal.kind} `{goal.goal}`" for goal in explanation.goals]),
-        ("Temporal goal", [f"- {_part(part, i)}" for i, part in enumerate(explanation.parts)]),
+        ("Steps\n", [f"{number}. {_step(step)}" for number, step in enumerate(explanation.steps, 1)]),
+        ("Goals\n", [f"- {_MARK[goal.satisfied]} {goal.kind} `{goal.goal}`" for goal in explanation.goals]),
+        ("Temporal goal\n", [f"- {_part(part, i)}" for i, part in enumerate(explanation.parts)]),
     )
-    return "\n\n".join([f"**{_headline(record)}**", *(_section(*each) for each in sections if each[1])])
+    written = ["\n".join(filter(None, [title, *lines])) for title, lines in sections if lines]
+    return "\n\n".join([f"**{_headline(record)}**", *written])
 
 
 def _headline(record: Record) -> str:
@@ -76,10 +79,6 @@ def _headline(record: Record) -> str:
     if verdict.error is None or came_to is AnswerOutcome.SUCCESS:
         return label
     return f"{label}: {verdict.error.detail}"
-
-
-def _section(title: str, lines: Sequence[str]) -> str:
-    return "\n".join([f"{title}\n", *lines] if title else lines)
 
 
 def _step(step: StepReport) -> str:
@@ -102,10 +101,6 @@ def _part(part: PartReport, number: int) -> str:
     never = "never after that" if number else "never"
     lacking = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{lacking}"
-
-
-def _mark(satisfied: bool) -> str:
-    return "✓" if satisfied else "✗"
 
 
 @metric(name="paper", scores="unreduced")

@@ -215,21 +215,6 @@ class SuiteResult:
                 shown.setdefault(task_id, epoch)
         return shown
 
-    def to_json(self) -> dict[str, Json]:
-        """The outcome as ``--json`` prints it."""
-        errata = self.totals.errata
-        return {
-            "model": self.model,
-            "domain": self.suite.domain,
-            "ability": self.suite.ability.value,
-            "protocol": self.suite.protocol.value,
-            "folder": str(self.folder),
-            "coverage": self.coverage.to_json(),
-            "errata": None if errata is None else errata.to_json(),
-            **self.effort(),
-            "metrics": {name: rate.to_json() for name, rate in self.rates.items()},
-        }
-
     def effort(self) -> dict[str, Json]:
         """The fields of the summary besides the metrics."""
         return {
