@@ -11,7 +11,8 @@ EaiError
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 
@@ -58,6 +59,23 @@ class InterruptError(EaiError):
 def how_to_install(extra: str) -> str:
     """The command that installs what an extra of the package consists of."""
     return f"pip install 'eai-bench[{extra}]'"
+
+
+@contextmanager
+def needing(extra: str, what: str) -> Iterator[None]:
+    """Within it, what an extra of the package consists of is imported.
+
+    Args:
+        extra: the extra.
+        what: the beginning of the message: what needs it, with the verb.
+
+    Raises:
+        EaiError: a part of it is not installed.
+    """
+    try:
+        yield
+    except ImportError as error:
+        raise EaiError(f"{what} {error.name}: {how_to_install(extra)}") from error
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -30,7 +29,7 @@ from eai.cli.options import (
 )
 from eai.cli.progress import scoring_progress
 from eai.data.files import writing_to
-from eai.errors import EaiError, InputError, did_you_mean, how_to_install
+from eai.errors import EaiError, InputError, did_you_mean, needing
 from eai.results.lines import SUITE, TABLES
 from eai.results.plots import styled, write
 from eai.results.table import Table
@@ -92,7 +91,7 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with opened_source(data) as source, collecting_seldom(), _extra_needed():
+    with opened_source(data) as source, collecting_seldom(), needing("analysis", "this analysis needs"):
         read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
             _write_lines(read, with_settings(TABLE, _Formats, settings or ()), as_json=as_json)
@@ -133,19 +132,6 @@ def _studies(name: str) -> list[Study]:
     if name == ALL:
         return [each for each in map(find_study, study_names()) if each.together]
     return [] if name == TABLE else [find_study(name)]
-
-
-@contextmanager
-def _extra_needed() -> Iterator[None]:
-    """Within it, the libraries of the extra ``analysis`` are needed.
-
-    Raises:
-        EaiError: one is not installed.
-    """
-    try:
-        yield
-    except ImportError as error:
-        raise EaiError(f"this analysis needs {error.name}: {how_to_install('analysis')}") from error
 
 
 def _write_all(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from functools import partial
 from importlib.util import find_spec
 from textwrap import fill
 from typing import TYPE_CHECKING
@@ -15,7 +16,7 @@ from rich.segment import Segment
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import REFERENCES
 from eai.data.files import printable
-from eai.errors import EaiError, how_to_install
+from eai.errors import how_to_install, needing
 
 if TYPE_CHECKING:
     from eai.abilities.verdict import Json
@@ -146,21 +147,19 @@ def note_planner(suites: Sequence[Suite]) -> None:
             note(BUILT_IN_ALONE)
 
 
+inspect_needed = partial(needing, "run", "model runs and their logs need")
+"""Within it, Inspect is needed; raises EaiError where it is not installed."""
+
+
 def need_inspect() -> None:
     """Say at once that a command needs Inspect, before anything is fetched for it.
 
     Raises:
         EaiError: it is not installed.
     """
-    if find_spec("inspect_ai") is None:
-        raise without_inspect(ModuleNotFoundError(name="inspect_ai"))
-
-
-def without_inspect(error: ImportError) -> EaiError:
-    """The error of a command that needs Inspect where it is not installed."""
-    return EaiError(
-        f"model runs and their logs need inspect-ai ({error.name} is missing): {how_to_install('run')}"
-    )
+    with inspect_needed():
+        if find_spec("inspect_ai") is None:
+            raise ModuleNotFoundError(name="inspect_ai")
 
 
 def counted(number: int, noun: str) -> str:

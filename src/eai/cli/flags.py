@@ -19,7 +19,7 @@ from eai.acting.setting import AGENT
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.suite import Suite
 from eai.cli import options
-from eai.cli.options import SETTING, former_flags, refuse_moved
+from eai.cli.options import SETTING, former_flags, refuse_moved, setting
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
 from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
@@ -89,16 +89,17 @@ def specification(
         value = command.params.get(parameter)
         if value not in (None, [], ()):
             _put(tables, key.split("."), value)
-    for name, argument in map(_pair, model_args):
-        _put(tables, ["model", "args", name], argument)
-    for setting in settings:
-        key, separator, text = setting.partition("=")
+    for argument in model_args:
+        name, text = setting(argument, "-M", "NAME=VALUE")
+        _put(tables, ["model", "args", name], _json_or_text(text))
+    for given in settings:
+        key, separator, text = given.partition("=")
         places = key.split(".", 2)
         if not separator or len(places) == 1:
             known = [each.name for each in keys()]
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
-            raise InputError(f"{SETTING} {setting}: expected SECTION.OPTION=VALUE{hint}")
+            raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
         _put(tables, places, text if len(places) == 2 else _json_or_text(text))
     return read_spec(tables)
 
@@ -110,14 +111,6 @@ def _put(table: dict[str, Any], places: Sequence[str], value: object) -> None:
         if not isinstance(table, dict):
             raise InputError(f"{'.'.join(places)}: {place} is no table")
     table[last] = value
-
-
-def _pair(text: str) -> tuple[str, Json]:
-    """An argument of a model."""
-    name, separator, value = text.partition("=")
-    if not separator:
-        raise InputError(f"-M {text}: expected NAME=VALUE")
-    return name, _json_or_text(value)
 
 
 def _json_or_text(text: str) -> Json:

@@ -132,15 +132,15 @@ def with_settings(name: str, options: type[Chosen], settings: Sequence[str]) -> 
     return options.read(name, {key.removeprefix(f"{name}."): value for key, value in values.items()})
 
 
-def setting(text: str) -> tuple[str, str]:
-    """The name and the value of a setting.
+def setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple[str, str]:
+    """The name and the value that a flag gives in such a form.
 
     Raises:
-        InputError: it has none.
+        InputError: it gives none.
     """
     key, separator, value = text.partition("=")
     if not separator:
-        raise InputError(f"{SETTING} {text}: expected OPTION=VALUE")
+        raise InputError(f"{flag} {text}: expected {form}")
     return key, value
 
 

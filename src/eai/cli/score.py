@@ -21,12 +21,12 @@ from eai.benchmark.answer_files import benchmarks_of_runs, files_of_suite, suite
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import options
-from eai.cli.console import DOMAIN_HELP, counted, note, note_planner, print_json, say, without_inspect
+from eai.cli.console import DOMAIN_HELP, counted, inspect_needed, note, note_planner, print_json, say
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
 from eai.cli.progress import scoring_progress
 from eai.cli.table import print_remark, print_results, result_json, suite_title
 from eai.data.files import sole_run
-from eai.errors import InputError, InterruptError, how_to_install
+from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
 from eai.scoring.batch import Scoring, Settings, score_run, without_row
@@ -185,10 +185,8 @@ def _opened(workers: int, ray: str | None) -> Scoring:
     """The workers that score: processes of this machine, or a cluster of Ray's."""
     if ray is None:
         return Scoring(workers)
-    try:
+    with needing("ray", "--ray needs"):
         from eai.envs.ray_scoring import RayScoring
-    except ImportError as error:
-        raise InputError(f"--ray needs Ray: {how_to_install('ray')}") from error
     return RayScoring(ray, workers)
 
 
@@ -351,10 +349,8 @@ def _read(file: Path, suite: Suite) -> ResponseFile:
     """
     if file.suffix != LOG_SUFFIX:
         return read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True)
-    try:
+    with inspect_needed():
         from eai.run.evaluation import read_answers
-    except ImportError as error:
-        raise without_inspect(error) from error
     return read_answers(file, suite)
 
 

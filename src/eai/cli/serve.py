@@ -13,7 +13,7 @@ from eai.cli.console import counted, note
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
-from eai.errors import EaiError, InputError, how_to_install
+from eai.errors import InputError, needing
 from eai.scoring.trials import Place
 
 app = typer.Typer(help="Let agents outside of this program act.", no_args_is_help=True)
@@ -58,13 +58,9 @@ def mcp(
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
     """
     setting = setting_of_others(settings or ())
-    try:
+    with needing("mcp", "eai serve mcp needs"):
         from eai.acting.server import http_app, listen, serve_http, serve_stdio
         from eai.acting.worlds import opened
-    except ImportError as error:
-        raise EaiError(
-            f"eai serve mcp needs mcp ({error.name} is missing): {how_to_install('mcp')}"
-        ) from error
     suite, ids = playable(domain, tasks, sample, seed, data)
     by_ticket = port is not None and not trust_network
     if not by_ticket and len(ids) != 1:

@@ -108,9 +108,7 @@ class _PaperSetting:
 @cache
 def paper_setting() -> _PaperSetting:
     """The paper's protocol, domains and tables."""
-    found = parse_toml(_text("setting.toml"))
-    tables = {name: tuple(papers) for name, papers in found["tables"].items()}
-    return _PaperSetting(found["protocol"], tables)
+    return TypeAdapter(_PaperSetting).validate_python(parse_toml(_text("setting.toml")))
 
 
 def paper_table(name: str) -> PaperTable:
@@ -122,8 +120,7 @@ def paper_table(name: str) -> PaperTable:
 @cache
 def paper_models() -> Mapping[str, str]:
     """The name of a published response file -> the paper's name of the model."""
-    found = parse_toml(_text("models.toml"))
-    return {file: str(name) for file, name in found.items()}
+    return parse_toml(_text("models.toml"))
 
 
 @cache

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.data.grouping import grouped
-from eai.errors import EaiError, how_to_install
+from eai.errors import needing
 from eai.results.lines import MODEL, SUITE, SuiteKey
 from eai.results.table import Cell, Estimate, Table
 
@@ -93,10 +93,8 @@ def styled() -> Iterator[None]:
     Raises:
         EaiError: matplotlib is not installed.
     """
-    try:
+    with needing("plots", "plots need"):
         import matplotlib as mpl
-    except ImportError as error:
-        raise EaiError(f"plots need matplotlib: {how_to_install('plots')}") from error
     style = resources.files("eai.results") / _STYLE
     with resources.as_file(style) as path, mpl.rc_context(fname=path):
         yield
