@@ -25,4 +25,6 @@ from studies.lamps import lamp_task, lamps
     ],
 )
 def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: Reason) -> None:
-    assert TaskBook(lamps(), Source()).reason(lamp_task(), read_statement(atom)) is reason
+    facts = TaskBook(lamps(), Source()).facts_of(lamp_task().id)
+    assert facts is not None
+    assert facts.reason(read_statement(atom)) is reason

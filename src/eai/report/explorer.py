@@ -33,7 +33,7 @@ VERSION = 3
 """The version of the format."""
 
 _PARTS = ("steps", "operators", "scenes", "tiles")
-"""What is packed once, and is a number where it stands."""
+"""The parts that are packed once, and are numbers where they stand."""
 
 _VIEWER = "http://127.0.0.1:7575/#/logs"
 """The address at which ``inspect view`` shows logs."""

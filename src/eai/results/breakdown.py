@@ -29,7 +29,7 @@ _LOST = {
     "known": AnswerOutcome.HALLUCINATION,
     "well_formed": AnswerOutcome.ARGUMENT_NUMBER,
 }
-"""What answers come to that do not reach a stage."""
+"""The outcomes of answers that do not reach a stage."""
 
 
 @dataclass(frozen=True, slots=True)

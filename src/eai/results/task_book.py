@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from enum import Enum
-from functools import cached_property
-from itertools import product
+from functools import cache, cached_property
+from itertools import product, takewhile
 
 from eai.abilities.explanation import Statement
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
@@ -23,8 +23,7 @@ from eai.benchmark.features import features_of
 from eai.logic.formula import Atom, Constant
 from eai.tasks.source import Source
 from eai.world.condition import Conditions
-from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import execute
 from eai.world.frame import Frame
 from eai.world.state import State
 
@@ -45,20 +44,59 @@ class Reason(str, Enum):
     OTHER = "other"
 
 
-class _History:
-    """A task with the states along the data set's own plan."""
+class TaskFacts:
+    """The knowledge of one task, found when it is asked for.
 
-    def __init__(self, benchmark: Benchmark, task: Task) -> None:
-        self.lexicon = GoalLexicon(task, benchmark.domain, benchmark.goals)
-        self._task = task
-        self._states = _states(benchmark.domain, task)
-        self._predicates = benchmark.goals.words(benchmark.domain)
-        self._names = benchmark.goals.names(task)
+    Args:
+        book: the book that it is from.
+        task: the task.
+    """
 
-    def holds(self, call: Statement) -> list[bool]:
+    def __init__(self, book: TaskBook, task: Task) -> None:
+        self._book, self._benchmark, self._task = book, book.benchmark, task
+        self._words = book.benchmark.goals.words(book.benchmark.domain)
+        self._names = book.benchmark.goals.names(task)
+        self.reason = cache(self._reason)
+
+    @cached_property
+    def features(self) -> Mapping[str, int | None]:
+        """The features of the task, by column."""
+        return asdict(features_of(self._task, self._benchmark))
+
+    @cached_property
+    def _lexicon(self) -> GoalLexicon:
+        return GoalLexicon(self._task, self._benchmark.domain, self._benchmark.goals)
+
+    @cached_property
+    def _states(self) -> tuple[State, ...]:
+        """The states along the data set's own plan, up to its first step that is wrong."""
+        domain, arities = self._benchmark.domain, self._benchmark.domain.arities
+        known = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), self._task.script)
+        return execute(domain, self._task.initial, known).states
+
+    def _reason(self, call: Statement) -> Reason:
+        """Why a goal that is none may be stated.
+
+        Args:
+            call: what is stated, in the words of answers.
+        """
+        if call.arguments is None:
+            if call.name not in self._lexicon.actions:
+                return Reason.UNKNOWN
+            return Reason.OTHER if call.name in self._book.requested else Reason.PROCEDURAL
+        if not any(word.spelling == call.name for word in self._lexicon.words):
+            return Reason.UNKNOWN
+        held = self._holds(call)
+        if not any(held):
+            return Reason.OTHER
+        if held[0]:
+            return Reason.INITIAL
+        return Reason.FINAL if held[-1] else Reason.INTERMEDIATE
+
+    def _holds(self, call: Statement) -> list[bool]:
         """In which states it holds of some objects of these names; nowhere if the domain cannot say."""
         scene, vocabulary, arguments = self._task.scene, self._task.scene.vocabulary, call.arguments or ()
-        predicate = self._predicates.get(Word(call.name, len(arguments)))
+        predicate = self._words.get(Word(call.name, len(arguments)))
         held = [False] * len(self._states)
         if predicate is None or vocabulary.arity(predicate) != len(arguments):
             return held
@@ -77,65 +115,20 @@ class _History:
                 yield Constant(full_name)
 
 
-def _states(domain: Domain, task: Task) -> tuple[State, ...]:
-    """The states along the data set's own plan, up to its first step that is wrong."""
-    return execute(domain, task.initial, _runnable(domain, task)).states
-
-
-def _runnable(domain: Domain, task: Task) -> Iterator[Action]:
-    """The steps up to the first that the domain does not have."""
-    for step in task.script:
-        if domain.arities.get(step.operator) != len(step.arguments):
-            return
-        yield step
-
-
 class TaskBook:
-    """The knowledge of the tasks of a benchmark, found when it is asked for."""
+    """The knowledge of the tasks of a benchmark."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
-        self._benchmark = benchmark
-        self.tasks = benchmark.tasks(source)
-        self._columns: dict[str, Mapping[str, int | None]] = {}
-        self._histories: dict[str, _History] = {}
-        self._reasons: dict[tuple[str, Statement], Reason] = {}
+        self.benchmark = benchmark
+        self._tasks = benchmark.tasks(source)
+        self.facts_of = cache(self._facts_of)
 
-    def features_of(self, task: Task) -> Mapping[str, int | None]:
-        """The features of a task, by column."""
-        if task.id not in self._columns:
-            self._columns[task.id] = asdict(features_of(task, self._benchmark))
-        return self._columns[task.id]
-
-    def reason(self, task: Task, atom: Statement) -> Reason:
-        """Why a goal that is none may be stated.
-
-        Args:
-            task: the task.
-            atom: what is stated, in the words of answers.
-        """
-        key = (task.id, atom)
-        if key not in self._reasons:
-            if task.id not in self._histories:
-                self._histories[task.id] = _History(self._benchmark, task)
-            self._reasons[key] = self._reason(self._histories[task.id], atom)
-        return self._reasons[key]
+    def _facts_of(self, task_id: str) -> TaskFacts | None:
+        """The knowledge of a task; None of one that the data set does not have."""
+        return TaskFacts(self, self._tasks[task_id]) if task_id in self._tasks else None
 
     @cached_property
-    def _requested(self) -> frozenset[str]:
+    def requested(self) -> frozenset[str]:
         """The actions that are goals of some task."""
-        goals = (goal for task in self.tasks.values() for goal in task.goals_of(GoalKind.ACTION))
+        goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
         return frozenset(action for goal in goals for action in alternatives(goal))
-
-    def _reason(self, history: _History, call: Statement) -> Reason:
-        if call.arguments is None:
-            if call.name not in history.lexicon.actions:
-                return Reason.UNKNOWN
-            return Reason.OTHER if call.name in self._requested else Reason.PROCEDURAL
-        if not any(word.spelling == call.name for word in history.lexicon.words):
-            return Reason.UNKNOWN
-        held = history.holds(call)
-        if not any(held):
-            return Reason.OTHER
-        if held[0]:
-            return Reason.INITIAL
-        return Reason.FINAL if held[-1] else Reason.INTERMEDIATE

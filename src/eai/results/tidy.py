@@ -19,9 +19,8 @@ from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLi
 from eai.results.summary import contributions, name_of
 
 if TYPE_CHECKING:
-    from eai.abilities.task import Task
     from eai.abilities.transition_modeling.declaration import OperatorVerdict
-    from eai.results.task_book import TaskBook
+    from eai.results.task_book import TaskBook, TaskFacts
     from eai.tasks.source import Source
 
 
@@ -61,14 +60,14 @@ class TableMaker:
         shares = contributions([record.verdict for record in scored], records[0].ability)
         adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
         for record in records:
-            task = None if book is None else book.tasks.get(record.task_id)
+            facts = None if book is None else book.facts_of(record.task_id)
             key = beginning_of(record)
-            self.tables.answers.append(_answer(record, key, adds.get(record.task_id, {}), book, task))
+            self.tables.answers.append(_answer(record, key, adds.get(record.task_id, {}), facts))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
             self.tables.steps.extend(_steps(record, key))
             self.tables.goals.extend(_goals(record, key))
-            self.tables.atoms.extend(_atoms(record, key, book, task))
+            self.tables.atoms.extend(_atoms(record, key, facts))
             self.tables.clauses.extend(_clauses(record, key))
 
     def _book(self, domain: str) -> TaskBook | None:
@@ -100,9 +99,7 @@ def beginning_of(record: Record) -> Beginning:
     }
 
 
-def _answer(
-    record: Record, key: Beginning, shares: Shares, book: TaskBook | None, task: Task | None
-) -> AnswerLine:
+def _answer(record: Record, key: Beginning, shares: Shares, facts: TaskFacts | None) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
@@ -119,7 +116,7 @@ def _answer(
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
-        **_features(record, book, task),
+        **_features(record, facts),
         **verdict.columns,
     }
     known: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
@@ -152,9 +149,9 @@ def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
     return {}
 
 
-def _features(record: Record, book: TaskBook | None, task: Task | None) -> Mapping[str, int | None]:
+def _features(record: Record, facts: TaskFacts | None) -> Mapping[str, int | None]:
     """The features of the task: as the record says, and as far as it does not, as the data set does."""
-    found = {} if book is None or task is None else book.features_of(task)
+    found = {} if facts is None else facts.features
     if record.task is None:
         return found
     return {**found, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
@@ -185,16 +182,14 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
         )
 
 
-def _atoms(record: Record, key: Beginning, book: TaskBook | None, task: Task | None) -> Iterator[AtomLine]:
+def _atoms(record: Record, key: Beginning, facts: TaskFacts | None) -> Iterator[AtomLine]:
     verdict = record.verdict
     if not isinstance(verdict, GoalVerdict):
         return
     for found in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, found):
             call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)
-            reason = None
-            if found == "wrong" and book is not None and task is not None:
-                reason = book.reason(task, call).value
+            reason = facts.reason(call).value if found == "wrong" and facts is not None else None
             yield AtomLine(
                 **key, verdict=found, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )
