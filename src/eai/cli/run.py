@@ -57,7 +57,7 @@ from eai.run.job import answers
 from eai.run.spec import RunSpec, save
 from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import SuiteResult
-from eai.scoring.trials import Trials, open_trials
+from eai.scoring.trials import open_trials
 from eai.studies.variation import Stage
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
@@ -151,9 +151,12 @@ def run(
     note_planner([suite for suite, _ in chosen])
     first = _first_stage(library, order, chosen)
     save(spec, out)
-    outcomes = []
+    outcomes, experiment = [], spec.variation.experiment
     for suite, asked in chosen:
-        trials = _trials(spec, library, suite, asked)
+        trials = None
+        if experiment is not None:
+            asker = library.asker(suite.benchmark, suite.ability, asked)
+            trials = open_trials(suite, experiment, asker, asked)
         of_suite = [
             obtain_and_score(order, endpoint, asked, suite, trials, first)
             if target is None
@@ -183,14 +186,6 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
     if repeated:
         print_table(output(), passes_table(repeated), wide=wide)
-
-
-def _trials(spec: RunSpec, library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> Trials | None:
-    """How answers are carried out, in several attempts or where actions slip."""
-    experiment = spec.variation.experiment
-    if experiment is None:
-        return None
-    return open_trials(suite, experiment, library.asker(suite.benchmark, suite.ability, prompts), prompts)
 
 
 def _first_stage(

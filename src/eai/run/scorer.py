@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import groupby
 from math import nan
 from typing import Any
 
@@ -41,6 +40,7 @@ from eai.acting.setting import ACTING
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
+from eai.data.grouping import grouped
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
 from eai.results.breakdown import outcome
@@ -50,7 +50,7 @@ from eai.run.solver import ANSWERS
 from eai.scoring.batch import Scoring, Settings, score_run
 from eai.scoring.epochs import STATED, majority
 from eai.scoring.runs import address_of
-from eai.scoring.trials import Place, record_of_trial, replay
+from eai.scoring.trials import record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 _MARK = {True: "✓", False: "✗"}
@@ -114,7 +114,8 @@ def paper_metrics(ability: str) -> Metric:
 
     def pooled(scores: list[SampleScore]) -> Value:
         asked = ability_of(ability)
-        by_task = [list(of_task) for _, of_task in groupby(sorted(scores, key=_place), key=_task_of)]
+        ordered = sorted(scores, key=lambda score: int(_metadata(score)["epoch"]))
+        by_task = grouped((str(score.sample_id), score) for score in ordered).values()
         averaged = declaration_of(asked).of_epochs
         if averaged is None:
             verdicts = _verdicts([_chosen(of_task, asked) for of_task in by_task])
@@ -208,14 +209,6 @@ def _suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, 
     return open_suite(benchmark, ability, protocol_of(protocol), source=source)
 
 
-def _place(score: SampleScore) -> Place:
-    return str(score.sample_id), int(_metadata(score)["epoch"])
-
-
-def _task_of(score: SampleScore) -> str:
-    return str(score.sample_id)
-
-
 def _metadata(score: SampleScore) -> dict[str, Any]:
     return score.score.metadata or {}
 
@@ -235,8 +228,8 @@ def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
 
     Those of an experiment stand as they are: each was read before the next was asked for.
     """
-    texts = {_task_of(score): score.score.answer or "" for score in _answered(scores)}
-    verdicts = {_task_of(score): _verdict(score) for score in scores}
+    texts = {str(score.sample_id): score.score.answer or "" for score in _answered(scores)}
+    verdicts = {str(score.sample_id): _verdict(score) for score in scores}
     if texts and not any(_metadata(score).get("attempts") for score in scores):
         suite = _suite_of(scores[0])
         together = suite.over(list(texts.values()))
