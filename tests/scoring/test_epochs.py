@@ -11,6 +11,7 @@ import pytest
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse, Usage
 from eai.cli.console import counted, dollars
+from eai.cli.table import result_json
 from eai.prompts.prompt import Prompt
 from eai.results.totals import Totals
 from eai.scoring.batch import Settings
@@ -109,7 +110,7 @@ def test_what_errata_did_is_told_where_there_were_some(
     result = settle(obtained, tmp_path, echo_suite(), Settings(allow_missing=False))
     (record,) = result.records
     marked = [replace(record, errata=errata)]
-    found = replace(result, records=marked, totals=Totals.of(marked)).to_json()["errata"]
+    found = result_json(Totals.of(marked), result.folder)["errata"]
     assert told == ((found["version"], found["corrected"]) if isinstance(found, dict) else found)
 
 
