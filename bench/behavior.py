@@ -28,9 +28,10 @@ from typing import Any, NamedTuple
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.data.dataset import fetch
 from eai.households.behavior.evidence import GroundRelation, load_evidence
 from eai.households.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
-from eai.households.packs import fetch_published
+from eai.households.packs import published_packs
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 from eai.reference.behavior_plans import BehaviorActionSequencing
@@ -268,7 +269,7 @@ def main() -> int:
     )
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
     arguments = parser.parse_args()
-    fetch_published()
+    fetch(packs=published_packs())
     load = loading()
     tasks = dict(islice(open_tasks().items(), arguments.limit))
     plans = answers(tasks, arguments.plans, made_plan)

@@ -23,7 +23,8 @@ from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
-from eai.households.packs import fetch_published
+from eai.data.dataset import fetch
+from eai.households.packs import published_packs
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.notation import ACTIONS, VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import open_tasks
@@ -163,7 +164,7 @@ def main(limit: Limit, description: str) -> int:
         help="response files of one or more models to be scored instead of made answers",
     )
     arguments = parser.parse_args()
-    fetch_published()
+    fetch(packs=published_packs())
     sets = (
         given_answers(arguments.responses, arguments.sample)
         if arguments.responses

@@ -11,9 +11,11 @@ import pytest
 from hypothesis import settings
 
 from browsing import quiet_page, started_browser
+from eai.data.dataset import fetch
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.packs import fetch_published
+from eai.households.packs import published_packs
+from eai.tasks.source import Source
 from households.published import index, packs, store, wheel
 from oracle import Oracle, read_oracle
 from sweeps import FEW, THOROUGH
@@ -51,7 +53,7 @@ def data_store() -> Store:
     """The real data set in the user's default folder, fetched once if it is not there."""
     store = Store()
     try:
-        fetch_published(store)
+        fetch(store, packs=published_packs())
     except DataError as error:
         pytest.skip(f"the data set cannot be had: {error}")
     return store
@@ -62,7 +64,7 @@ def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
     """The real VirtualHome tasks."""
     from eai.households.virtualhome.tasks import open_tasks
 
-    return open_tasks(data_store)
+    return open_tasks(Source(data_store))
 
 
 @pytest.fixture(scope="session")
@@ -70,7 +72,7 @@ def behavior_tasks(data_store: Store) -> BehaviorTasks:
     """The real BEHAVIOR tasks."""
     from eai.households.behavior.tasks import open_tasks
 
-    return open_tasks(data_store)
+    return open_tasks(Source(data_store))
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,7 @@ WORDS = BehaviorSubgoals()
 
 @pytest.fixture(scope="module")
 def tasks(data_store: Store) -> BehaviorTasks:
-    return open_tasks(data_store)
+    return open_tasks(Source(data_store))
 
 
 @pytest.mark.parametrize(("protocol", "reached"), [(Protocol("eai-1.0.5"), 83), (Protocol.STRICT, 93)])

@@ -99,7 +99,7 @@ def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
         scene = with_more_of_a_kind(scene, prior, rng, 34, kinds)
         scene = with_guests(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
-        lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts)))}")
+        lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
         lines.append(f"{task.id}: hidden {digest(hiding.places(task))}")
         for forms, about in product(Forms, (None, theme)):
             known = Proposals.for_scene(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)

@@ -96,7 +96,7 @@ def test_guests_are_wanted_here_and_stand_as_they_stood_at_home(
     names = [thing.name for thing in found.scene.objects]
     assert names == [*here[0], *guests]
     expected = {f"on {guest} table.2" for guest in guests} | {f"clean {guest}" for guest in guests}
-    assert told(found.facts, found.scene) - told(closed.facts, closed.scene) == expected
+    assert told(found.facts(), found.scene) - told(closed.facts(), closed.scene) == expected
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_more_of_a_kind_stand_beside_one(
         more = [thing.name for thing in found.scene.objects[2:]]
         seen.add(len(more))
         assert len(set(more)) == len(more)
-        assert told(found.facts, found.scene) - told(closed.facts, closed.scene) == {
+        assert told(found.facts(), found.scene) - told(closed.facts(), closed.scene) == {
             fact for name in more for fact in (f"on {name} table.1", f"clean {name}")
         }
     assert seen == number
@@ -171,7 +171,7 @@ def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
     found = closed_scene(asked, prior, random.Random(0), 5)
     assert [thing.name for thing in found.scene.objects] == things[:5]
     assert found.scene.agent == 4
-    assert told(found.facts, found.scene) == {
+    assert told(found.facts(), found.scene) == {
         "on cup.1 tray.1",
         "on tray.1 table.1",
         "part_of lid.1 cup.1",
@@ -187,7 +187,7 @@ def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
 
 def test_of_two_things_in_each_other_neither_is() -> None:
     asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
-    assert told(closed_scene(asked, usual(), random.Random(0), 9).facts, asked.scene) == {"clean pan.1"}
+    assert told(closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {"clean pan.1"}
     assert {fact.predicate for fact in restricted(asked.initial, [1])} == {"clean"}
 
 

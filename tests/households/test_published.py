@@ -28,7 +28,7 @@ def sizes(tasks: TransitionTasks) -> dict[str, int]:
 
 
 def test_virtualhome_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
-    assert sizes(open_virtualhome(data_store)) == {
+    assert sizes(open_virtualhome(Source(data_store))) == {
         "object_states": 178,
         "object_affordance": 167,
         "object_orientation": 28,
@@ -38,7 +38,7 @@ def test_virtualhome_is_categorised_as_the_data_set_has_it(data_store: Store) ->
 
 
 def test_behavior_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
-    assert sizes(open_behavior(data_store)) == {
+    assert sizes(open_behavior(Source(data_store))) == {
         "object_states": 45,
         "spatial_relations": 94,
         "non_spatial_relations": 61,
@@ -46,7 +46,7 @@ def test_behavior_is_categorised_as_the_data_set_has_it(data_store: Store) -> No
 
 
 def test_tools_are_no_category_of_tasks(data_store: Store) -> None:
-    tasks = open_virtualhome(data_store)
+    tasks = open_virtualhome(Source(data_store))
     assert Category.OBJECT_TOOLS in next(iter(tasks.values())).domain.categories.values()
     assert all(Category.OBJECT_TOOLS not in task.categories for task in tasks.values())
 
@@ -80,7 +80,7 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], 
 @pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
 def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[str, Ability]) -> None:
     domain, ability = suite
-    pack = open_published(PROMPTS, data_store)
+    pack = open_published(PROMPTS, Source(data_store))
     files = official_files(domain, ability, data_store, ErrataChoice.NONE)
     assert files.prompts == pack.read(f"{domain}/{ability.value}.json")
     if suite in SYSTEM:
@@ -122,7 +122,7 @@ def test_the_operators_that_are_asked_for_are_those_that_are_scored(
 def test_questions_about_operators_are_corrected_where_they_ask_for_others_and_nowhere_else(
     data_store: Store,
 ) -> None:
-    shipped = open_published(PROMPTS, data_store).read_json("behavior/transition_modeling.json")
+    shipped = open_published(PROMPTS, Source(data_store)).read_json("behavior/transition_modeling.json")
     rows = json.loads(official_files(*OPERATORS, data_store).prompts)
     changed = 0
     for old, new in zip(shipped, rows, strict=True):

@@ -27,6 +27,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask, TieredPlanner
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
+from eai.tasks.source import Source
 from processes import wait_until, working_in
 from protocols import of_reference
 
@@ -197,8 +198,8 @@ def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
     data_store: Store, planner: FastDownward
 ) -> None:
     virtualhome, behavior = (
-        list(open_virtualhome(data_store).values()),
-        list(open_behavior(data_store).values()),
+        list(open_virtualhome(Source(data_store)).values()),
+        list(open_behavior(Source(data_store)).values()),
     )
     for task in (*virtualhome[::40], *behavior[::25]):
         made = full_task(task)

@@ -15,6 +15,7 @@ from eai.pddl.matching import (
 )
 from eai.pddl.model import PddlAction
 from eai.pddl.reader import read_action
+from eai.tasks.source import Source
 
 PARAMETERS = "(?c - character ?a - object ?b - object)"
 
@@ -152,7 +153,7 @@ def test_a_missing_operator_misses_all_its_clauses() -> None:
 
 
 def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
-    for tasks in (open_virtualhome(data_store), open_behavior(data_store)):
+    for tasks in (open_virtualhome(Source(data_store)), open_behavior(Source(data_store))):
         for name, text in next(iter(tasks.values())).domain.operators.items():
             action = read_action(text.pddl)
             found, full = match_operators(action, action), missing_operator(action)
@@ -162,7 +163,7 @@ def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
 
 
 def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_store: Store) -> None:
-    for tasks in (open_virtualhome(data_store), open_behavior(data_store)):
+    for tasks in (open_virtualhome(Source(data_store)), open_behavior(Source(data_store))):
         for text in next(iter(tasks.values())).domain.operators.values():
             action = read_action(text.pddl)
             for tree, read in (

@@ -20,6 +20,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner, _Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
+from eai.tasks.source import Source
 from pddl.random_pddl import DOMAINS, PROBLEMS
 from protocols import of_reference
 from sweeps import examples
@@ -139,7 +140,7 @@ def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
 
 
 def gold_tasks(store: Store) -> list[TransitionTask]:
-    return [*open_virtualhome(store).values(), *open_behavior(store).values()]
+    return [*open_virtualhome(Source(store)).values(), *open_behavior(Source(store)).values()]
 
 
 def test_solves_all_gold_problems(data_store: Store) -> None:

@@ -18,6 +18,7 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.search import Limits, SearchEnd
+from eai.tasks.source import Source
 from protocols import of_reference
 
 planner_of_2024 = of_reference("planner_of_2024")
@@ -36,7 +37,8 @@ def made(task: TransitionTask) -> PlanningTask:
 
 
 def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
-    tasks = [*open_virtualhome(data_store).values()][::6] + [*open_behavior(data_store).values()][::4]
+    source = Source(data_store)
+    tasks = [*open_virtualhome(source).values()][::6] + [*open_behavior(source).values()][::4]
     checked = 0
     for task in tasks:
         planning = made(task)
@@ -49,7 +51,8 @@ def test_plans_for_the_gold_operators(val: Path, data_store: Store) -> None:
 
 
 def test_a_plan_without_its_first_step_is_refused(val: Path, data_store: Store) -> None:
-    task = next(task for task in open_virtualhome(data_store).values() if "switch_on" in task.operators)
+    tasks = open_virtualhome(Source(data_store)).values()
+    task = next(task for task in tasks if "switch_on" in task.operators)
     planning = made(task)
     plan = search(planning.domain, planning.problem, Limits()).plan
     assert val_verdict(val, planning.domain, planning.problem, plan[1:]) == "not valid"

@@ -192,7 +192,7 @@ def test_figures_that_the_paper_does_not_print(data_store: Store) -> None:
 
 
 def test_what_remarks_say_is_so(data_store: Store) -> None:
-    scripts = [task.script for task in open_virtualhome(data_store).values()]
+    scripts = [task.script for task in open_virtualhome(Source(data_store)).values()]
     goals = profiles_of(find_benchmark("virtualhome"), Source(data_store))
     instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
     assert round(100 * sum(len(script) >= 10 for script in instructed) / len(instructed), 1) == 38.2
@@ -208,7 +208,7 @@ def test_what_remarks_say_is_so(data_store: Store) -> None:
 
 
 def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) -> None:
-    tasks = open_virtualhome(data_store).values()
+    tasks = open_virtualhome(Source(data_store)).values()
     assert {task.id for task in tasks if task.tl_goal is None} == {"627_1", "339_1", "84_1", "93_1"}
     assert all(
         (task.tl_goal is None) == (not (task.node_goals or task.edge_goals or task.action_goals))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from eai.abilities.transition_modeling.task import TransitionTask
     from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
-    from eai.prompts.prompt import GoalSection, Prompt, PromptFiles, PublishedPrompts
+    from eai.prompts.prompt import GoalSection, Prompt, PromptFiles
     from eai.tasks.problem_world import ProblemWorld
 
 FOLDER = "formats"
@@ -66,11 +66,6 @@ Opener: TypeAlias = Callable[["Benchmark", Ability, Source], "Opened"]
 """Opens the suite of a benchmark and an ability. It can be pickled."""
 
 
-def each_by_itself(answers: Sequence[str]) -> Opener | None:
-    """Answers that are scored together are read as each would be alone."""
-    return None
-
-
 class Opened(NamedTuple):
     """The particulars of a suite: its tasks in order, the digest of its data, and its scorers.
 
@@ -78,13 +73,13 @@ class Opened(NamedTuple):
         task_ids: the ids of its tasks.
         data_sha256: the digest.
         make: makes the scorer of a task.
-        over: what opens the suite for answers that are scored together, if that is not what opened this one.
+        over: what opens the suite for answers that are scored together; None if each is read by itself.
     """
 
     task_ids: tuple[str, ...]
     data_sha256: str
     make: Callable[[str], Scorer]
-    over: Callable[[Sequence[str]], Opener | None] = each_by_itself
+    over: Callable[[Sequence[str]], Opener] | None = None
 
 
 OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
@@ -92,6 +87,9 @@ OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
 """From a task and some ground conditions to the PDDL problem of reaching them."""
+
+PublishedPrompts: TypeAlias = Callable[[Ability, Source], "PromptFiles"]
+"""Gives the prompts that a data set has for an ability; DataError if they cannot be obtained."""
 
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
 """Opens what problems in a language of the data set's own may speak of."""
@@ -244,13 +242,8 @@ class Benchmark:
         Raises:
             DataError: they cannot be obtained.
         """
-        if self.published_prompts is None or declaration_of(ability).asked.pose is not None:
-            return None
-        prompts = self.published_prompts.prompts(ability, source.store, report=source.report)
-        correct = self._question_correction(ability, source)
-        if correct is None:
-            return prompts
-        return {i: replace(prompt, user=correct(i, prompt.user)) for i, prompt in prompts.items()}
+        files = self.official_files(ability, source)
+        return None if files is None else files.by_task(self.task_id_of)
 
     def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
         """The same as files, byte for byte where none is corrected.
@@ -260,14 +253,11 @@ class Benchmark:
         """
         if self.published_prompts is None or declaration_of(ability).asked.pose is not None:
             return None
-        files = self.published_prompts.files(ability, source.store, report=source.report)
-        correct = self._question_correction(ability, source)
+        files = self.published_prompts(ability, source)
+        correct = self.errata_for(source).questions(ability, lambda: self.operators(source))
         if correct is None:
             return files
         return files.corrected(lambda name, question: correct(self.task_id_of(name) or name, question))
-
-    def _question_correction(self, ability: Ability, source: Source) -> Callable[[str, str], str] | None:
-        return self.errata_for(source).questions(ability, lambda: self.operators(source))
 
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""

@@ -131,11 +131,8 @@ class Errata:
 
     def use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """The version, and the errata that decide verdicts on a task, for its record."""
-        return (
-            None
-            if not self.version
-            else ErrataUse(self.version, self._deciding.get(ability, {}).get(task_id, ()))
-        )
+        deciding = self._deciding.get(ability, {}).get(task_id, ())
+        return ErrataUse(self.version, deciding) if self.version else None
 
     @cached_property
     def _deciding(self) -> Mapping[Ability, Mapping[str, tuple[str, ...]]]:

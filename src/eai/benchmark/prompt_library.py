@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 
 from eai.abilities.answer_schema import Schema, fits
-from eai.abilities.declaration import Pose, SingleTurn, declaration_of
+from eai.abilities.declaration import Pose, declaration_of
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
@@ -126,20 +126,15 @@ class Library:
         if asked.of_operators:
             return operator_prompts(benchmark.operators(self.source), templates)
         if asked.pose is not None:
-            return self._posed(asked, asked.pose, benchmark, ability, beliefs)
+            return self._posed(asked.pose, benchmark, ability, beliefs)
         return render(self._questions(benchmark, ability, beliefs), templates)
 
     def _posed(
-        self,
-        asked: SingleTurn,
-        pose: Pose,
-        benchmark: Benchmark,
-        ability: Ability,
-        beliefs: Mapping[str, Belief],
+        self, pose: Pose, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """The questions that an ability poses, each made on first use, as pictures may be drawn for it."""
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
-        templates = Templates(self.folder)
+        templates, pictures = Templates(self.folder), declaration_of(ability).asked.pictures
 
         def posed(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
@@ -147,7 +142,7 @@ class Library:
             text = question if isinstance(question, str) else templates.fill(f"{ability}.txt", question)
             if belief is not None:
                 return Prompt(text, images=belief.images)
-            shown = () if asked.pictures is None else asked.pictures(world, tasks[task_id])
+            shown = () if pictures is None else pictures(world, tasks[task_id])
             return Prompt(text, images=tuple([Image(*each) for each in shown]))
 
         return TaskSet(tasks, posed, tasks.sha256)

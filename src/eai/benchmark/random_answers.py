@@ -12,6 +12,7 @@ from dataclasses import replace
 from itertools import chain, pairwise
 from typing import TypeAlias
 
+import eai.pddl.model as m
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
@@ -24,16 +25,6 @@ from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk
-from eai.pddl.model import (
-    AddEffect,
-    Both,
-    DeleteEffect,
-    PddlAction,
-    effect_atoms,
-    parents,
-    supertypes,
-    type_of,
-)
 from eai.pddl.writer import write_action
 from eai.planning.successor_generator import applicable_actions
 from eai.tasks.source import Source, TaskSet
@@ -163,7 +154,7 @@ def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
     """Random operators."""
     gold = [action for task in tasks.values() for action in task.gold.values()]
     lengths = [len([part for part in walk(each.precondition) if isinstance(part, Atom)]) for each in gold]
-    changes = [len(list(effect_atoms(each.effect))) for each in gold]
+    changes = [len(list(m.effect_atoms(each.effect))) for each in gold]
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task, rng = tasks[task_id], chance(seed, task_id)
@@ -175,19 +166,21 @@ def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
                 for numbers in (lengths, changes)
             ]
             needs = And(tuple([atom if rng.random() < _EVEN else Not(atom) for atom in asked]))
-            does = tuple([AddEffect(atom) if rng.random() < _EVEN else DeleteEffect(atom) for atom in made])
-            written.append(write_action(replace(action, precondition=needs, effect=Both(does))))
+            does = tuple(
+                [m.AddEffect(atom) if rng.random() < _EVEN else m.DeleteEffect(atom) for atom in made]
+            )
+            written.append(write_action(replace(action, precondition=needs, effect=m.Both(does))))
         return WrittenAnswer(tuple(written), join_operators)
 
     return answer
 
 
-def _sayable(task: TransitionTask, action: PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
+def _sayable(task: TransitionTask, action: m.PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
     """The predicates that can be said of an operator's parameters, each with those that fit each place."""
-    above = parents(task.domain.header.types)
-    kinds = {given.name: supertypes(above, type_of(given)) for given in action.parameters}
+    above = m.parents(task.domain.header.types)
+    kinds = {given.name: m.supertypes(above, m.type_of(given)) for given in action.parameters}
     for predicate in task.domain.header.predicates:
-        places = [type_of(variable) for variable in predicate.parameters]
+        places = [m.type_of(variable) for variable in predicate.parameters]
         fitting = [[name for name, known in kinds.items() if place in known] for place in places]
         if all(fitting):
             yield predicate.name, fitting

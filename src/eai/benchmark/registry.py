@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
@@ -122,17 +122,11 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     from eai.tasks.task_files import ENDINGS
 
     module, separator, name = reference.partition(":")
-    if module not in (OBFUSCATED, RULES, PDDL, ALFWORLD) and (
-        reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
-    ):
+    if module in _OPENERS:
+        return _OPENERS[module](name).referred_to_as(reference)
+    if reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir():
         own = None if Path(reference).is_dir() else _open_own(Path(reference))
         return (own or _open_tasks(Path(reference))).referred_to_as(reference)
-    if module in (OBFUSCATED, RULES):
-        return _open_explained(name, module).referred_to_as(reference)
-    if module == ALFWORLD:
-        return _open_alfworld(Path(name)).referred_to_as(reference)
-    if module == PDDL:
-        return _open_pddl(name).referred_to_as(reference)
     if separator:
         return _as_benchmark(loaded(reference), reference)
     known = registered()
@@ -140,11 +134,16 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
 
 
-def _open_explained(name: str, words: str) -> Benchmark:
-    """A benchmark whose prompts tell its rules exactly, in words that mean other things or in its own."""
-    from eai.benchmark.obfuscated import obfuscated, with_rules
+def _open_obfuscated(name: str) -> Benchmark:
+    from eai.benchmark.obfuscated import obfuscated
 
-    return (obfuscated if words == OBFUSCATED else with_rules)(find_benchmark(name))
+    return obfuscated(find_benchmark(name))
+
+
+def _open_with_rules(name: str) -> Benchmark:
+    from eai.benchmark.obfuscated import with_rules
+
+    return with_rules(find_benchmark(name))
 
 
 def _open_pddl(files: str) -> Benchmark:
@@ -163,12 +162,12 @@ def _open_pddl(files: str) -> Benchmark:
     return Benchmark(declared.name, declared, lambda source: tasks, plans=PddlPlans(), only_by_name=copied)
 
 
-def _open_alfworld(folder: Path) -> Benchmark:
+def _open_alfworld(folder: str) -> Benchmark:
     """The benchmark of the games of ALFWorld in a folder."""
     from eai.benchmark.benchmark import Benchmark
     from eai.tasks.alfworld import open_games
 
-    domain, tasks, plans, written = open_games(folder)
+    domain, tasks, plans, written = open_games(Path(folder))
     return Benchmark(
         ALFWORLD,
         domain,
@@ -178,6 +177,15 @@ def _open_alfworld(folder: Path) -> Benchmark:
         formats={Ability.ACTION_SEQUENCING: written},
         role="a household robot",
     )
+
+
+_OPENERS: Mapping[str, Callable[[str], Benchmark]] = {
+    OBFUSCATED: _open_obfuscated,
+    RULES: _open_with_rules,
+    PDDL: _open_pddl,
+    ALFWORLD: _open_alfworld,
+}
+"""The word before the colon in a reference, and what opens the rest."""
 
 
 def _open_own(path: Path) -> Benchmark | None:

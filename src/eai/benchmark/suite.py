@@ -12,7 +12,7 @@ from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
-from eai.benchmark.benchmark import Benchmark, Opened, Opener, each_by_itself
+from eai.benchmark.benchmark import Benchmark, Opened, Opener
 from eai.benchmark.errata import Errata
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
@@ -47,7 +47,7 @@ class Suite:
     task_ids: tuple[str, ...]
     data_sha256: str
     _make: Callable[[str], Scorer]
-    _over: Callable[[Sequence[str]], Opener | None] = each_by_itself
+    _over: Callable[[Sequence[str]], Opener] | None = None
     tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
@@ -90,9 +90,10 @@ class Suite:
 
     def over(self, answers: Iterable[str]) -> Suite:
         """The suite as it scores these answers together: a protocol may read each as all are written."""
-        texts = [] if self._over is each_by_itself else list(answers)
-        opener = self._over(texts) if texts else None
-        return self if opener is None or self.reopen is None else self.reopen(opener=opener)
+        if self._over is None or self.reopen is None:
+            return self
+        texts = list(answers)
+        return self.reopen(opener=self._over(texts)) if texts else self
 
     def scorer(self, task_id: str) -> Scorer:
         """The scorer of a task; it is made once.

@@ -43,6 +43,15 @@ class _Sight(NamedTuple):
     at: Vector
     angle: float
 
+    @property
+    def axes(self) -> tuple[Array, Array, Array]:
+        """The way ahead, to the right and up, each of length 1."""
+        way = np.array(self.at) - np.array(self.eye)
+        way /= np.linalg.norm(way)
+        right = np.cross(way, (0.0, 0.0, 1.0))
+        right /= np.linalg.norm(right)
+        return way, right, np.cross(right, way)
+
 
 class Camera:
     """Pictures of a scene, drawn by software or a GPU through EGL; to be closed when it is done with.
@@ -195,14 +204,10 @@ def _fitted(start: _Sight, points: Array, ahead: Array, reach: float, room: Box)
 
 def _sees(sight: _Sight, points: Array) -> bool:
     """Whether points are in a picture, its rim left free."""
-    way = np.array(sight.at) - np.array(sight.eye)
-    way /= np.linalg.norm(way)
-    right = np.cross(way, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
-    from_eye = points - np.array(sight.eye)
+    (way, right, above), from_eye = sight.axes, points - np.array(sight.eye)
     far = from_eye @ way
     most = 0.94 * math.tan(math.radians(sight.angle) / 2)
-    across, up = from_eye @ right / far, from_eye @ np.cross(right, way) / far
+    across, up = from_eye @ right / far, from_eye @ above / far
     return bool(
         (far > 0.1).all() and (abs(across) < most * SIZE[0] / SIZE[1]).all() and (abs(up) < most).all()
     )
@@ -233,10 +238,7 @@ def _from_above(scene: BodyScene) -> _Sight:
 
 def _in_hand(sight: _Sight, aside: float, size: float) -> Pose:
     """Where a thing is seen that a hand holds."""
-    way = np.array(sight.at) - np.array(sight.eye)
-    way /= np.linalg.norm(way)
-    right = np.cross(way, (0.0, 0.0, 1.0))
-    right /= np.linalg.norm(right)
+    way, right, above = sight.axes
     near = 0.45 + size
-    at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * np.cross(right, way)
+    at = np.array(sight.eye) + near * way + near * 1.3 * aside * right - 0.3 * near * above
     return Pose(_vector(at))

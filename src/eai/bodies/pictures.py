@@ -21,12 +21,7 @@ _INK, _PAPER = (20, 20, 20), (255, 235, 60)
 
 
 def photographs(
-    task: Task,
-    views: Collection[View],
-    seed: int = 0,
-    *,
-    numbered: bool = False,
-    state: State | None = None,
+    task: Task, views: Collection[View], *, numbered: bool = False, state: State | None = None
 ) -> list[bytes]:
     """Pictures of a state of a task, the initial one if None is given, as PNG, one a view.
 
@@ -36,7 +31,7 @@ def photographs(
         InputError: its things find no places, or have no bodies.
         EaiError: nothing can be drawn; says what to install.
     """
-    with Camera(BodyScene(task, seed)) as camera:
+    with Camera(BodyScene(task)) as camera:
         if state is not None and state != task.initial:
             camera.scene.show(state)
         drawn = [Image.fromarray(camera.colours(view)) for view in views]
@@ -46,32 +41,23 @@ def photographs(
     return [_file(image, "PNG") for image in drawn]
 
 
-def film(task: Task, states: Sequence[State], view: View = "head", seed: int = 0) -> bytes:
-    """The states of an episode as a moving picture (GIF), the first of them the task's initial state.
+def film(task: Task, states: Iterable[State]) -> bytes:
+    """The states of an episode as a moving picture (GIF), half as high and wide as other pictures.
 
     Raises:
         InputError: its things find no places, or have no bodies.
         EaiError: nothing can be drawn; says what to install.
     """
-    first, *others = [Image.fromarray(frame).quantize(128) for frame in frames(task, states, view, seed)]
-    return _file(first, "GIF", save_all=True, append_images=others, duration=700, loop=0)
-
-
-def frames(task: Task, states: Iterable[State], view: View, seed: int = 0) -> Iterator[Any]:
-    """Pictures of each of some states: arrays of half the height and width of pictures.
-
-    Raises:
-        InputError: its things find no places, or have no bodies.
-        EaiError: nothing can be drawn; says what to install.
-    """
-    scene = BodyScene(task, seed)
+    drawn = []
+    scene = BodyScene(task)
     with Camera(scene, (SIZE[0] // 2, SIZE[1] // 2), shadows=False) as camera:
         for state in states:
             scene.show(state)
-            yield camera.colours(view)
+            drawn.append(Image.fromarray(camera.colours("head")).quantize(128))
+    return _file(drawn[0], "GIF", save_all=True, append_images=drawn[1:], duration=700, loop=0)
 
 
-def places(task: Task, views: Sequence[View], seed: int = 0) -> dict[int, tuple[int, int, int]]:
+def places(task: Task, views: Sequence[View]) -> dict[int, tuple[int, int, int]]:
     """A pixel of each thing that is seen in pictures of the initial state of a task.
 
     It is in the first picture that shows the thing, and the one nearest to its middle there.
@@ -83,7 +69,7 @@ def places(task: Task, views: Sequence[View], seed: int = 0) -> dict[int, tuple[
         InputError, EaiError: as of `photographs`.
     """
     found: dict[int, tuple[int, int, int]] = {}
-    with Camera(BodyScene(task, seed)) as camera:
+    with Camera(BodyScene(task)) as camera:
         for number, view in enumerate(views, 1):
             for thing, rows, columns in _seen(camera.objects(view)):
                 nearest = int(np.hypot(rows - rows.mean(), columns - columns.mean()).argmin())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 from eai.bodies.body import Body, body_of, kind_of
@@ -77,23 +77,22 @@ class Told:
         ]
         return (self.carrier(thing), self.floor_of.get(thing), *sorted(beside))
 
-    def depth(self, thing: int) -> int:
-        """How many things carry one, one on the other."""
-        depth = 0
-        while depth < len(self.bodies) and (found := self.carrier(thing)) is not None:
-            depth, thing = depth + 1, found[1]
-        return depth
-
-    def is_shut_in(self, thing: int) -> bool:
-        """Whether a thing is in something that is closed."""
+    def carriers(self, thing: int) -> Iterator[tuple[str, int]]:
+        """The thing that carries one (`carrier`), that which carries this, and so on."""
         for _ in self.bodies:
             found = self.carrier(thing)
             if found is None:
-                return False
-            if found[0] == INSIDE and "closed" in self.states[found[1]]:
-                return True
+                return
+            yield found
             thing = found[1]
-        return False
+
+    def depth(self, thing: int) -> int:
+        """How many things carry one, one on the other."""
+        return len(list(self.carriers(thing)))
+
+    def is_shut_in(self, thing: int) -> bool:
+        """Whether a thing is in something that is closed."""
+        return any(how == INSIDE and "closed" in self.states[i] for how, i in self.carriers(thing))
 
     def room_of(self, thing: int) -> int:
         """The floor of the room in which a thing is."""
@@ -109,12 +108,7 @@ class Told:
 
     def root(self, thing: int) -> int:
         """The thing at the bottom of a pile."""
-        for _ in self.bodies:
-            found = self.carrier(thing)
-            if found is None:
-                break
-            thing = found[1]
-        return thing
+        return [thing, *(carrier for _, carrier in self.carriers(thing))][-1]
 
 
 def told_of(state: State) -> Told:

@@ -18,7 +18,7 @@ from eai.cli.console import DOMAIN_HELP, output, print_json, say, tell, tell_fin
 from eai.cli.options import AsJson, DataFolder, Errata, flag, opened_source, store
 from eai.cli.progress import data_progress
 from eai.data import dataset
-from eai.households.packs import all_packs, fetch_all, validate
+from eai.households.packs import all_packs, validate
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_distributions
 from eai.results.data_set import distributions, profiles_of, table_of
@@ -46,7 +46,7 @@ def fetch(
     Example: eai data fetch
     """
     with data_progress() as report:
-        made = fetch_all(store(data), place=place, force=force, report=report)
+        made = dataset.fetch(store(data), packs=all_packs(), place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     folder = store(data).folder
     tell(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)

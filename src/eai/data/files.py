@@ -78,10 +78,9 @@ def read_toml(file: Path) -> dict[str, Any]:
     Raises:
         InputError: it cannot be read, or is no TOML.
     """
+    content = content_of(file)
     try:
-        return parse_toml(file.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+        return parse_toml(content.decode())
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{file}: expected TOML; {error}") from error
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task, goal
+from eai.abilities.task import Task, goal, make_task
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.lookup import LookupTable
@@ -50,7 +50,6 @@ from eai.generator.walk import (
     Walk,
     certificate,
     lower_bound,
-    posed,
     steps_of_planner,
 )
 from eai.generator.words import Words
@@ -230,13 +229,9 @@ class Generator:
         if not self.spec.kind.is_over_time and fingerprint(goals, start) in known:
             return Reason.COPY
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
-        task = posed(
-            f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}",
-            words.instruction(goals, rng),
-            start,
-            goals,
-            certificate(walk),
-        )
+        name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
+        asked = make_task(name, words.instruction(goals, rng), start, *goals)
+        task = replace(asked, script=tuple(certificate(walk)))
         about: dict[str, Json] = {"split": split.value}
         reason = self._objections.to(task, words, least, most)
         if reason is None and self.spec.kind.is_over_time:
@@ -337,7 +332,7 @@ class Generator:
             found = with_more_of_a_kind(found, self.prior, rng, most, kinds)
         if rich:
             found = with_guests(found, self._bases, self.prior, rng, most)
-        closed = self._usage.state(*found)
+        closed = self._usage.state(found.scene, found.facts())
         proposals = self._proposals(closed)
         walk = Walk(self._usage.domain, self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):

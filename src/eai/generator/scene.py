@@ -112,16 +112,9 @@ LEAST_OBJECTS = 16
 """How many objects a scene has at least, where the task's own has so many."""
 
 
-class _ClosedScene(NamedTuple):
-    """A scene and what holds in it."""
-
-    scene: Scene
-    facts: tuple[Fact, ...]
-
-
 def closed_scene(
     task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
-) -> _ClosedScene:
+) -> State:
     """Some of a task's objects: those that it is about, and others that plans and goals know.
 
     Some are there in any case.
@@ -153,19 +146,16 @@ def closed_scene(
         [state.scene.objects[i] for i in kept],
         None if state.scene.agent is None else kept.index(state.scene.agent),
     )
-    return _ClosedScene(scene, tuple(_facts_among(state, kept, prior)))
+    return scene.state(_facts_among(state, kept, prior))
 
 
-def with_guests(
-    closed: _ClosedScene, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int
-) -> _ClosedScene:
+def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
     """A scene with more things to take in hand, up to so many objects, brought from other tasks.
 
     Each stands where something in the scene stands in the same way as it did at home: on a table of a
     kitchen, say. It has the states that it had.
     """
-    state = closed.scene.state(closed.facts)
-    objects, facts = list(closed.scene.objects), list(closed.facts)
+    objects, facts = list(closed.scene.objects), list(closed.facts())
     here = {thing.category for thing in objects}
     wanted = {
         pattern.categories[0]
@@ -176,7 +166,7 @@ def with_guests(
     hosts: dict[frozenset[tuple[str, str]], list[int]] = {}
     for index in range(len(objects)):
         if objects[index].category in prior.taken:
-            hosts.setdefault(stance(index, state, prior), []).append(index)
+            hosts.setdefault(stance(index, closed, prior), []).append(index)
     for _ in range(_ASKED * (most - len(objects))):
         if len(objects) >= most:
             break
@@ -186,25 +176,22 @@ def with_guests(
         standing = stance(guest, home.initial, prior)
         if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
             host = rng.choice(hosts[standing])
-            facts += _one_more(objects, thing, _states(guest, home.initial), host, state, prior)
-    scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
-    return _ClosedScene(scene, tuple(facts))
+            facts += _one_more(objects, thing, _states(guest, home.initial), host, closed, prior)
+    return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
 def with_more_of_a_kind(
-    closed: _ClosedScene, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
-) -> _ClosedScene:
+    closed: State, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
+) -> State:
     """A scene with some things more of some kinds of which there are several elsewhere, each beside one."""
-    state = closed.scene.state(closed.facts)
-    objects, facts = list(closed.scene.objects), list(closed.facts)
+    objects, facts = list(closed.scene.objects), list(closed.facts())
     usual = prior.several & prior.taken & frozenset(kinds)
-    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, state, prior)]
+    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and stance(i, closed, prior)]
     number = rng.randint(1, _MORE)
     for _ in range(min(number, most - len(objects)) if hosts else 0):
         host = rng.choice(hosts)
-        facts += _one_more(objects, objects[host], _states(host, state), host, state, prior)
-    scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
-    return _ClosedScene(scene, tuple(facts))
+        facts += _one_more(objects, objects[host], _states(host, closed), host, closed, prior)
+    return Scene(closed.scene.vocabulary, objects, closed.scene.agent).state(facts)
 
 
 def with_double(state: State, prior: Prior, thing: int, host: int) -> State:

@@ -16,7 +16,7 @@ import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.lookup import LookupTable
-from eai.data.files import write_whole
+from eai.data.files import content_of, write_whole
 from eai.errors import InputError
 from eai.generator.measures import spoken_of
 from eai.generator.prior import Pattern, patterns_of
@@ -298,11 +298,10 @@ def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
     Raises:
         InputError: it cannot be read, or is none.
     """
+    content = content_of(file)
     try:
-        found = json.loads(file.read_bytes())
+        found = json.loads(content)
         return dict(found["sets"] if part == "sets" else found.get(part, {}))
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{file}: expected the manifest of generated tasks") from error
 

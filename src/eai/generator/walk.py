@@ -19,7 +19,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import GoalKind, Task, goal
+from eai.abilities.task import GoalKind, Task
 from eai.generator.goals import Proposals
 from eai.generator.prior import Prior
 from eai.logic.trace import Trace
@@ -207,21 +207,6 @@ def _successors(domain: Domain, state: State, objects: Sequence[int]) -> Iterato
         compiled = domain.compiled[operator.name]
         for action in applicable_actions(domain, operator, state, objects):
             yield action, compiled.apply(state, compiled.bind(state, action.arguments))
-
-
-def posed(
-    task_id: str, instruction: str, initial: State, goals: Sequence[f.Formula], plan: Sequence[Action]
-) -> Task:
-    """The task, about all objects of its scene."""
-    return Task(
-        id=task_id,
-        title=task_id,
-        instruction=instruction,
-        initial=initial,
-        goals=tuple(map(goal, goals)),
-        relevant=tuple(range(len(initial.scene.objects))),
-        script=tuple(plan),
-    )
 
 
 _Goals: TypeAlias = Sequence[f.Formula]

@@ -11,40 +11,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
+import eai.english.english as e
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark
-from eai.english.english import (
-    AFTER,
-    AT_LEAST_ONE,
-    EVERY,
-    EXACTLY,
-    NO,
-    NUMBERS,
-    OPENINGS,
-    OWN,
-    REQUESTS,
-    SEE_TO_IT,
-    SOME,
-    UNTIL,
-    USUAL,
-    WHILE,
-    English,
-    Voice,
-    plural,
-    sentences_of,
-    turned,
-)
 from eai.errors import InputError
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import parameters
 
 _X, _Y = f.Variable("x"), f.Variable("y")
-_EVERY, _EXACTLY = "|".join(EVERY), "|".join(EXACTLY)
+_EVERY, _EXACTLY = "|".join(e.EVERY), "|".join(e.EXACTLY)
 _QUANTIFIED = re.compile(
-    rf"(?:(?P<every>{_EVERY})|(?P<no>{NO})|{AT_LEAST_ONE}|(?:{_EXACTLY}) (?P<number>\w+)) (?P<noun>.+)"
+    rf"(?:(?P<every>{_EVERY})|(?P<no>{e.NO})|{e.AT_LEAST_ONE}|(?:{_EXACTLY}) (?P<number>\w+)) (?P<noun>.+)"
 )
-_INNER = re.compile("|".join([rf"{SOME} (.+)", *(own.format(a="an?", noun="(.+)") for own in OWN)]))
+_INNER = re.compile("|".join([rf"{e.SOME} (.+)", *(own.format(a="an?", noun="(.+)") for own in e.OWN)]))
 _TAKEN = re.compile(r"the action (\w+) has been taken on (.+)")
 _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
@@ -62,7 +42,7 @@ class Words:
 
     arities: Mapping[str, int]
     scene: Scene
-    english: English
+    english: e.English
     seen: Sequence[Fact] = ()
 
     @staticmethod
@@ -77,7 +57,7 @@ class Words:
 
     def sentences(self, predicate: str) -> Sequence[str]:
         """The sentences that say that a predicate holds, in the singular: ``{x} is on top of {y}``."""
-        return sentences_of(predicate, self.arities[predicate], self.english)
+        return e.sentences_of(predicate, self.arities[predicate], self.english)
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
@@ -145,8 +125,8 @@ class Words:
         Raises:
             InputError: a goal has a shape for which there is no sentence.
         """
-        voice = Voice.drawn(rng)
-        opening = rng.choice(REQUESTS if voice.requests else OPENINGS)
+        voice = e.Voice.drawn(rng)
+        opening = rng.choice(e.REQUESTS if voice.requests else e.OPENINGS)
         return f"{opening} {_joined([self.clause(goal, voice) for goal in goals])}."
 
     def says(self, instruction: str, goals: Sequence[f.Formula]) -> bool:
@@ -156,13 +136,13 @@ class Words:
         except InputError:
             return False
 
-    def clause(self, goal: f.Formula, voice: Voice = USUAL) -> str:
+    def clause(self, goal: f.Formula, voice: e.Voice = e.USUAL) -> str:
         """A part of an instruction that says a goal."""
         if not voice.requests:
             return self._statement(goal, voice)
-        return self._request(goal, voice) or f"{SEE_TO_IT} {self._statement(goal, voice)}"
+        return self._request(goal, voice) or f"{e.SEE_TO_IT} {self._statement(goal, voice)}"
 
-    def _request(self, goal: f.Formula, voice: Voice) -> str | None:
+    def _request(self, goal: f.Formula, voice: e.Voice) -> str | None:
         """A request for a goal, where there is one that says all of it."""
         match goal:
             case (
@@ -187,7 +167,7 @@ class Words:
         several = requests.get(atom.predicate)
         return None if several is None else self._filled(voice.of(several), atom, self._ranges(goal, voice))
 
-    def _statement(self, goal: f.Formula, voice: Voice) -> str:
+    def _statement(self, goal: f.Formula, voice: e.Voice) -> str:
         """A statement of a goal, without a full stop."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
@@ -196,7 +176,7 @@ class Words:
             case f.Or((first, second)):
                 return f"either {self._statement(first, voice)} or {self._statement(second, voice)}"
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
-                return self._text(atom, {variable.name: f"{NO} {self._noun(variable)}"}, voice)
+                return self._text(atom, {variable.name: f"{e.NO} {self._noun(variable)}"}, voice)
             case f.Exists(_, f.Not(f.Atom() as atom)) | f.Not(f.Atom() as atom):
                 return self._text(atom, self._ranges(goal, voice), voice, negated=True)
             case f.Exactly(count, _, f.Atom() as atom):
@@ -211,40 +191,41 @@ class Words:
                 return self._text(atom, self._ranges(goal, voice), voice)
         return self._clause_over_time(goal, voice)
 
-    def _clause_over_time(self, goal: f.Formula, voice: Voice) -> str:
+    def _clause_over_time(self, goal: f.Formula, voice: e.Voice) -> str:
         """A sentence that says a goal about the whole course."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
-                return f"{self._text(one, {}, voice, never=True)} {WHILE} {self._statement(other, voice)}"
+                return f"{self._text(one, {}, voice, never=True)} {e.WHILE} {self._statement(other, voice)}"
             case f.Until(f.Not(f.Atom() as then), f.Occurs(action, terms)):
                 named = " with ".join([self.name(term.name) for term in terms])
                 taken = f"the action {action} has been taken on {named}"
-                return f"{self._text(then, {}, voice, negated=True)} {UNTIL} {taken}"
+                return f"{self._text(then, {}, voice, negated=True)} {e.UNTIL} {taken}"
             case f.Until(f.Not(f.Atom() as then), first):
-                return f"{self._text(then, {}, voice, negated=True)} {UNTIL} {self._statement(first, voice)}"
+                denied = self._text(then, {}, voice, negated=True)
+                return f"{denied} {e.UNTIL} {self._statement(first, voice)}"
             case f.Then((first, then)):
-                return f"{self._statement(then, voice)} {AFTER} {self._statement(first, voice)}"
+                return f"{self._statement(then, voice)} {e.AFTER} {self._statement(first, voice)}"
         raise InputError(f"there is no sentence for {type(goal).__name__}")
 
-    def _ranges(self, goal: f.Formula, voice: Voice) -> dict[str, str]:
+    def _ranges(self, goal: f.Formula, voice: e.Voice) -> dict[str, str]:
         """The words for each variable of a goal in a sentence."""
-        every = voice.of(EVERY)
+        every = voice.of(e.EVERY)
         match goal:
             case f.ForAll(variable, f.Exists(inner)):
                 return {
                     variable.name: f"{every} {self._noun(variable)}",
-                    inner.name: f"{SOME} {self._noun(inner)}",
+                    inner.name: f"{e.SOME} {self._noun(inner)}",
                 }
             case f.ForAll(variable):
                 return {variable.name: f"{every} {self._noun(variable)}"}
             case f.Exists(variable):
-                return {variable.name: f"{AT_LEAST_ONE} {self._noun(variable)}"}
+                return {variable.name: f"{e.AT_LEAST_ONE} {self._noun(variable)}"}
             case f.Exactly(count, variable):
-                noun = self._noun(variable) if count == 1 else plural(self._noun(variable))
-                return {variable.name: f"{voice.of(EXACTLY)} {NUMBERS.get(count, count)} {noun}"}
+                noun = self._noun(variable) if count == 1 else e.plural(self._noun(variable))
+                return {variable.name: f"{voice.of(e.EXACTLY)} {e.NUMBERS.get(count, count)} {noun}"}
             case f.ForPairs(first, second):
                 noun = self._noun(second)
-                own = voice.of(OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
+                own = voice.of(e.OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
                 return {first.name: f"{every} {self._noun(first)}", second.name: own}
             case _:
                 return {}
@@ -256,7 +237,7 @@ class Words:
         self,
         atom: f.Atom,
         values: Mapping[str, str],
-        voice: Voice,
+        voice: e.Voice,
         *,
         negated: bool = False,
         several: bool = False,
@@ -264,7 +245,7 @@ class Words:
     ) -> str:
         """The sentence of an atom, its variables replaced by what they range over."""
         sentence = voice.of(self.sentences(atom.predicate))
-        return self._filled(turned(sentence, negated=negated, several=several, never=never), atom, values)
+        return self._filled(e.turned(sentence, negated=negated, several=several, never=never), atom, values)
 
     def _filled(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
@@ -286,8 +267,8 @@ class _Reader:
         self._words = words
         self._objects = {words.name(thing.name): thing.name for thing in words.scene.objects}
         self._categories = {noun: category for category, noun in words.nouns.items()}
-        self._plurals = {plural(noun): category for category, noun in words.nouns.items()}
-        self._counts = {word: number for number, word in NUMBERS.items()}
+        self._plurals = {e.plural(noun): category for category, noun in words.nouns.items()}
+        self._counts = {word: number for number, word in e.NUMBERS.items()}
 
     def goals(self, instruction: str) -> tuple[f.Formula, ...]:
         """The goals that an instruction says.
@@ -295,18 +276,18 @@ class _Reader:
         Raises:
             InputError: it is none, or has several meanings.
         """
-        opening = next((o for o in (*OPENINGS, *REQUESTS) if instruction.startswith(f"{o} ")), None)
+        opening = next((o for o in (*e.OPENINGS, *e.REQUESTS) if instruction.startswith(f"{o} ")), None)
         if opening is None or not instruction.endswith("."):
             raise InputError("expected one of the openings, and a full stop")
         text = instruction[len(opening) + 1 : -1]
         *clauses, last = text.split(", ") if ", and " in text else text.split(" and ")
-        read = self._request if opening in REQUESTS else self._statement
+        read = self._request if opening in e.REQUESTS else self._statement
         return tuple(map(read, (*clauses, last.removeprefix("and "))))
 
     def _request(self, text: str) -> f.Formula:
         """The goal of a request."""
-        if text.startswith(f"{SEE_TO_IT} "):
-            return self._statement(text.removeprefix(f"{SEE_TO_IT} "))
+        if text.startswith(f"{e.SEE_TO_IT} "):
+            return self._statement(text.removeprefix(f"{e.SEE_TO_IT} "))
         english = self._words.english
         meanings = [
             meaning
@@ -323,7 +304,7 @@ class _Reader:
         actions = _ACTIONS.fullmatch(text)
         if actions is not None:
             return f.Or(tuple(map(f.Occurs, actions[1].split(" or "))))
-        over_time = next((word for word in (WHILE, UNTIL, AFTER) if f" {word} " in text), None)
+        over_time = next((word for word in (e.WHILE, e.UNTIL, e.AFTER) if f" {word} " in text), None)
         if over_time is not None:
             one, other = text.split(f" {over_time} ")
             return self._over_time(over_time, one, other)
@@ -332,11 +313,11 @@ class _Reader:
 
     def _over_time(self, word: str, one: str, other: str) -> f.Formula:
         """Return the meaning of two sentences joined by a word."""
-        if word == WHILE:
+        if word == e.WHILE:
             return f.Always(
                 f.Not(f.And((_one(self._meanings(one, never=True), one), self._statement(other))))
             )
-        if word == AFTER:
+        if word == e.AFTER:
             return f.Then((self._statement(other), self._statement(one)))
         taken = _TAKEN.fullmatch(other)
         if taken is None:
@@ -357,7 +338,7 @@ class _Reader:
         for predicate in self._words.arities:
             for sentence in self._words.sentences(predicate):
                 for negated, several in forms:
-                    form = turned(sentence, negated=negated, several=several, never=never)
+                    form = e.turned(sentence, negated=negated, several=several, never=never)
                     for words in _matched(form, text):
                         yield from self._meaning(predicate, words, negated=negated, several=several)
 

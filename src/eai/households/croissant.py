@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
@@ -113,13 +114,7 @@ def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     """The gold operators of a benchmark, a row each, by name."""
     task = next(iter(benchmark.operators(source).values()))
-    for name, text in sorted(task.domain.operators.items()):
-        yield {
-            "name": name,
-            "parameters": text.parameters,
-            "precondition": text.precondition,
-            "effect": text.effect,
-        }
+    yield from (asdict(text) for _, text in sorted(task.domain.operators.items()))
 
 
 def identifier(task_id: str) -> str:

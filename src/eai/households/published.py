@@ -2,98 +2,64 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.protocol import Ability
-from eai.data.progress import Report, silent
-from eai.data.store import PackFile, Store
-from eai.households.packs import (
-    BEHAVIOR_PDDL,
-    PROBLEMS_MEMBER,
-    PROMPTS,
-    RESOURCES,
-    open_published,
-    task_id_of,
-)
-from eai.prompts.prompt import Prompt, PromptFiles, PublishedPrompts, prompt_file
-from eai.tasks.source import TaskSet
+from eai.benchmark.benchmark import PublishedPrompts
+from eai.data.store import PackFile
+from eai.households import packs
+from eai.prompts.prompt import Prompt, PromptFiles, prompt_file
+from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.declaration import Category
     from eai.abilities.transition_modeling.task import TransitionTask
     from eai.pddl.model import OperatorText
 
-Render = Callable[[Store | None, Report], Mapping[str, str]]
+Render = Callable[[Source], Mapping[str, str]]
 """Renders prompts of which the data set ships only a template: task id -> question."""
 
 
-@dataclass(frozen=True, slots=True)
-class _OfficialPrompts:
-    name: str
-    rendered: Mapping[Ability, Render]
-
-    def prompts(
-        self, ability: Ability, store: Store | None = None, *, report: Report = silent
-    ) -> Mapping[str, Prompt]:
-        """The prompts by task id, in the order of the data set.
-
-        Raises:
-            DataError: they cannot be obtained.
-        """
-        if ability in self.rendered:
-            return {i: Prompt(text) for i, text in self.rendered[ability](store, report).items()}
-        files = self.files(ability, store, report=report)
-        settings = {} if files.system is None else json.loads(files.system)
-        system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
-        rows = json.loads(files.prompts)
-        return {task_id_of(row["identifier"]): Prompt(row["llm_prompt"], system, stop) for row in rows}
-
-    def files(self, ability: Ability, store: Store | None = None, *, report: Report = silent) -> PromptFiles:
-        """The files of the prompts, byte for byte where the data set ships them.
-
-        Raises:
-            DataError: they cannot be obtained.
-        """
-        if ability in self.rendered:
-            return PromptFiles(prompt_file(self.prompts(ability, store, report=report)), None)
-        pack = open_published(PROMPTS, store, report=report)
-        setup = f"{self.name}/{ability.value}_system.json"
-        system = pack.read(setup) if setup in pack.manifest.members else None
-        return PromptFiles(pack.read(f"{self.name}/{ability.value}.json"), system)
-
-
 def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None) -> PublishedPrompts:
-    """The official prompts of one benchmark.
+    """The official prompts of one benchmark, byte for byte where the data set ships them.
 
     Args:
         name: the benchmark's folder in the pack of prompts.
         rendered: the abilities whose prompts the data set ships as a template only, and how to render them.
     """
-    return _OfficialPrompts(name, rendered or {})
+
+    def files(ability: Ability, source: Source) -> PromptFiles:
+        if rendered is not None and ability in rendered:
+            texts = rendered[ability](source)
+            return PromptFiles(prompt_file({i: Prompt(text) for i, text in texts.items()}), None)
+        pack = packs.open_published(packs.PROMPTS, source)
+        setup = f"{name}/{ability.value}_system.json"
+        system = pack.read(setup) if setup in pack.manifest.members else None
+        return PromptFiles(pack.read(f"{name}/{ability.value}.json"), system)
+
+    return files
 
 
 TransitionTasks: TypeAlias = "TaskSet[TransitionTask]"
 
 
-def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
+def open_virtualhome(source: Source | None = None) -> TransitionTasks:
     """VirtualHome's 296 tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _transition_tasks(open_published(RESOURCES, store, report=report), "virtualhome_pd.pddl")
+    return _transition_tasks(packs.open_published(packs.RESOURCES, source), "virtualhome_pd.pddl")
 
 
-def open_behavior(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
+def open_behavior(source: Source | None = None) -> TransitionTasks:
     """BEHAVIOR's 100 tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _transition_tasks(open_published(BEHAVIOR_PDDL, store, report=report), "behavior_pd.pddl")
+    return _transition_tasks(packs.open_published(packs.BEHAVIOR_PDDL, source), "behavior_pd.pddl")
 
 
 def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
@@ -110,7 +76,7 @@ def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
             name: _category(label) for name, label in pack.read_json("predicates_category.json").items()
         },
     )
-    problems, operators = pack.read_json(PROBLEMS_MEMBER), pack.read_json("id2action.json")
+    problems, operators = pack.read_json(packs.PROBLEMS_MEMBER), pack.read_json("id2action.json")
     categories = pack.read_json("id2category_2.json")
 
     def build(task_id: str) -> TransitionTask:

@@ -18,7 +18,7 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.households.packs import SCENE_PREFIX, task_id_of
 from eai.prompts.prompt import read_prompt_file
-from eai.tasks.source import Finding
+from eai.tasks.source import Finding, Source
 
 _PROMPTS = "_prompts.json"
 """The ending of the names of a starter kit's prompt files."""
@@ -181,7 +181,7 @@ def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[st
     published = find_benchmark(domain).published_prompts
     if published is None:
         raise InputError(f"{domain} has no published prompts, which a submission answers")
-    rows = json.loads(published.files(ability, store).prompts)
+    rows = json.loads(published(ability, Source(store)).prompts)
     identifiers: list[str] = [row["identifier"] for row in rows]
     return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from eai.errors import InputError
 from eai.pddl.check import OF_PROBLEMS, Offence, PddlError, PddlFinding, check_domain, check_problem
 from eai.pddl.model import PddlDomain, PddlProblem
-from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, read_group
+from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, head_of, read_group
 
 _DOMAIN = frozenset(
     ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"],
@@ -141,13 +141,13 @@ def read_text(path: Path) -> str:
 def _check(text: str, group: Group, known: frozenset[str], predicates: Collection[str]) -> None:
     """Refuse what is not understood; costs, which are ignored, are."""
     for section in group.items[1:]:
-        if not isinstance(section, Group) or not (head := _head(section)):
+        if not isinstance(section, Group) or not (head := head_of(section)):
             raise error_at(text, section.offset, Offence.MALFORMED, "a section such as (:action ...)")
         if head not in known and head not in _REFUSED:
             raise error_at(text, section.offset, Offence.UNSUPPORTED, f"no section ({head} ...)")
         for inner in _groups(section):
             refused = _refusal(inner, numbers=head in _NUMBERED)
-            if refused is not None and _head(inner) not in predicates:
+            if refused is not None and head_of(inner) not in predicates:
                 expected = f"classical planning, without {refused}"
                 raise error_at(text, inner.offset, Offence.UNSUPPORTED, expected)
 
@@ -191,8 +191,8 @@ def _is_cost(group: Group) -> bool:
 
 def _declared(group: Group) -> list[str]:
     """The names of the predicates that a domain declares."""
-    sections = [each for each in group.items if isinstance(each, Group) and _head(each) == ":predicates"]
-    return [_head(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
+    sections = [each for each in group.items if isinstance(each, Group) and head_of(each) == ":predicates"]
+    return [head_of(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
 
 
 def _groups(group: Group) -> Iterator[Group]:
@@ -200,10 +200,6 @@ def _groups(group: Group) -> Iterator[Group]:
     for item in group.items:
         if isinstance(item, Group):
             yield from _groups(item)
-
-
-def _head(group: Group) -> str:
-    return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
 
 
 def refuse(text: str, findings: Sequence[PddlFinding]) -> None:

@@ -7,7 +7,7 @@ and not a proposition. Names are in lower case.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -204,6 +204,13 @@ def map_literals(formula: f.Formula, change: Callable[[f.Atom | f.Equals], f.For
     if isinstance(formula, (f.Atom, f.Equals)):
         return change(formula)
     return with_parts(formula, lambda part: map_literals(part, change))
+
+
+def for_each(variables: Sequence[f.Variable], effect: PddlEffect) -> PddlEffect:
+    """The effect for all values of some variables, the first of them outermost."""
+    for variable in reversed(variables):
+        effect = Each(variable, effect)
+    return effect
 
 
 def with_effect_parts(

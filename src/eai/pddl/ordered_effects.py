@@ -16,17 +16,7 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.pddl.glossary import (
-    ConditionWriter,
-    TermScope,
-    conjunction,
-    disjunction,
-    equality,
-    negation,
-    substitute,
-    substitute_term,
-    without,
-)
+from eai.pddl import glossary as g
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
@@ -57,20 +47,20 @@ class _Change:
 class _Context:
     """The terms and conditions fixed by the effects around one."""
 
-    scope: TermScope
+    scope: g.TermScope
     variables: tuple[f.Variable, ...] = ()
     condition: f.Formula = f.TRUE
     place: _Place = ()
 
     def on(self, condition: f.Formula) -> _Context:
-        return replace(self, condition=conjunction((self.condition, condition)))
+        return replace(self, condition=g.conjunction((self.condition, condition)))
 
     def at(self, *place: int | f.Variable) -> _Context:
         return replace(self, place=(*self.place, *place))
 
 
 def all_at_once(
-    operator: Operator, conditions: ConditionWriter, scope: TermScope, hidden: frozenset[str] = frozenset()
+    operator: Operator, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]
 ) -> m.PddlEffect:
     """All that an operator does, tries included, as effects of PDDL.
 
@@ -86,7 +76,7 @@ def all_at_once(
 class _OrderedEffects:
     """The effects of one operator."""
 
-    def __init__(self, conditions: ConditionWriter, scope: TermScope, hidden: frozenset[str]) -> None:
+    def __init__(self, conditions: g.ConditionWriter, scope: g.TermScope, hidden: frozenset[str]) -> None:
         self._conditions = conditions
         self._vocabulary = conditions.glossary.vocabulary
         self._scope = scope
@@ -115,7 +105,7 @@ class _OrderedEffects:
             case When(condition, effects, otherwise):
                 read = self._read(condition, context)
                 yield from self._sequence(effects, context.on(read).at(0))
-                yield from self._sequence(otherwise, context.on(negation(read)).at(1))
+                yield from self._sequence(otherwise, context.on(g.negation(read)).at(1))
             case ForEach(variable, condition, effects):
                 bound, inside = self._bound(variable, context)
                 matched = inside.on(self._read(condition, inside))
@@ -135,7 +125,7 @@ class _OrderedEffects:
 
     def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
         """The condition of an effect; one that depends on what is hidden does not happen."""
-        return self._conditions.convert(without(condition, self._hidden, positive=False), context.scope)
+        return self._conditions.convert(g.without(condition, self._hidden, positive=False), context.scope)
 
     def _first(
         self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
@@ -146,8 +136,8 @@ class _OrderedEffects:
             return meets
         other = self._conditions.fresh(variable.name)
         as_well = self._read(condition, replace(inside, scope={**inside.scope, variable.name: other}))
-        earlier = conjunction((self._conditions.glossary.precedes(other, bound), as_well))
-        return conjunction((meets, negation(f.Exists(other, earlier))))
+        earlier = g.conjunction((self._conditions.glossary.precedes(other, bound), as_well))
+        return g.conjunction((meets, g.negation(f.Exists(other, earlier))))
 
     def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _Change:
         """The change of an atom; a pattern becomes a change of all atoms that it matches."""
@@ -169,15 +159,13 @@ class _OrderedEffects:
         condition = change.condition
         if change.adds:
             undone = [self._undone(change, other) for other in changes if not other.adds]
-            condition = conjunction((condition, *map(negation, undone)))
+            condition = g.conjunction((condition, *map(g.negation, undone)))
         if condition == f.FALSE:
             return
         effect: m.PddlEffect = m.AddEffect(change.atom) if change.adds else m.DeleteEffect(change.atom)
         if condition != f.TRUE:
             effect = m.WhenEffect(condition, effect)
-        for variable in reversed(change.variables):
-            effect = m.Each(variable, effect)
-        yield effect
+        yield m.for_each(change.variables, effect)
 
     def _undone(self, addition: _Change, deletion: _Change) -> f.Formula:
         """A later deletion takes place of the atom that is added."""
@@ -190,7 +178,7 @@ class _OrderedEffects:
             if isinstance(deleted, f.Variable) and deleted.name in own and deleted.name not in terms:
                 terms[deleted.name] = added
             else:
-                same.append(equality(substitute_term(deleted, terms), added))
+                same.append(g.equality(g.substitute_term(deleted, terms), added))
         open_variables = [
             self._conditions.fresh(variable.name)
             for variable in deletion.variables
@@ -199,14 +187,14 @@ class _OrderedEffects:
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
         terms |= dict(zip(rest, open_variables, strict=True))
         later = self._later(addition.place, deletion.place, terms)
-        found = conjunction((*same, later, substitute(deletion.condition, terms)))
+        found = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
         if _denies(addition.condition, found):
             return f.FALSE
         for variable in reversed(open_variables):
             found = found if found in (f.TRUE, f.FALSE) else f.Exists(variable, found)
         return found
 
-    def _later(self, addition: _Place, deletion: _Place, terms: TermScope) -> f.Formula:
+    def _later(self, addition: _Place, deletion: _Place, terms: g.TermScope) -> f.Formula:
         """The deletion comes after the addition, its variables standing for ``terms``."""
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
@@ -215,7 +203,7 @@ class _OrderedEffects:
                 if theirs == mine:
                     return rest
                 precedes = self._conditions.glossary.precedes(mine, theirs)
-                return disjunction((precedes, conjunction((f.Equals(mine, theirs), rest))))
+                return g.disjunction((precedes, g.conjunction((f.Equals(mine, theirs), rest))))
             if isinstance(mine, int) and isinstance(other, int) and mine != other:
                 return f.TRUE if mine < other else f.FALSE
         return f.FALSE
@@ -243,4 +231,4 @@ def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary
 
 def _denies(condition: f.Formula, other: f.Formula) -> bool:
     """Whether two conditions plainly cannot hold together."""
-    return conjunction((condition, other)) == f.FALSE and other != f.FALSE
+    return g.conjunction((condition, other)) == f.FALSE and other != f.FALSE

@@ -135,7 +135,7 @@ class PddlReader:
     def domain(self, group: Group) -> m.PddlDomain:
         """The value of ``(define (domain ...) ...)``."""
         name, sections = self._definition(group, "domain")
-        actions = [self.action(section) for section in sections if _head(section) == ":action"]
+        actions = [self.action(section) for section in sections if head_of(section) == ":action"]
         return m.PddlDomain(
             name=name,
             requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
@@ -143,7 +143,7 @@ class PddlReader:
             constants=self._typed_names(_body(sections, ":constants")),
             predicates=tuple(self._predicate(item) for item in _body(sections, ":predicates")),
             actions=tuple(actions),
-            axioms=tuple(self._axiom(section) for section in sections if _head(section) == ":derived"),
+            axioms=tuple(self._axiom(section) for section in sections if head_of(section) == ":derived"),
         )
 
     def problem(self, group: Group) -> m.PddlProblem:
@@ -164,7 +164,7 @@ class PddlReader:
 
     def action(self, group: Group) -> m.PddlAction:
         """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
-        if _head(group) != ":action" or len(group.items) < 2:
+        if head_of(group) != ":action" or len(group.items) < 2:
             raise self._error(group, "(:action NAME ...)")
         parts: dict[str, SExpr] = {}
         for key, value in zip(group.items[2::2], group.items[3::2], strict=False):
@@ -228,9 +228,7 @@ class PddlReader:
             case "forall":
                 names, body = self._parts(group, 2)
                 result = self.effect(body)
-                for variable in reversed(self.variables(names)):
-                    result = m.Each(variable, result)
-                return result
+                return m.for_each(self.variables(names), result)
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in _CONNECTIVES:
@@ -346,10 +344,11 @@ def _is_variable(name: str) -> bool:
     return name.startswith("?")
 
 
-def _head(group: Group) -> str:
+def head_of(group: Group) -> str:
+    """The word with which a list begins, or nothing."""
     return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
 
 
 def _body(sections: Sequence[Group], keyword: str) -> list[SExpr]:
     """The items behind a keyword, in all sections that begin with it."""
-    return [item for section in sections if _head(section) == keyword for item in section.items[1:]]
+    return [item for section in sections if head_of(section) == keyword for item in section.items[1:]]

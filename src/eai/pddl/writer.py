@@ -111,11 +111,7 @@ def write_atom(atom: f.Atom) -> str:
 
 def write_term(term: f.Term) -> str:
     """The variable or constant as text."""
-    match term:
-        case f.Variable(name):
-            return f"?{name}"
-        case f.Constant(name):
-            return name
+    return f"?{term.name}" if isinstance(term, f.Variable) else term.name
 
 
 def _declared(variables: Iterable[f.Variable]) -> list[str]:

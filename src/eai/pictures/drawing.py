@@ -69,7 +69,7 @@ _Shape = _Rectangle | _Text
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """Shapes on white, the later ones on top."""
+    """Shapes in a rectangle, from its top left corner, the later ones on top."""
 
     width: int
     height: int
@@ -150,15 +150,6 @@ def image_of(drawing: Drawing) -> Image:
     return image
 
 
-@dataclass(frozen=True, slots=True)
-class _Box:
-    """Shapes with the size of the rectangle around them, from its top left corner."""
-
-    width: int
-    height: int
-    shapes: Sequence[_Shape]
-
-
 def draw(tiles: Sequence[Tile]) -> Drawing:
     """The picture of tiles, with a legend below: `WIDTH` wide, as high as it takes."""
     inner = WIDTH - 2 * _GAP
@@ -168,7 +159,7 @@ def draw(tiles: Sequence[Tile]) -> Drawing:
     return Drawing(WIDTH, scene.height + legend.height + 3 * _GAP, shapes)
 
 
-def _box(tile: Tile, most: int) -> _Box:
+def _box(tile: Tile, most: int) -> Drawing:
     """The tile at its place at the top left corner, no wider than there is room."""
     inner = most - 2 * _PAD
     zones = _flow([_zone(label, within, inner) for label, within in tile.zones.items()], inner)
@@ -190,10 +181,10 @@ def _box(tile: Tile, most: int) -> _Box:
         y += zones.height
     height, width = y + _PAD, width + 2 * _PAD
     frame = _Rectangle(0, 0, width, height, _FILLS[tile.kind], _STROKES[tile.kind], 6, _LINES[tile.kind])
-    return _Box(width, height, [frame, *shapes])
+    return Drawing(width, height, [frame, *shapes])
 
 
-def _zone(label: str, within: Sequence[Tile], most: int) -> _Box:
+def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
     """The tiles in one relation to the thing whose tile they lie in."""
     top = _PAD + TEXT_SIZE + 5
     content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
@@ -203,21 +194,21 @@ def _zone(label: str, within: Sequence[Tile], most: int) -> _Box:
     width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
     height = top + content.height + (_PAD if within else 0)
     frame = _Rectangle(0, 0, width, height, _ZONE_FILL, _ZONE_STROKE)
-    return _Box(width, height, [frame, *shapes, *_moved(content.shapes, _PAD, top)])
+    return Drawing(width, height, [frame, *shapes, *_moved(content.shapes, _PAD, top)])
 
 
-def _mark(text: str) -> _Box:
+def _mark(text: str) -> Drawing:
     width, height = text_width(text, TEXT_SIZE) + 10, TEXT_SIZE + 6
     frame = _Rectangle(0, 0, width, height, _MARK_FILL, _MARK_STROKE, 8)
-    return _Box(width, height, [frame, _Text(5, 3, text, TEXT_SIZE, _INK)])
+    return Drawing(width, height, [frame, _Text(5, 3, text, TEXT_SIZE, _INK)])
 
 
-def _packed(boxes: Sequence[_Box], most: int) -> _Box:
+def _packed(boxes: Sequence[Drawing], most: int) -> Drawing:
     """Boxes row by row, the highest first, so that little is left empty."""
     return _flow(sorted(boxes, key=lambda box: -box.height), most)
 
 
-def _flow(boxes: Sequence[_Box], most: int, gap: int = _GAP) -> _Box:
+def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
     """Boxes side by side, row by row; one that is too wide for its row begins the next."""
     shapes: list[_Shape] = []
     x = y = width = row = 0
@@ -227,10 +218,10 @@ def _flow(boxes: Sequence[_Box], most: int, gap: int = _GAP) -> _Box:
         shapes += _moved(box.shapes, x, y)
         x += box.width + gap
         width, row = max(width, x - gap), max(row, box.height)
-    return _Box(width, y + row, shapes)
+    return Drawing(width, y + row, shapes)
 
 
-def _legend(most: int) -> _Box:
+def _legend(most: int) -> Drawing:
     """The legend of a picture."""
     samples = [
         (_swatch(Kind.OBJECT), "object"),
@@ -245,16 +236,16 @@ def _legend(most: int) -> _Box:
     return _flow([_flow([sample, _words(text)], most, 7) for sample, text in samples], most, 18)
 
 
-def _swatch(kind: Kind) -> _Box:
+def _swatch(kind: Kind) -> Drawing:
     return _frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
 
 
-def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> _Box:
-    return _Box(22, 18, [_Rectangle(0, 0, 22, 18, fill, stroke, radius, line)])
+def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawing:
+    return Drawing(22, 18, [_Rectangle(0, 0, 22, 18, fill, stroke, radius, line)])
 
 
-def _words(text: str) -> _Box:
-    return _Box(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)] if text else [])
+def _words(text: str) -> Drawing:
+    return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)] if text else [])
 
 
 def _moved(shapes: Sequence[_Shape], x: int, y: int) -> Iterator[_Shape]:

@@ -11,6 +11,7 @@ from typing import Any
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
+from eai.data.files import content_of
 from eai.errors import InputError
 from eai.pictures.drawing import Drawing, draw, image_of, png
 from eai.pictures.scene_graph import SceneGraph, SceneWords
@@ -126,13 +127,10 @@ def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, .
     if lacking:
         shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
         raise InputError(f"images {folder}: no picture of {len(lacking)} of {len(known)} tasks ({shown})")
-    try:
-        return {
-            i: tuple([Image(MEDIA_TYPES[file.suffix.lower()], file.read_bytes()) for file in files[i]])
-            for i in known
-        }
-    except OSError as error:
-        raise InputError(f"images {folder}: cannot be read ({error.strerror})") from error
+    return {
+        i: tuple([Image(MEDIA_TYPES[file.suffix.lower()], content_of(file)) for file in files[i]])
+        for i in known
+    }
 
 
 def _owner(stem: str, task_ids: Sequence[str]) -> str | None:

@@ -16,17 +16,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from eai.abilities.options import misfit
-from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.data.files import content_of
-from eai.data.progress import Report, silent
-from eai.data.store import Store
 from eai.errors import InputError
 
 Shape = TypeVar("Shape")
@@ -156,27 +153,12 @@ class PromptFiles:
             row["llm_prompt"] = correct(row["identifier"], row["llm_prompt"])
         return replace(self, prompts=json.dumps(rows, indent=4).encode())
 
-
-class PublishedPrompts(Protocol):
-    """The prompts of a benchmark that its data set has."""
-
-    def prompts(
-        self, ability: Ability, store: Store | None = None, *, report: Report = silent
-    ) -> Mapping[str, Prompt]:
-        """The prompts by task id, in the order of the data set.
-
-        Raises:
-            DataError: they cannot be obtained.
-        """
-        ...
-
-    def files(self, ability: Ability, store: Store | None = None, *, report: Report = silent) -> PromptFiles:
-        """The same as files, byte for byte where the data set ships them.
-
-        Raises:
-            DataError: they cannot be obtained.
-        """
-        ...
+    def by_task(self, task_id_of: Callable[[str], str | None]) -> dict[str, Prompt]:
+        """The prompts by the task that an identifier means, in the order of the file."""
+        settings = {} if self.system is None else json.loads(self.system)
+        system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
+        rows = [(row["identifier"], row["llm_prompt"]) for row in json.loads(self.prompts)]
+        return {task_id_of(name) or name: Prompt(question, system, stop) for name, question in rows}
 
 
 TOLD = "$initial"

@@ -125,10 +125,8 @@ class _Binder:
         leak = _Leak(taken=set(scope))
         condition = leak.open(negation_normal(effect.condition))
         inner = scope | {variable.name for variable in leak.found}
-        result: m.PddlEffect = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
-        for variable in reversed(leak.found):
-            result = m.Each(variable, result)
-        return result
+        bound = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
+        return m.for_each(leak.found, bound)
 
     def _literal(
         self, literal: f.Formula, arguments: tuple[f.Term, ...], scope: Names, *, universal: bool

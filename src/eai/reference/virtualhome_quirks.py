@@ -2,7 +2,7 @@
 
 Each quirk is a function that replaces checks or effects of the declaration, and says where the reference has
 it; together they turn the domain of protocol `strict` into that of `eai-1.0.5`. The engine knows nothing of
-them. The first of several objects is that of a Python set of ids (`slot_order`).
+them. The first of several objects is that of a Python set of ids.
 """
 
 from __future__ import annotations
@@ -15,10 +15,9 @@ from eai.households.virtualhome import operators as o
 from eai.households.virtualhome import predicates as p
 from eai.households.virtualhome.domain import as_declared
 from eai.households.virtualhome.predicates import R, X, Y
-from eai.households.virtualhome.slot_order import slot_order, union_order
 from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import FALSE, Exists, Formula
-from eai.world.derived import Lookup
+from eai.world.derived import Lookup, Values
 from eai.world.domain import Domain
 from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind
@@ -56,7 +55,7 @@ def _in_order(state: State, predicate: str, source: int) -> list[int]:
     by_id = {p.object_id(state, i): i for i in bits(mask | at_start)}
     added = sorted(p.object_id(state, i) for i in bits(mask & ~at_start))
     initial = sorted(p.object_id(state, i) for i in bits(at_start))
-    return [by_id[i] for i in slot_order((*added, *initial)) if mask >> by_id[i] & 1]
+    return [by_id[i] for i in {*added, *initial} if mask >> by_id[i] & 1]
 
 
 def _room(state: State, arguments: tuple[int, ...]) -> int:
@@ -84,7 +83,7 @@ def _room(state: State, arguments: tuple[int, ...]) -> int:
     return 0
 
 
-_LOOKUPS: Mapping[str, p.Values] = {
+_LOOKUPS: Mapping[str, Values] = {
     "room_of": _room,
     "lies_on": p.origins(0, first_target),
     "lies_in": p.origins(1, first_target),
@@ -106,8 +105,7 @@ IN_SLOT_ORDER = Vocabulary(p.VOCABULARY.predicates, tuple(map(_in_this_order, p.
 def relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
     """The objects that a task is about, by index, as the reference finds them (``get_symbolic_goal_nl``)."""
     by_id = {p.object_id(task.initial, i): i for i in task.relevant}
-    record = task.record
-    return tuple([by_id[i] for i in union_order(record.relevant_from_nodes, record.relevant_from_edges)])
+    return tuple([by_id[i] for i in task.record.relevant_in_order])
 
 
 SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {

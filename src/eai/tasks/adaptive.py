@@ -20,7 +20,7 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources
-from typing import NamedTuple, TypedDict
+from typing import Any, NamedTuple
 
 from eai.abilities.protocol import Ability
 
@@ -36,24 +36,19 @@ _SMALL = 1e-9
 
 def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
     """The difficulty of each task of a suite, in the order of the data set; none if they are not known."""
-    found = _known().get(f"{domain}/{ability.value}")
-    return found["difficulties"] if found else {}
+    found: Mapping[str, float] = _read(FILE).get(f"{domain}/{ability.value}", {}).get("difficulties", {})
+    return found
 
 
 def variance_between_names(domain: str, ability: Ability) -> float:
     """How much a model's ability varies from name to name of a suite, in squared logits; 0 if unknown."""
-    found = _known().get(f"{domain}/{ability.value}")
-    return found["variance_between_names"] if found else 0.0
-
-
-class _Suite(TypedDict):
-    variance_between_names: float
-    difficulties: dict[str, float]
+    return float(_read(FILE).get(f"{domain}/{ability.value}", {}).get("variance_between_names", 0.0))
 
 
 @cache
-def _known() -> dict[str, _Suite]:
-    found: dict[str, _Suite] = json.loads((resources.files("eai.tasks") / FILE).read_text(encoding="utf-8"))
+def _read(file: str) -> dict[str, Any]:
+    """A table of the package, by suite."""
+    found: dict[str, Any] = json.loads((resources.files("eai.tasks") / file).read_text(encoding="utf-8"))
     return found
 
 
@@ -139,10 +134,4 @@ def _chance(ability: float, difficulty: float) -> float:
 
 def short_test(domain: str, ability: Ability) -> tuple[str, ...]:
     """The ids of the tasks of a suite's short test, in the order of the data set; none if it has none."""
-    return _short_tests().get(f"{domain}/{ability.value}", ())
-
-
-@cache
-def _short_tests() -> dict[str, tuple[str, ...]]:
-    text = (resources.files("eai.tasks") / SHORT_TESTS).read_text(encoding="utf-8")
-    return {suite: tuple(tasks) for suite, tasks in json.loads(text).items()}
+    return tuple(_read(SHORT_TESTS).get(f"{domain}/{ability.value}", ()))

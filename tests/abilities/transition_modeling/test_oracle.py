@@ -29,7 +29,7 @@ from sweeps import first_of
 
 @pytest.fixture(scope="module")
 def virtualhome(data_store: Store) -> TransitionTasks:
-    return open_virtualhome(data_store)
+    return open_virtualhome(Source(data_store))
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def behavior(data_store: Store) -> TaskSet[TransitionTask]:
 
 @pytest.fixture(scope="module")
 def behavior_as_published(data_store: Store) -> TransitionTasks:
-    return open_behavior(data_store)
+    return open_behavior(Source(data_store))
 
 
 def planner() -> PddlPlanner:

@@ -17,6 +17,7 @@ from eai.households.published import TransitionTasks, open_behavior, open_virtua
 from eai.pddl.model import PddlPredicate, type_of
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner
+from eai.tasks.source import Source
 from operator_rules import rules_of
 
 
@@ -45,9 +46,9 @@ def asserting_everything(task: TransitionTask, *, with_parameters: bool) -> str:
 @pytest.mark.parametrize("with_parameters", [False, True])
 @pytest.mark.parametrize(("open_tasks", "step"), [(open_virtualhome, 25), (open_behavior, 8)])
 def test_operators_that_assert_everything_have_plans_and_none_works(
-    open_tasks: Callable[[Store], TransitionTasks], step: int, with_parameters: bool, data_store: Store
+    open_tasks: Callable[[Source], TransitionTasks], step: int, with_parameters: bool, data_store: Store
 ) -> None:
-    tasks = open_tasks(data_store)
+    tasks = open_tasks(Source(data_store))
     rules = rules_of(Protocol.STRICT, BuiltInPlanner())
     planned = 0
     for task in islice(tasks.values(), 0, None, step):

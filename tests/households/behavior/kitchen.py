@@ -58,7 +58,6 @@ EVIDENCE = UnpublishedFacts(
     removed={TASK_ID: frozenset({("ontop", "pebble_1")})},
     listed_relations_only=frozenset(),
     volumes=_Volumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
-    claims=(),
     sha256="0" * 64,
 )
 

@@ -1,13 +1,20 @@
 from __future__ import annotations
 
+import re
+from importlib.resources import files
+
+from eai.data.files import parse_toml
 from eai.households.behavior.evidence import load_evidence
 from oracle import read_shared
 
 
 def test_every_entry_has_a_reason() -> None:
-    claims = load_evidence().claims
-    assert len(claims) == 11
-    assert all(claim.subject and claim.reason.endswith(".") for claim in claims)
+    text = (files("eai.households.behavior") / "evidence.toml").read_text(encoding="utf-8")
+    parts = re.split(r"(?m)^\[+(.+?)\]+\n", text)[1:]
+    tables = zip(parts[::2], parts[1::2], strict=True)
+    entries = [parse_toml(table) for name, table in tables if name != "volume.of_category"]
+    assert len(entries) == 11
+    assert all(entry["reason"].strip().endswith(".") for entry in entries)
 
 
 def test_volumes_go_by_object_then_model_then_default() -> None:

@@ -8,7 +8,7 @@ from eai.abilities.task import Task
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.behavior_1k.benchmark import behavior_1k
-from eai.households.behavior_1k.pack import open_activities
+from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
 
 
@@ -17,7 +17,7 @@ def activity_store() -> Store:
     """The store with the activities, fetched once if they are not there."""
     store = Store()
     try:
-        open_activities(store)
+        open_published(BEHAVIOR_1K, Source(store))
     except DataError as error:
         pytest.skip(f"BEHAVIOR-1K cannot be had: {error}")
     return store

@@ -27,9 +27,9 @@ from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import published_task
-from eai.households.published import TransitionTasks, official_prompts, open_behavior
+from eai.households.published import official_prompts, open_behavior
 from eai.prompts.prompt import Belief, GoalSection
-from eai.tasks.source import Source, TaskSet, once_per_store
+from eai.tasks.source import once_per_store
 
 _NOTATION = BehaviorGoals()
 
@@ -160,16 +160,11 @@ def _instance_name(task: Task, index: int) -> str:
     return next((thing.instance for thing in task.record.objects if thing.name == name), name)
 
 
-@once_per_store
-def open_tasks(source: Source) -> TaskSet[BehaviorTask]:
-    """The 100 tasks."""
-    return open_behavior_tasks(source.store, report=source.report)
+open_tasks = once_per_store(open_behavior_tasks)
+"""Opens the 100 tasks."""
 
-
-@once_per_store
-def open_operators(source: Source) -> TransitionTasks:
-    """The 100 tasks of transition modeling."""
-    return open_behavior(source.store, report=source.report)
+open_operators = once_per_store(open_behavior)
+"""Opens the 100 tasks of transition modeling."""
 
 
 def behavior() -> Benchmark:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from eai.data.files import parse_toml
 
@@ -40,14 +40,6 @@ class _Volumes:
 
 
 @dataclass(frozen=True, slots=True)
-class _Claim:
-    """One entry of the table: what it is about, and why it is believed."""
-
-    subject: str
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class UnpublishedFacts:
     """All facts that are in no published file.
 
@@ -59,7 +51,6 @@ class UnpublishedFacts:
         listed_relations_only: tasks whose published verdicts on subgoals come out with the
             relations of the problem file and no others.
         volumes: sizes.
-        claims: every entry with its reason, in the order of the table.
         sha256: digest of the table, to be recorded with every result made from it.
     """
 
@@ -69,7 +60,6 @@ class UnpublishedFacts:
     removed: Mapping[str, frozenset[tuple[str, str]]]
     listed_relations_only: frozenset[str]
     volumes: _Volumes
-    claims: tuple[_Claim, ...]
     sha256: str
 
 
@@ -87,7 +77,6 @@ def load_evidence() -> UnpublishedFacts:
         removed[entry["task"]] = removed.get(entry["task"], frozenset()) | {gone}
     volume = table["volume"]
     of_object = {(entry["scene"], entry["object"]): entry["volume"] for entry in volume["of_object"]}
-    claims = [_Claim(subject, " ".join(entry["reason"].split())) for subject, entry in _claims(table)]
     return UnpublishedFacts(
         initially_open=frozenset(table["initially_open"]["categories"]),
         standing=frozenset(table["stands_on_floor"]["categories"]),
@@ -95,21 +84,5 @@ def load_evidence() -> UnpublishedFacts:
         removed=removed,
         listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
         volumes=_Volumes(volume["default"], volume["part"], volume["of_category"], of_object),
-        claims=tuple(claims),
         sha256=hashlib.sha256(content).hexdigest(),
     )
-
-
-def _claims(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Each entry of the table with its subject."""
-    opened, published = table["initially_open"], table["listed_relations_only"]
-    yield f"open at the start: {', '.join(opened['categories'])}", opened
-    for each in table["added_relations"]:
-        yield f"{each['task']}: {' '.join(each['fact'])}", each
-    for each in table["removed_relations"]:
-        yield f"{each['task']}: not {each['predicate']} {each['object']}", each
-    yield "furniture stands on the floor of its room", table["stands_on_floor"]
-    yield f"published subgoals without added facts: {', '.join(published['tasks'])}", published
-    yield "volumes of objects", table["volume"]
-    for each in table["volume"]["of_object"]:
-        yield f"{each['scene']}: volume of {each['object']}", each

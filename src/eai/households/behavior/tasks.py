@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.data.progress import Report, silent
-from eai.data.store import Store
 from eai.households.behavior import predicates as p
 from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
 from eai.households.behavior.predicates import VOCABULARY
@@ -18,7 +16,7 @@ from eai.households.packs import BEHAVIOR, open_published
 from eai.logic.formula import Atom, Formula
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import walk
-from eai.tasks.source import TaskSet
+from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
@@ -100,13 +98,13 @@ def build_task(record: BehaviorRecord, evidence: UnpublishedFacts) -> BehaviorTa
     )
 
 
-def open_tasks(store: Store | None = None, *, report: Report = silent) -> BehaviorTasks:
+def open_tasks(source: Source | None = None) -> BehaviorTasks:
     """The BEHAVIOR tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return build_tasks(read_records(open_published(BEHAVIOR, store, report=report)), load_evidence())
+    return build_tasks(read_records(open_published(BEHAVIOR, source)), load_evidence())
 
 
 def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:

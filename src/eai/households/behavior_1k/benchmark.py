@@ -17,15 +17,9 @@ from eai.households.behavior_1k.conventions import conventions
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.tasks import Evidence, open_tasks
 from eai.tasks.source import Source, TaskSet, once_per_store
-from eai.world.domain import Domain
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
-
-
-@cache
-def _domain() -> Domain:
-    return declared()
 
 
 @cache
@@ -34,7 +28,7 @@ def _english() -> English:
 
 
 def _plain(ability: Ability) -> Wording:
-    return Wording(_domain(), p.GOAL_PREDICATES)
+    return Wording(declared(), p.GOAL_PREDICATES)
 
 
 def _with_conventions(ability: Ability) -> Wording:
@@ -46,7 +40,7 @@ def _with_conventions(ability: Ability) -> Wording:
 
 @once_per_store
 def _activities(source: Source) -> TaskSet[Task]:
-    return open_tasks(_english(), source.store, report=source.report)
+    return open_tasks(_english(), source)
 
 
 def _listed(subset: str, source: Source) -> TaskSet[Task]:
@@ -57,12 +51,12 @@ def _listed(subset: str, source: Source) -> TaskSet[Task]:
 @once_per_store
 def _operators(source: Source) -> TaskSet[TransitionTask]:
     """The tasks of transition modeling; problems tell the rules, which operators read, but not rooms."""
-    tasks, vocabulary = _activities(source), _domain().vocabulary
+    tasks, vocabulary = _activities(source), declared().vocabulary
     told = tuple([replace(each, visible=each is not p.by_floor) for each in vocabulary.predicates])
-    domain = replace(_domain(), vocabulary=replace(vocabulary, predicates=told))
+    domain = replace(declared(), vocabulary=replace(vocabulary, predicates=told))
     rules = {each.name: Category.NON_SPATIAL_RELATIONS for each in p.RULES}
-    declared = declared_tasks(domain, tasks, rules)
-    return TaskSet(declared, declared.__getitem__, tasks.sha256)
+    asked = declared_tasks(domain, tasks, rules)
+    return TaskSet(asked, asked.__getitem__, tasks.sha256)
 
 
 def behavior_1k() -> Benchmark:
@@ -70,7 +64,7 @@ def behavior_1k() -> Benchmark:
     return Benchmark(
         name=NAME,
         title="BEHAVIOR-1K",
-        domain=_domain(),
+        domain=declared(),
         open_tasks=_activities,
         open_operators=_operators,
         wordings=_with_conventions,

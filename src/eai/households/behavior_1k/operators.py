@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.predicates import C, F, H, I, O, P, R, S, T, W, X, Y, Z
@@ -580,6 +581,7 @@ _MAKERS: tuple[Callable[[], Operator], ...] = (
 )
 
 
+@cache
 def declared() -> Domain:
     """The domain. The robot sees what it holds and, where it is, what is in nothing that is closed.
 

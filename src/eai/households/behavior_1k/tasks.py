@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
 
 from eai.abilities.task import Task, goal
-from eai.data.progress import Report, silent
-from eai.data.store import PackFile, Store
+from eai.data.files import parse_toml
+from eai.data.store import PackFile
 from eai.english.english import English
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
-from eai.households.behavior_1k.pack import open_activities
 from eai.households.behavior_1k.plans import read_plan
 from eai.households.behavior_1k.scene import Scenes
 from eai.households.behavior_1k.sentences import Sentences
-from eai.tasks.source import TaskSet
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from eai.households.packs import BEHAVIOR_1K, open_published
+from eai.tasks.source import Source, TaskSet
 
 
 @dataclass(frozen=True)
@@ -45,7 +39,7 @@ class Evidence:
     def load() -> Evidence:
         """Read the table of this package."""
         content = (files("eai.households.behavior_1k") / "evidence.toml").read_bytes()
-        table = tomllib.loads(content.decode())
+        table = parse_toml(content.decode())
         left_out = {name: each["reason"] for each in table["left_out"] for name in each["activities"]}
         subsets = {name: tuple(each) for name, each in table["subsets"].items()}
         return Evidence(hashlib.sha256(content).hexdigest(), left_out, subsets)
@@ -100,10 +94,10 @@ def _lines(pack: PackFile, member: str) -> Mapping[str, str]:
     return dict(line.split("\t") for line in pack.read(member).decode().splitlines())
 
 
-def open_tasks(english: English, store: Store | None = None, *, report: Report = silent) -> _ActivityTasks:
+def open_tasks(english: English, source: Source | None = None) -> _ActivityTasks:
     """The tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return _ActivityTasks(open_activities(store, report=report), english)
+    return _ActivityTasks(open_published(BEHAVIOR_1K, source), english)

@@ -26,32 +26,18 @@ from eai.data.progress import Report, silent
 from eai.data.source import open_bundle
 from eai.data.store import Store
 from eai.english.english import english_of
-from eai.households.packs import (
-    PROBLEMS_MEMBER,
-    PROMPTS,
-    RESOURCES,
-    TEMPLATE_MEMBER,
-    TEMPLATES,
-    VIRTUALHOME,
-    open_published,
-    published_task,
-    task_id_of,
-)
-from eai.households.published import TransitionTasks, official_prompts, open_virtualhome
+from eai.households import packs
+from eai.households.published import official_prompts, open_virtualhome
 from eai.households.virtualhome.domain import as_meant, with_either_hand
 from eai.households.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.households.virtualhome.records import (
-    CHARACTER_ID,
-    Edge,
-    GraphDelta,
     ObjectRecord,
     TaskRecord,
     VirtualHome,
 )
 from eai.households.virtualhome.records import open_virtualhome as open_records
-from eai.households.virtualhome.slot_order import union_order
 from eai.households.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.logic.formula import Atom, Formula
@@ -137,15 +123,15 @@ def _or_none(lines: Iterable[str]) -> list[str]:
     return list(lines) or ["None"]
 
 
-def goal_interpretation_prompts(store: Store | None, report: Report) -> dict[str, str]:
+def goal_interpretation_prompts(source: Source) -> dict[str, str]:
     """The prompt of every task, by id in data set order.
 
     Raises:
         DataError: the data cannot be obtained.
     """
-    records = open_records(store, report=report)
-    resources = open_published(RESOURCES, store, report=report)
-    template = open_published(TEMPLATES, store, report=report).read(TEMPLATE_MEMBER).decode()
+    records = open_records(source)
+    resources = packs.open_published(packs.RESOURCES, source)
+    template = packs.open_published(packs.TEMPLATES, source).read(packs.TEMPLATE_MEMBER).decode()
     possible = _possible_states(resources.read_json("object_states_full.json"))
     pairs = resources.read_json("relation_object_pairs.json")
     base = {record.id: record for record in records.base.added_objects}
@@ -167,7 +153,7 @@ def _of_task(
     """Return the template filled for one task."""
     changed = (*task.initial.changed_objects, *task.initial.added_objects)
     objects = {**base, **{record.id: record for record in changed}}
-    relevant = [objects[i] for i in union_order(task.relevant_from_nodes, task.relevant_from_edges)]
+    relevant = [objects[i] for i in task.relevant_in_order]
     lines = "".join(_line(record, possible) for record in relevant)
     # Name and description are lines of a file there, and keep their line ends.
     goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
@@ -233,16 +219,11 @@ def _class_name(task: Task, index: int) -> str:
     return task.scene.objects[index].category
 
 
-@once_per_store
-def open_tasks(source: Source) -> TaskSet[VirtualHomeTask]:
-    """The 342 tasks."""
-    return open_virtualhome_tasks(source.store, report=source.report)
+open_tasks = once_per_store(open_virtualhome_tasks)
+"""Opens the 342 tasks."""
 
-
-@once_per_store
-def open_operators(source: Source) -> TransitionTasks:
-    """The 296 tasks of transition modeling."""
-    return open_virtualhome(source.store, report=source.report)
+open_operators = once_per_store(open_virtualhome)
+"""Opens the 296 tasks of transition modeling."""
 
 
 def virtualhome() -> Benchmark:
@@ -264,7 +245,7 @@ def virtualhome() -> Benchmark:
         errata=errata_of(NAME),
         open_demonstrations=open_demonstrations,
         goal_sections=GOAL_SECTIONS,
-        task_id_of=published_task,
+        task_id_of=packs.published_task,
         own_figures=annotated_figures,
         english=english_of("eai.households.virtualhome"),
         role="a household robot",
@@ -274,8 +255,8 @@ def virtualhome() -> Benchmark:
 
 def annotated_figures(source: Source) -> tuple[Figure, ...]:
     """The figures of the published data set; DataError if it cannot be had."""
-    resources = open_published(RESOURCES, source.store, report=source.report)
-    tasks = open_records(source.store, report=source.report)
+    resources = packs.open_published(packs.RESOURCES, source)
+    tasks = open_records(source)
     operators = resources.read_json("gold_action.json")
     return count_annotated(tasks, resources.read_json("success_task.json"), len(operators))
 
@@ -343,67 +324,15 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = {
 
 
 def check_tasks(store: Store, counts: Mapping[str, int | float] | None = None) -> Iterator[Finding]:
-    """Findings of counts and references, given that all packs can be read.
+    """Figures that are not as published, given that all packs can be read.
 
     Args:
         store: the folder of packs.
         counts: label of a statistic -> the figure it should show; that of the published data set if None.
     """
     counts = PUBLISHED_COUNTS if counts is None else counts
-    tasks = VirtualHome.of(store.open(VIRTUALHOME))
-    resources, prompts = store.open(RESOURCES), store.open(PROMPTS)
-    transition_tasks = resources.read_json("success_task.json")
+    tasks, resources = VirtualHome.of(store.open(packs.VIRTUALHOME)), store.open(packs.RESOURCES)
     operators = resources.read_json("gold_action.json")
-    for row in count_annotated(tasks, transition_tasks, len(operators)):
+    for row in count_annotated(tasks, resources.read_json("success_task.json"), len(operators)):
         if counts.get(row.label, row.value) != row.value:
-            yield Finding(VIRTUALHOME, f"{row.label}: {row.value}, expected {counts[row.label]}")
-    for task in tasks.values():
-        yield from (
-            Finding(VIRTUALHOME, f"task {task.id}: {text}") for text in _task_problems(tasks.base, task)
-        )
-    named = {
-        f"{RESOURCES}/success_task.json": transition_tasks,
-        f"{RESOURCES}/{PROBLEMS_MEMBER}": list(resources.read_json(PROBLEMS_MEMBER)),
-    }
-    for ability in ("action_sequencing", "subgoal_decomposition", "transition_modeling"):
-        member = f"virtualhome/{ability}.json"
-        rows = prompts.read_json(member)
-        named[f"{PROMPTS}/{member}"] = [task_id_of(str(row["identifier"])) for row in rows]
-    for place, identifiers in named.items():
-        unknown = sorted(set(identifiers) - set(tasks))
-        if unknown:
-            yield Finding(place, f"names {len(unknown)} unknown tasks, the first {unknown[0]}")
-
-
-def _task_problems(base: GraphDelta, task: TaskRecord) -> Iterator[str]:
-    """Yield the references of a task's graphs, goals and script to what does not exist."""
-    objects, edges = {each.id: each for each in base.added_objects}, dict.fromkeys(base.added_edges)
-    for name, delta in (("initial", task.initial), ("final", task.final)):
-        yield from (f"{name} graph: {text}" for text in _apply(delta, objects, edges))
-    wanted = {number for number, _, _ in task.node_goals}
-    wanted |= {number for _, things in task.script for _, number in things}
-    wanted |= {end for goal in task.edge_goals for end in (goal.source, goal.target)}
-    wanted |= {*task.relevant_from_nodes, *task.relevant_from_edges, CHARACTER_ID}
-    missing = sorted(wanted - objects.keys())
-    if missing:
-        yield f"no object {missing[0]} in its graph"
-
-
-def _apply(delta: GraphDelta, objects: dict[int, ObjectRecord], edges: dict[Edge, None]) -> Iterator[str]:
-    """Apply a difference in place; yield what does not fit."""
-    for identifier in delta.removed_ids:
-        if objects.pop(identifier, None) is None:
-            yield f"removes the unknown object {identifier}"
-    for known, records in ((True, delta.changed_objects), (False, delta.added_objects)):
-        for record in records:
-            if (record.id in objects) is not known:
-                yield f"object {record.id} is {'unknown' if known else 'there already'}"
-            objects[record.id] = record
-    for edge in delta.removed_edges:
-        if edge not in edges:
-            yield f"removes an edge that is not there: {edge}"
-        edges.pop(edge, None)
-    for edge in delta.added_edges:
-        if edge in edges or not {edge.source, edge.target} <= objects.keys():
-            yield f"adds an edge twice or between unknown objects: {edge}"
-        edges[edge] = None
+            yield Finding(packs.VIRTUALHOME, f"{row.label}: {row.value}, expected {counts[row.label]}")

@@ -5,17 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
+from eai.households.virtualhome import predicates as p
 from eai.households.virtualhome.operators import declared_operators, switch_hands
-from eai.households.virtualhome.predicates import (
-    VOCABULARY,
-    X,
-    facing,
-    held,
-    in_same_room,
-    next_to,
-    room,
-    shut_in,
-)
 from eai.world.domain import Domain
 from eai.world.operator import Operator, in_paper_order
 
@@ -45,9 +36,9 @@ def _household(operators: Sequence[Operator]) -> Domain:
     """
     return Domain(
         "virtualhome",
-        VOCABULARY,
+        p.VOCABULARY,
         tuple(operators),
-        visible=held(X) | (in_same_room(X) & ~shut_in(X)),
-        landmarks=room(X),
-        egocentric=(next_to, facing),
+        visible=p.held(p.X) | (p.in_same_room(p.X) & ~p.shut_in(p.X)),
+        landmarks=p.room(p.X),
+        egocentric=(p.next_to, p.facing),
     )

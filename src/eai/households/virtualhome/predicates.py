@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.world.derived import Computed, Defined, Lookup, is_a
+from eai.world.derived import Computed, Defined, Lookup, Values, is_a
 from eai.world.frame import AGENT
 from eai.world.relation import bits
 from eai.world.state import State
@@ -21,9 +21,6 @@ from eai.world.vocabulary import Predicate, Vocabulary
 
 Among: TypeAlias = Callable[[State, str, int, int], int]
 """Gives targets of a relation, given a state, the relation, the source and the targets wanted."""
-
-Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
-"""Looks up the objects that make a predicate true as its last argument, as a mask."""
 
 SEATS = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
 """The number of things that fit on a seat, by class; 1 on any other (reference: ``SitExecutor``)."""
@@ -107,20 +104,6 @@ def cargo(state: State, arguments: tuple[int, ...]) -> int:
         found |= new
         pending = pending & ~carrier | new
     return found
-
-
-def full_seat(state: State, arguments: tuple[int, ...]) -> bool:
-    """Whether as many things as fit are on a seat."""
-    return _count_on(state, arguments[0]) >= SEATS.get(state.scene.objects[arguments[0]].category, 1)
-
-
-def full_bed(state: State, arguments: tuple[int, ...]) -> bool:
-    """Whether as many things as fit are where one would lie."""
-    return _count_on(state, arguments[0]) >= BEDS.get(state.scene.objects[arguments[0]].category, 1)
-
-
-def _count_on(state: State, place: int) -> int:
-    return state.relation("ONTOP").column(place).bit_count()
 
 
 X = f.Variable("x")
@@ -244,10 +227,14 @@ def _so_many_on(place: f.Variable, count: int) -> f.Formula:
     return found
 
 
-def _full(
-    name: str, capacities: Mapping[str, int], test: Callable[[State, tuple[int, ...]], bool]
-) -> Computed:
+def _full(name: str, capacities: Mapping[str, int]) -> Computed:
     """As many things are on a place as fit there, by its category; 1 for any other."""
+
+    def test(state: State, arguments: tuple[int, ...]) -> bool:
+        (place,) = arguments
+        most = capacities.get(state.scene.objects[place].category, 1)
+        return state.relation("ONTOP").column(place).bit_count() >= most
+
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
     sized = tuple(is_a(X, *categories) & _so_many_on(X, n) for n, categories in by_size.items())
     others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
@@ -257,8 +244,8 @@ def _full(
 lies_on, lies_in, lies_next_to = (
     _lies(place, name) for place, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
-seat_full = _full("seat_full", SEATS, full_seat)
-bed_full = _full("bed_full", BEDS, full_bed)
+seat_full = _full("seat_full", SEATS)
+bed_full = _full("bed_full", BEDS)
 
 _DECLARED = tuple(globals().values())
 

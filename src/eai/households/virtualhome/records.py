@@ -17,10 +17,9 @@ from dataclasses import dataclass, field
 from itertools import starmap
 from typing import Any, NamedTuple
 
-from eai.data.progress import Report, silent
-from eai.data.store import PackFile, Store
+from eai.data.store import PackFile
 from eai.households.packs import VIRTUALHOME, open_published
-from eai.tasks.source import TaskSet
+from eai.tasks.source import Source, TaskSet
 
 TASKS_MEMBER = "tasks.jsonl"
 """Line 1: the tables and the base scene; then one line a task, in data set order."""
@@ -94,6 +93,15 @@ class TaskRecord:
     relevant_from_nodes: tuple[int, ...]
     relevant_from_edges: tuple[int, ...]
 
+    @property
+    def relevant_in_order(self) -> list[int]:
+        """The ids of the objects that it is about, in the order of the Python sets that the reference has.
+
+        The hash of a small integer is the integer itself: the order is a function of the ids alone.
+        """
+        of_nodes = set(self.relevant_from_nodes)
+        return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
+
 
 @dataclass(frozen=True, slots=True)
 class _Tables:
@@ -128,21 +136,17 @@ class _Tables:
         )
 
     def task(self, values: Mapping[str, Any]) -> TaskRecord:
-        script = [(action, tuple(map(tuple, objects))) for action, objects in values["script"]]
-        return TaskRecord(
-            id=values["id"],
-            title=values["title"],
-            description=values["description"],
-            script=tuple(script),
-            node_goals=tuple(map(tuple, values["node_goals"])),
-            edge_goals=tuple(starmap(Edge, values["edge_goals"])),
-            action_goals=tuple(map(tuple, values["action_goals"])),
-            tl_goal=values["tl_goal"],
-            initial=self.delta(values["initial"]),
-            final=self.delta(values["final"]),
-            relevant_from_nodes=tuple(values["relevant_from_nodes"]),
-            relevant_from_edges=tuple(values["relevant_from_edges"]),
-        )
+        """The record of a line, whose members are those of a record."""
+        read = {
+            "edge_goals": tuple(starmap(Edge, values["edge_goals"])),
+            "initial": self.delta(values["initial"]),
+            "final": self.delta(values["final"]),
+        }
+        return TaskRecord(**{name: _frozen(value) for name, value in values.items()} | read)
+
+
+def _frozen(value: Any) -> Any:
+    return tuple(map(_frozen, value)) if isinstance(value, list) else value
 
 
 class VirtualHome(TaskSet[TaskRecord]):
@@ -173,10 +177,10 @@ CHARACTER_ID = 65
 """Id of the acting character in every VirtualHome graph of the data set."""
 
 
-def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> VirtualHome:
+def open_virtualhome(source: Source | None = None) -> VirtualHome:
     """The records of the VirtualHome tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return VirtualHome.of(open_published(VIRTUALHOME, store, report=report))
+    return VirtualHome.of(open_published(VIRTUALHOME, source))

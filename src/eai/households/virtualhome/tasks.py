@@ -8,8 +8,6 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.data.progress import Report, silent
-from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABULARY
 from eai.households.virtualhome.records import (
@@ -22,7 +20,7 @@ from eai.households.virtualhome.records import (
     open_virtualhome,
 )
 from eai.logic.formula import Atom, Constant, Occurs, Or
-from eai.tasks.source import TaskSet
+from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject
@@ -196,13 +194,13 @@ def _task(record: TaskRecord, base: _Lines) -> VirtualHomeTask:
     )
 
 
-def open_tasks(store: Store | None = None, *, report: Report = silent) -> VirtualHomeTasks:
+def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
     """The VirtualHome tasks, fetched first when they are not there.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return build_tasks(open_virtualhome(store, report=report))
+    return build_tasks(open_virtualhome(source))
 
 
 @cache
