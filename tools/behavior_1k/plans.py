@@ -1,4 +1,6 @@
-"""Gold plans of BEHAVIOR-1K, by regression: for each kind of goal the ways to bring it about, tried in turn.
+"""Writes the gold plans of BEHAVIOR-1K: `python tools/behavior_1k/plans.py`.
+
+By regression: for each kind of goal the ways to bring it about are tried in turn.
 
 The planner of the package, which knows only the declaration, is slow where products take long chains of
 recipes; here each way is written down (`ways`). What a plan does not need is left out at the end.
@@ -8,18 +10,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
+from pathlib import Path
+
+from products import Products
+from ways import NoWayError, Scope, Way
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.products import Products
-from eai.households.behavior_1k.ways import NoWayError, Scope, Way
+from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
+from eai.households.behavior_1k.operators import declared
+from eai.households.behavior_1k.scene import Scenes
+from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
 from eai.planning.successor_generator import PlanNode
+from eai.tasks.source import Source
 from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import State
+
+FILE = Path(__file__).resolve().parents[2] / "src" / "eai" / "households" / "behavior_1k" / PLANS
 
 ROUNDS = 4
 """How often goals are gone through of which one undoes another."""
@@ -72,12 +83,6 @@ def write_plan(domain: Domain, initial: State, goal: f.Formula, declared: int) -
 def write_plan_line(plan: tuple[Action, ...]) -> str:
     """A plan as the pack has it: ``OPERATOR 3 5;...``, objects by index."""
     return ";".join(" ".join((action.operator, *map(str, action.arguments))) for action in plan)
-
-
-def read_plan(line: str) -> tuple[Action, ...]:
-    """The plan of a line; none of an empty one."""
-    steps = [step.split(" ") for step in line.split(";")] if line else []
-    return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
 
 class _Regression(Products):
@@ -297,3 +302,27 @@ def _place(formula: f.Formula) -> float:
     if isinstance(inner, f.Not) and atoms[:1] == ["covered"]:
         return _CLEAN
     return max((_ORDER.get(predicate, 5) for predicate in atoms), default=5)
+
+
+def opened(source: Source | None = None) -> Scenes:
+    """The scenes of all activities."""
+    pack = open_published(BEHAVIOR_1K, source)
+    texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
+    return Scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+
+
+def line_of(scenes: Scenes, name: str) -> str:
+    """The line of an activity, which is empty where no plan is found."""
+    activity, setting = scenes.set_up(name)
+    plan = write_plan(declared(), setting.state, activity.problem.goal, setting.declared)
+    return "" if isinstance(plan, str) else f"{name}\t{write_plan_line(plan)}\n"
+
+
+def main() -> None:
+    """Write the plans that are found, a line an activity."""
+    scenes = opened()
+    FILE.write_text("".join(line_of(scenes, name) for name in scenes.activities), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

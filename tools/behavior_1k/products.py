@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 
+from ways import NoWayError, Way, Ways
+
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.ways import NoWayError, Way, Ways
 from eai.world.vocabulary import Predicate
 
 

@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.facts import Facts
+from eai.households.behavior_1k.conventions import Facts
 from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -373,5 +373,5 @@ class Ways(Facts):
         self._do("WAIT")
 
     def _produce(self, name: str, inside: str | None = None) -> None:
-        """Make what is not there yet: `eai.households.behavior_1k.products`."""
+        """Make what is not there yet: `products`."""
         raise NotImplementedError

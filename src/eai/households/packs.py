@@ -219,7 +219,7 @@ def _behavior_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, by
 def _activities(bddl: Bundle, report: Report) -> dict[str, bytes]:
     from eai.households.behavior_1k.convert import convert_activities
 
-    return convert_activities(bddl, report)
+    return convert_activities(bddl)
 
 
 def _is_there(household: str) -> bool:

@@ -10,7 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from eai.abilities.task import Task
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.facts import Facts
+from eai.world.relation import bits
+from eai.world.state import State
 from eai.world.vocabulary import Predicate
 
 HEADING = "Conventions of this household that matter here:"
@@ -35,6 +36,34 @@ _MADE: Mapping[Predicate, str] = {
     p.boils_to: "Heat makes {} of {} in a vessel with boiled water.",
     p.melts_to: "Heat melts {1} in or on something to {0}.",
 }
+
+
+class Facts:
+    """Reads the stored predicates of a state.
+
+    Args:
+        state: the state.
+    """
+
+    def __init__(self, state: State) -> None:
+        self._state = state
+        self._index = state.scene.index
+        self._names = [thing.name for thing in state.scene.objects]
+
+    def _has(self, predicate: Predicate, *names: str) -> bool:
+        return self._state.has(predicate.name, *[self._index[name] for name in names])
+
+    def _those(self, predicate: Predicate) -> list[str]:
+        """The things of which a predicate holds."""
+        return [self._names[i] for i in bits(self._state.those(predicate.name))]
+
+    def _of(self, predicate: Predicate, name: str) -> list[str]:
+        """The things to which a thing stands in a relation."""
+        return [self._names[i] for i in bits(self._state.relation(predicate.name).row(self._index[name]))]
+
+    def _to(self, predicate: Predicate, name: str) -> list[str]:
+        """The things that stand in a relation to a thing."""
+        return [self._names[i] for i in bits(self._state.relation(predicate.name).column(self._index[name]))]
 
 
 def conventions(task: Task) -> str:

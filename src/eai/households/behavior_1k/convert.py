@@ -10,15 +10,12 @@ import ast
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import resources
 from typing import Any
 
-from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Bundle
 from eai.errors import DataError
-from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
-from eai.households.behavior_1k.operators import declared
-from eai.households.behavior_1k.plans import write_plan, write_plan_line
-from eai.households.behavior_1k.scene import Scenes
+from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES
 
 _DEFINITION = re.compile(r"bddl/activity_definitions/(\w+)/problem0\.bddl")
 _SYNSET = re.compile(r"[\w'-]+\.n\.\d\d\b")
@@ -44,7 +41,7 @@ _TEMPERATURES = {
 """Abilities with the temperature from which on they show, and that of kinds which name none."""
 
 
-def convert_activities(files: Bundle, report: Report) -> dict[str, bytes]:
+def convert_activities(files: Bundle) -> dict[str, bytes]:
     """The members of the pack `behavior_1k`.
 
     Raises:
@@ -61,26 +58,12 @@ def convert_activities(files: Bundle, report: Report) -> dict[str, bytes]:
             abilities["removes"] = _number(removers, abilities["removes"])
     values = {"kinds": kinds, "removers": removers}
     lines = [f"{name}\t{text}\n" for name, text in texts.items()]
-    plans = _plans(Scenes(Kinds(values, rules), texts), report)
     return {
         ACTIVITIES: "".join(lines).encode(),
         KINDS: _compact(values),
         RULES: _compact(rules),
-        PLANS: "".join(f"{name}\t{plan}\n" for name, plan in plans).encode(),
+        PLANS: (resources.files("eai.households.behavior_1k") / PLANS).read_bytes(),
     }
-
-
-def _plans(scenes: Scenes, report: Report) -> Iterator[tuple[str, str]]:
-    """The gold plans that are found, by activity; this takes most of the time."""
-    domain = declared()
-    for done, name in enumerate(scenes.activities):
-        if done % 100 == 0:
-            report(Progress(Stage.CONVERT, "BEHAVIOR-1K activities", done, len(scenes.activities)))
-        activity, setting = scenes.set_up(name)
-        plan = write_plan(domain, setting.state, activity.problem.goal, setting.declared)
-        if not isinstance(plan, str):
-            yield name, write_plan_line(plan)
-    report(Progress(Stage.CONVERT, "BEHAVIOR-1K activities", len(scenes.activities), len(scenes.activities)))
 
 
 def _compact(value: object) -> bytes:

@@ -14,11 +14,11 @@ from eai.data.store import PackFile
 from eai.english.english import English
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
-from eai.households.behavior_1k.plans import read_plan
 from eai.households.behavior_1k.scene import Scenes
 from eai.households.behavior_1k.sentences import Sentences
 from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
+from eai.world.execution import Action
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,16 @@ class _ActivityTasks(TaskSet[Task]):
             initial=setting.state,
             goals=goals,
             relevant=tuple(range(setting.nameable)),
-            script=read_plan(self._plans.get(task_id, "")),
+            script=_plan(self._plans.get(task_id, "")),
             unsolvable=self._evidence.left_out.get(task_id),
             unnamed=tuple(range(setting.nameable, len(setting.state.scene.objects))),
         )
+
+
+def _plan(line: str) -> tuple[Action, ...]:
+    """The plan of a line, ``OPERATOR 3 5;...``, objects by index; none of an empty one."""
+    steps = [step.split(" ") for step in line.split(";")] if line else []
+    return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
 
 def _lines(pack: PackFile, member: str) -> Mapping[str, str]:

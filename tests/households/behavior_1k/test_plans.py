@@ -1,0 +1,24 @@
+"""The gold plans of the package are those that its program writes."""
+
+from __future__ import annotations
+
+import pytest
+
+from by_path import ROOT, module_at
+from eai.data.store import Store
+from eai.tasks.source import Source
+from sweeps import every
+
+
+@every(100)
+def test_plans_are_as_the_program_writes_them(
+    activity_store: Store, monkeypatch: pytest.MonkeyPatch, every: int
+) -> None:
+    monkeypatch.syspath_prepend(str(ROOT / "tools" / "behavior_1k"))
+    tool = module_at("tools/behavior_1k/plans.py")
+    lines = tool.FILE.read_text(encoding="utf-8").splitlines(keepends=True)
+    known = {line.partition("\t")[0]: line for line in lines}
+    scenes = tool.opened(Source(activity_store))
+    assert known.keys() <= scenes.activities.keys()
+    for name in list(scenes.activities)[::every]:
+        assert tool.line_of(scenes, name) == known.get(name, ""), "run: python tools/behavior_1k/plans.py"
