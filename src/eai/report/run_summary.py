@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.verdict import NOTHING
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, per_success, spent
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import Rate
-from eai.results.summary import cases_of
+from eai.results.summary import cases_by_metric
 from eai.results.totals import Totals
 from eai.scoring.runs import Run, RunKey
 
@@ -61,8 +62,10 @@ def summary_of(run: Run) -> RunSummary:
     """The summary of a run."""
     key = run.key
     verdicts = [record.verdict for record in run.records]
-    totals = Totals.of(run.records)
-    cases = cases_of(run.records, key.ability)
+    totals = Totals()
+    contributed = [(record, totals.add(record)) for record in run.records]
+    void = dict.fromkeys(totals.void, NOTHING)
+    cases = cases_by_metric((record, {**shares, **void} if shares else {}) for record, shares in contributed)
     return RunSummary(
         key,
         totals.coverage,
