@@ -26,11 +26,6 @@ _BY_LIST = (
 )
 _AT_LEAST = ". Before a sum of answers some of which have no price stands ≥."
 _KINDS = ("tokens", "dollars", "seconds")
-_PER_SUCCESS = (
-    "For each success: all that was spent, on failures too, divided by the successes; intervals by names of "
-    "tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies in "
-    "episodes; dollars are those that `eai run` wrote"
-)
 _PAPER = """\
 The paper's figures are of one run of all its models, at the prices of its day: {runs} runs, which are not 18
 models in 8 suites (144), with {queries:,} queries. It does not say which tokens are counted, nor how many
@@ -130,9 +125,14 @@ def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
     return [*found, _Line("together", "", None, total)] if len(found) > 1 else found
 
 
-@table_of("per_success", "", _PER_SUCCESS, ("model", "suite", *_KINDS))
+@table_of("per_success", ("model", "suite", *_KINDS), title="")
 def _per_success(runs: Sequence[RunSummary]) -> Iterator[Row]:
-    """The effort that each success takes."""
+    """The effort that each success takes.
+
+    For each success: all that was spent, on failures too, divided by the successes; intervals by names of
+    tasks. Without a success, all that was spent stands behind ≥. Seconds are of waiting for replies in
+    episodes; dollars are those that `eai run` wrote
+    """
     for item in runs:
         amounts = (_ratio(item.per_success.get(kind, ())) for kind in _KINDS)
         if item.per_success:

@@ -229,14 +229,21 @@ class Table:
 
 
 def table_of(
-    name: str, title: str, definition: str, columns: tuple[str | Column, ...], *, shown: int | None = None
+    name: str, columns: tuple[str | Column, ...], *, title: str | None = None, shown: int | None = None
 ) -> Callable[[Callable[P, Iterable[Row]]], Callable[P, Table]]:
-    """Makes of a function that gives rows one that gives their table, whose attributes these are."""
+    """Makes of a function that gives rows one that gives their table, whose attributes these are.
+
+    The docstring of the function says the rest: its first line is the title, if no other is given, and what
+    stands below is the definition.
+    """
 
     def with_table(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
+        first, _, below = (rows.__doc__ or "").partition("\n")
+        heading, definition = first.removesuffix(".") if title is None else title, " ".join(below.split())
+
         @wraps(rows)
         def made(*arguments: P.args, **options: P.kwargs) -> Table:
-            return Table(name, title, definition, columns, tuple(rows(*arguments, **options)), shown)
+            return Table(name, heading, definition, columns, tuple(rows(*arguments, **options)), shown)
 
         return made
 

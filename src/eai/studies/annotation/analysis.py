@@ -138,29 +138,25 @@ def rating_tables(ratings: Iterable[_Rating]) -> list[Table]:
     return [_quality_table(found), _histogram_table(found)]
 
 
-@table_of(
-    "annotations",
-    "Ratings of annotations by attribute",
-    "Ratings are 1 to 5. `weighted_mse`: per task rated more than once the mean squared distance of its "
-    "ratings from their mean, averaged over those tasks with the number of ratings as weights; `spread` "
-    "is its root, in points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of "
-    "chance. Both are of the `repeated` tasks alone, and empty without any.",
-    tuple([field.name for field in fields(_Quality)][:-1]),
-)
+@table_of("annotations", tuple([field.name for field in fields(_Quality)][:-1]))
 def _quality_table(found: Iterable[_Quality]) -> Iterator[Row]:
-    """The table of the paper, with what one must know to judge it."""
+    """Ratings of annotations by attribute.
+
+    Ratings are 1 to 5. `weighted_mse`: per task rated more than once the mean squared distance of its ratings
+    from their mean, averaged over those tasks with the number of ratings as weights; `spread` is its root, in
+    points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of chance. Both are of the
+    `repeated` tasks alone, and empty without any.
+    """
     for each in found:
         yield astuple(each)[:-1]
 
 
-@table_of(
-    "annotation_scores",
-    "How often each score was given",
-    "Ratings by attribute and score.",
-    ("attribute", "score", "ratings"),
-)
+@table_of("annotation_scores", ("attribute", "score", "ratings"))
 def _histogram_table(found: Iterable[_Quality]) -> Iterator[Row]:
-    """How often each score was given."""
+    """How often each score was given.
+
+    Ratings by attribute and score.
+    """
     for each in found:
         yield from [(each.attribute, score, count) for score, count in each.histogram.items()]
 

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 
-from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
 from eai.data.grouping import grouped
@@ -26,15 +26,7 @@ from eai.results.table import Estimate, Row, Table, table_of
 from eai.world.fault import FaultKind
 
 SUCCESS, EXECUTION = "task_success", "execution_success"
-_ERRORS = (
-    FaultKind.PARSING,
-    FaultKind.HALLUCINATION,
-    FaultKind.ARGUMENT_NUMBER,
-    FaultKind.WRONG_ORDER,
-    FaultKind.MISSING_STEP,
-    FaultKind.AFFORDANCE,
-    FaultKind.ADDITIONAL_STEP,
-)
+_ERRORS = tuple([column.metric for column in COLUMNS if column.group in (GRAMMAR, RUNTIME)])
 _RIGHT = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED)
 
 
@@ -129,33 +121,30 @@ def success_by_attempt(arm: Arm) -> list[Estimate]:
     return [Estimate.of(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
 
 
-def _by_attempt(arms: Sequence[Arm]) -> Table:
-    return Table(
-        "attempts",
-        "By the number of attempts",
-        "What each arm would have come to after so many attempts, in percent, with 95 % intervals whose "
-        "units are the names of tasks. Errors are those of the last attempt made; a slip is no error of the "
-        "model's. Success cannot fall, since a success ends the attempts: a rise from one row to the next is "
-        "no finding by itself. Attempts used and tokens are means a task, up to that attempt.",
-        (
-            "arm",
-            "attempts",
-            "seeds",
-            "task success",
-            "execution success",
-            *(kind.value.replace("_", " ") for kind in _ERRORS),
-            "slip",
-            "attempts used",
-            "tokens",
-        ),
-        tuple(row for arm in arms for row in _attempt_rows(arm)),
-    )
+@table_of(
+    "attempts",
+    (
+        *("arm", "attempts", "seeds", "task success", "execution success"),
+        *(kind.replace("_", " ") for kind in _ERRORS),
+        *("slip", "attempts used", "tokens"),
+    ),
+)
+def _by_attempt(arms: Sequence[Arm]) -> Iterator[Row]:
+    """By the number of attempts.
+
+    What each arm would have come to after so many attempts, in percent, with 95 % intervals whose units are
+    the names of tasks. Errors are those of the last attempt made; a slip is no error of the model's. Success
+    cannot fall, since a success ends the attempts: a rise from one row to the next is no finding by itself.
+    Attempts used and tokens are means a task, up to that attempt.
+    """
+    for arm in arms:
+        yield from _attempt_rows(arm)
 
 
 def _attempt_rows(arm: Arm) -> Iterator[Row]:
     for number in range(1, arm.attempts + 1):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
-        errors = [_percent(arm.cases(kind.value, number)) for kind in _ERRORS]
+        errors = [_percent(arm.cases(metric, number)) for metric in _ERRORS]
         tokens = [
             sum(each.usage.input_tokens + each.usage.output_tokens for each in record.attempts if each.usage)
             for record in records
@@ -175,14 +164,16 @@ def _attempt_rows(arm: Arm) -> Iterator[Row]:
 
 @table_of(
     "worth",
-    "What feedback is worth",
-    "Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks "
-    "and seeds after as many attempts; the difference is in points. In the first attempt both ask the "
-    "same: what differs there is chance, and shows how much of it there is.",
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
+    title="What feedback is worth",
 )
 def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
-    """Each arm with feedback beside the one without."""
+    """Each arm with feedback beside the one without.
+
+    Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks and seeds
+    after as many attempts; the difference is in points. In the first attempt both ask the same: what differs
+    there is chance, and shows how much of it there is.
+    """
     controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback is Feedback.NONE}
     for arm in arms:
         control = controls.get(arm.control)
@@ -198,13 +189,15 @@ def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
 
 @table_of(
     "mended",
-    "What became of first answers that failed",
-    "Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended "
-    "in the same way, and how many in another. What the resampling arm mends is chance.",
     ("arm", "first answer", "tasks", "mended", "same", "another"),
+    title="What became of first answers that failed",
 )
 def _mended(arms: Sequence[Arm]) -> Iterator[Row]:
-    """The outcomes of tasks by that of the first answer."""
+    """The outcomes of tasks by that of the first answer.
+
+    Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended in the
+    same way, and how many in another. What the resampling arm mends is chance.
+    """
     for arm in arms:
         by_kind = grouped((outcome(after(record, 1)), record) for record in arm.records(arm.attempts))
         for kind in [kind for kind in AnswerOutcome if kind in by_kind and kind not in _RIGHT]:

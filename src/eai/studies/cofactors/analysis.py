@@ -169,14 +169,13 @@ def _by_model(answers: Sequence[_Counted]) -> dict[str, list[_Counted]]:
     return models if len(models) < 2 else {TOGETHER: [*answers], **models}
 
 
-@table_of(
-    "correlations",
-    "Rank correlations",
-    "Spearman's correlation of a task's score (its mean over models, where they are together) with each"
-    " feature. Intervals are a jackknife over names.",
-    (*SUITE, MODEL, "feature", "rho", "tasks"),
-)
+@table_of("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
 def _correlations(suites: Mapping[SuiteKey, Sequence[_Counted]]) -> Iterator[Row]:
+    """Rank correlations.
+
+    Spearman's correlation of a task's score (its mean over models, where they are together) with each
+    feature. Intervals are a jackknife over names.
+    """
     for suite, answers in suites.items():
         for model, found in _by_model(answers).items():
             yield from [(*suite, model, *row) for row in _correlated(found)]
@@ -195,15 +194,14 @@ def _correlated(answers: Iterable[_Counted]) -> Iterator[Row]:
             yield feature, rho, len(known)
 
 
-@table_of(
-    "adjusted",
-    "Adjusted effects",
-    "Log odds of success per standard deviation of a feature among tasks, in a logistic regression with"
-    " an effect of each model: each feature alone, and all together. What is left of a feature when all"
-    " are together is not owed to the others. Intervals are a jackknife over names.",
-    (*SUITE, "feature", "alone", "together", "answers", "names"),
-)
+@table_of("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
 def _adjusted(suites: Mapping[SuiteKey, Sequence[AnswerLine]]) -> Iterator[Row]:
+    """Adjusted effects.
+
+    Log odds of success per standard deviation of a feature among tasks, in a logistic regression with an
+    effect of each model: each feature alone, and all together. What is left of a feature when all are
+    together is not owed to the others. Intervals are a jackknife over names.
+    """
     for suite, answers in suites.items():
         judged = [answer for answer in answers if answer.success is not None]
         yield from [(*suite, *row) for row in adjusted(judged)]
@@ -245,26 +243,24 @@ def _effect(effects: Sequence[Estimate] | None, number: int) -> Estimate:
     return Estimate(None) if effects is None else effects[number]
 
 
-@table_of(
-    "by_action",
-    "Executed steps by action",
-    "Steps that were executed of those that were tried. A plan ends with its first failing step; a step"
-    " that was not needed is not executed, and the plan goes on.",
-    (*SUITE, MODEL, "action", "executed", "tasks"),
-)
+@table_of("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))
 def _by_action(steps: Sequence[StepLine]) -> Iterator[Row]:
+    """Executed steps by action.
+
+    Steps that were executed of those that were tried. A plan ends with its first failing step; a step that
+    was not needed is not executed, and the plan goes on.
+    """
     return _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
 
 
-@table_of(
-    "by_predicate",
-    "Reached goals by predicate",
-    "Goals that are reached of those that mention the predicate; a goal with two predicates counts in "
-    "both. An answer that was not executed reaches what its protocol says: nothing under strict, what "
-    "holds at the start in some suites of the reference.",
-    (*SUITE, MODEL, "predicate", "reached", "tasks"),
-)
+@table_of("by_predicate", (*SUITE, MODEL, "predicate", "reached", "tasks"))
 def _by_predicate(goals: Sequence[GoalLine]) -> Iterator[Row]:
+    """Reached goals by predicate.
+
+    Goals that are reached of those that mention the predicate; a goal with two predicates counts in both. An
+    answer that was not executed reaches what its protocol says: nothing under strict, what holds at the start
+    in some suites of the reference.
+    """
     return _rates(goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied)
 
 

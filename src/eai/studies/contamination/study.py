@@ -102,11 +102,6 @@ Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
 
 @table_of(
     "contamination",
-    "Public and fresh tasks",
-    "Success in percent of all public and of all fresh tasks; then of those alone that are alike in "
-    "the length of the known plan, the number of goals and their kinds, the fresh ones weighted to the "
-    "public ones; and fresh minus public in percentage points, with 95 % intervals whose units are the "
-    "names of public tasks and the single fresh tasks.",
     (
         "answers_of",
         "fresh_suite",
@@ -120,7 +115,13 @@ Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
     ),
 )
 def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
-    """A row for each model: its success on either, and the difference where the tasks are alike."""
+    """Public and fresh tasks.
+
+    Success in percent of all public and of all fresh tasks; then of those alone that are alike in the length
+    of the known plan, the number of goals and their kinds, the fresh ones weighted to the public ones; and
+    fresh minus public in percentage points, with 95 % intervals whose units are the names of public tasks and
+    the single fresh tasks.
+    """
     for model, suite, public, fresh in pairs:
         placed = [list(_placed(records)) for records in (public, fresh)]
         rates = [Estimate.of([case for case, _ in each]) for each in placed]

@@ -99,15 +99,13 @@ def error_tables(
     ]
 
 
-@table_of(
-    "leaves",
-    "Outcomes of answers",
-    "Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that"
-    " of the error that ended it. Of a missed goal the detail says which kinds of goals are not "
-    "reached.",
-    (*SUITE, MODEL, *_Leaf._fields, "answers"),
-)
+@table_of("leaves", (*SUITE, MODEL, *_Leaf._fields, "answers"))
 def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Outcomes of answers.
+
+    Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that of the
+    error that ended it. Of a missed goal the detail says which kinds of goals are not reached.
+    """
     for suite, of_suite in by_suite(answers).items():
         leaves = sorted({leaf_of(answer) for answer in of_suite}, key=_order)
         for model, lines in by_model(of_suite).items():
@@ -122,15 +120,13 @@ def _order(leaf: _Leaf) -> tuple[int, _Leaf]:
     return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
 
 
-@table_of(
-    "why",
-    "Which precondition is overlooked",
-    "Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all"
-    " runtime errors of the suite.",
-    (*SUITE, MODEL, "check", "share"),
-    shown=15,
-)
+@table_of("why", (*SUITE, MODEL, "check", "share"), shown=15)
 def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Which precondition is overlooked.
+
+    Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all runtime
+    errors of the suite.
+    """
     for key, lines in by_run([a for a in answers if a.outcome in RUNTIME]):
         checks = [line.error_check or "" for line in lines]
         times = Counter(checks)
@@ -138,28 +134,26 @@ def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
         yield from [(*key, check, share) for check, share in shares]
 
 
-@table_of(
-    "additional",
-    "Additional steps",
-    "Answers with at least one step that was not needed, in percent, and how many such steps there are."
-    " They end no plan, so that these answers are at other leaves.",
-    (*SUITE, MODEL, "answers", "steps"),
-)
+@table_of("additional", (*SUITE, MODEL, "answers", "steps"))
 def _additional(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Additional steps.
+
+    Answers with at least one step that was not needed, in percent, and how many such steps there are. They
+    end no plan, so that these answers are at other leaves.
+    """
     for key, lines in by_run([a for a in answers if a.additional_steps is not None]):
         cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
         yield (*key, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines))
 
 
-@table_of(
-    "clauses",
-    "Over- and understatement of operators",
-    "Clauses of operators by side and category: those that are written and right (matched), written and"
-    " wrong (additional), and not written (missing). written: how many are written for each hundred of "
-    "the data set's own; above 100 the model says too much, below too little.",
-    (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"),
-)
+@table_of("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
 def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+    """Over- and understatement of operators.
+
+    Clauses of operators by side and category: those that are written and right (matched), written and wrong
+    (additional), and not written (missing). written: how many are written for each hundred of the data set's
+    own; above 100 the model says too much, below too little.
+    """
     for key, lines in by_run(clauses):
         parts = grouped(
             ((line.side, category), line) for line in lines for category in line.categories.split()
@@ -181,14 +175,12 @@ def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
     return Estimate.of([Case(task, name, Share(*share)) for (task, name), share in shares.items()])
 
 
-@table_of(
-    "predicates",
-    "Predicates of operators that are missing, or too much",
-    "Clauses that lack or are wrong, by the predicates in them.",
-    (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"),
-    shown=12,
-)
+@table_of("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), shown=12)
 def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+    """Predicates of operators that are missing, or too much.
+
+    Clauses that lack or are wrong, by the predicates in them.
+    """
     for key, lines in by_run([c for c in clauses if c.verdict != "matched"]):
         counts = Counter(
             (line.side, line.verdict, name) for line in lines for name in line.predicates.split()
@@ -197,13 +189,12 @@ def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
         yield from [(*key, *place, count) for place, count in found]
 
 
-@table_of(
-    "examples",
-    "Examples",
-    "The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.",
-    (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"),
-)
+@table_of("examples", (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"))
 def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
+    """Examples.
+
+    The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
+    """
     for suite, of_suite in by_suite(answers).items():
         found = grouped((leaf_of(answer), answer) for answer in of_suite)
         for leaf in sorted(found, key=_order):
@@ -223,13 +214,15 @@ def _place(answer: AnswerLine, explorer: str | None) -> Cell:
 
 @table_of(
     "errors",
-    "Every error",
-    "A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how"
-    " many steps the data set's own plan has.",
     (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
     shown=0,
 )
 def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Every error.
+
+    A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how many
+    steps the data set's own plan has.
+    """
     for answer in answers:
         if answer.error_kind is not None:
             key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)

@@ -32,17 +32,15 @@ def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
     return [_by_predicate(atoms), _reasons(atoms), _wrong(atoms), _shared(atoms)]
 
 
-@table_of(
-    "by_predicate",
-    "Goals by predicate",
-    "Conditions of the tasks that are stated (matched) or not (missing), and stated goals that are none "
-    "(wrong), by predicate or action; a denied goal is one of its predicate. Precision is matched of "
-    "stated, recall is matched of asked, in percent; what names something that does not exist is in "
-    "neither where the protocol leaves it out.",
-    (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"),
-    shown=30,
-)
+@table_of("by_predicate", (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"), shown=30)
 def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    """Goals by predicate.
+
+    Conditions of the tasks that are stated (matched) or not (missing), and stated goals that are none
+    (wrong), by predicate or action; a denied goal is one of its predicate. Precision is matched of stated,
+    recall is matched of asked, in percent; what names something that does not exist is in neither where the
+    protocol leaves it out.
+    """
     for key, lines in by_run(atoms):
         names = grouped((line.predicate, line) for line in lines)
         for name, found in sorted(names.items(), key=lambda pair: (-_wanted(pair[1]), pair[0])):
@@ -66,17 +64,15 @@ def _case(line: AtomLine) -> Case:
     return case_of(line, of_all(line.verdict == MATCHED))
 
 
-@table_of(
-    "reasons",
-    "Where wrong goals come from",
-    "Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the "
-    "predicate or action is none of the benchmark's; procedural: an action that is a goal of no task; "
-    "initial: it holds at the start; final: it holds at the end of the data set's own plan, and nobody "
-    "asked for it; intermediate: it holds at some time on the way there, neither at the start nor at the "
-    "end.",
-    (*SUITE, MODEL, "reason", "share"),
-)
+@table_of("reasons", (*SUITE, MODEL, "reason", "share"))
 def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    """Where wrong goals come from.
+
+    Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the predicate
+    or action is none of the benchmark's; procedural: an action that is a goal of no task; initial: it holds
+    at the start; final: it holds at the end of the data set's own plan, and nobody asked for it;
+    intermediate: it holds at some time on the way there, neither at the start nor at the end.
+    """
     from eai.results.task_book import Reason  # which runs of a model do not need
 
     for key, lines in by_run([a for a in atoms if a.reason is not None]):
@@ -85,14 +81,12 @@ def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
         yield from [(*key, reason, share) for reason, share in shares]
 
 
-@table_of(
-    "wrong",
-    "What is made up most",
-    "Wrong goals by predicate or action and reason.",
-    (*SUITE, MODEL, "predicate", "reason", "goals"),
-    shown=15,
-)
+@table_of("wrong", (*SUITE, MODEL, "predicate", "reason", "goals"), title="What is made up most", shown=15)
 def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    """Wrong goals, by how often they are made up.
+
+    Wrong goals by predicate or action and reason.
+    """
     for key, lines in by_run([a for a in atoms if a.verdict == WRONG]):
         counts = Counter((line.predicate, line.reason) for line in lines)
         for (predicate, reason), count in sorted(counts.items(), key=lambda pair: (-pair[1], str(pair[0]))):
@@ -100,14 +94,14 @@ def _wrong(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 
 @table_of(
-    "shared",
-    "What many models do alike",
-    "Every goal that is asked or stated: how many models state it, rightly or wrongly, how many should "
-    "and do not, of all with answers in the suite; those that most models miss or make up come first.",
-    (*SUITE, "task", "goal", *_VERDICTS, "models"),
-    shown=15,
+    "shared", (*SUITE, "task", "goal", *_VERDICTS, "models"), title="What many models do alike", shown=15
 )
 def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
+    """Goals, by how many models state or miss each.
+
+    Every goal that is asked or stated: how many models state it, rightly or wrongly, how many should and do
+    not, of all with answers in the suite; those that most models miss or make up come first.
+    """
     for suite, lines in by_suite(atoms).items():
         models = len({line.agent for line in lines})
         found = sorted(_of_goals(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))

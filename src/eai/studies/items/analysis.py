@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
@@ -14,7 +14,7 @@ from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
 from eai.results.paper_tables import is_null_model
 from eai.results.rate import Rate
-from eai.results.table import Estimate, Row, Table
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.items.rasch import Rasch, fit_rasch, item_rest, reliability
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
                     ", ".join(flag.value for flag in found_flags),
                 )
             )
-    return [_suites_table(suites), _abilities_table(abilities), *_items_tables(items)]
+    return [_suites_table(suites), _abilities_table(abilities), _flagged_table(items), _items_table(items)]
 
 
 def _summary(scores: Scores, agreement: Matrix) -> Row:
@@ -236,70 +236,57 @@ def _plain(number: float) -> float:
     return int(number) if number == int(number) else round(number, 6)
 
 
-def _suites_table(rows: Sequence[Row]) -> Table:
-    return Table(
-        "tests",
-        "Suites as tests",
-        "saturated: tasks that all models solve, or all but one; unsolved: those that none does; negative: "
-        "those in which models that are better elsewhere are worse; alpha: Cronbach's, over models. The "
-        "last two are the chance that of an answer that is right and one that is wrong, both left out, the "
-        "right one is predicted higher: by ability and difficulty, and by the model's mean alone.",
-        (
-            *SUITE,
-            "models",
-            "tasks",
-            "saturated",
-            "unsolved",
-            "negative",
-            "alpha",
-            "held_out_rasch",
-            "held_out_mean",
-        ),
-        tuple(rows),
-    )
+@table_of(
+    "tests",
+    (
+        *(*SUITE, "models", "tasks", "saturated", "unsolved", "negative", "alpha"),
+        *("held_out_rasch", "held_out_mean"),
+    ),
+)
+def _suites_table(rows: Iterable[Row]) -> Iterable[Row]:
+    """Suites as tests.
+
+    saturated: tasks that all models solve, or all but one; unsolved: those that none does; negative: those in
+    which models that are better elsewhere are worse; alpha: Cronbach's, over models. The last two are the
+    chance that of an answer that is right and one that is wrong, both left out, the right one is predicted
+    higher: by ability and difficulty, and by the model's mean alone.
+    """
+    return rows
 
 
-def _abilities_table(rows: Sequence[Row]) -> Table:
-    return Table(
-        "abilities",
-        "Models",
-        "logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with "
-        "the chance 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of "
-        "tasks, with difficulties taken as known. The score is that of all tasks.",
-        (*SUITE, "answered_by", "logit", "score"),
-        tuple(rows),
-    )
+@table_of("abilities", (*SUITE, "answered_by", "logit", "score"))
+def _abilities_table(rows: Iterable[Row]) -> Iterable[Row]:
+    """Models.
+
+    logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with the
+    chance 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks, with
+    difficulties taken as known. The score is that of all tasks.
+    """
+    return rows
 
 
-def _items_tables(rows: Sequence[Row]) -> Iterator[Table]:
-    columns = (
-        *SUITE,
-        "task",
-        "name",
-        "solved",
-        "models",
-        "difficulty",
-        "difficulty_error",
-        "item_rest",
-        "check",
-        "flags",
-    )
-    flagged = tuple(row for row in rows if row[-1] and row[-1] != Flag.SATURATED.value)
-    yield Table(
-        "flagged",
-        "Tasks to look at",
-        "Tasks that no model solves, that worse models solve and better ones do not, or whose goals ask the"
-        " same of objects that answers call by one name. item_rest: the correlation over models with the "
-        "score in all other tasks; check: what most models fail at first.",
-        columns,
-        flagged,
-    )
-    yield Table(
-        "items",
-        "All tasks",
-        "Every task: how many models solve it (or the sum of their F1), its difficulty with its standard "
-        "error, its agreement with the others, and what is to be known of it.",
-        columns,
-        tuple(rows),
-        shown=0,
-    )
+_ITEM = (
+    *(*SUITE, "task", "name", "solved", "models", "difficulty", "difficulty_error"),
+    *("item_rest", "check", "flags"),
+)
+
+
+@table_of("flagged", _ITEM)
+def _flagged_table(rows: Iterable[Row]) -> Iterable[Row]:
+    """Tasks to look at.
+
+    Tasks that no model solves, that worse models solve and better ones do not, or whose goals ask the same of
+    objects that answers call by one name. item_rest: the correlation over models with the score in all other
+    tasks; check: what most models fail at first.
+    """
+    return [row for row in rows if row[-1] and row[-1] != Flag.SATURATED.value]
+
+
+@table_of("items", _ITEM, shown=0)
+def _items_table(rows: Iterable[Row]) -> Iterable[Row]:
+    """All tasks.
+
+    Every task: how many models solve it (or the sum of their F1), its difficulty with its standard error, its
+    agreement with the others, and what is to be known of it.
+    """
+    return rows

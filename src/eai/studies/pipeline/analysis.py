@@ -35,7 +35,7 @@ from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_setting, paper_table
 from eai.results.rate import rate_of
 from eai.results.summary import cases_of, name_of
-from eai.results.table import Estimate, Row, Table
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.scoring.runs import Run, RunKey
 from eai.studies.pipeline.stage_one import read_interpretations
 from eai.studies.study import Analysis, suite_title
@@ -180,8 +180,13 @@ class Pipeline:
             *((Estimate.of(reached),) if self.reachable else ()),
         )
 
-    def _first_stage(self) -> Table:
-        """The outcomes of stage 1, and success of their tasks in stage 2."""
+    @table_of("stage_1", ("answer", "tasks", "pipeline"))
+    def _first_stage(self) -> Iterator[Row]:
+        """Outcomes of the first stage.
+
+        How many tasks had such an answer to goal interpretation, and success in the pipeline. All of them are
+        in every rate above.
+        """
         records = self._shared(self.pipeline)
         kinds: dict[str, Callable[[Record], bool]] = {
             "no answer": lambda record: record.stated is None,
@@ -192,46 +197,31 @@ class Pipeline:
             "has ill-formed entries": lambda r: bool(r.stated and r.stated.stage_1_left_out),
         }
         successes = {case.task: case for case in self._cases(records)}
-        rows = []
         for heading, is_so in kinds.items():
             found = [successes[record.task_id] for record in records if is_so(record)]
-            rows.append((heading, len(found), Estimate.of(found)))
-        return Table(
-            "stage_1",
-            "Outcomes of the first stage",
-            "How many tasks had such an answer to goal interpretation, and success in the pipeline. All of "
-            "them are in every rate above.",
-            ("answer", "tasks", "pipeline"),
-            tuple(rows),
-        )
+            yield heading, len(found), Estimate.of(found)
 
-    def _missed(self) -> Table:
-        """Which conditions the goals lack, and what became of the tasks that lack one."""
+    @table_of("missed", ("condition", "missing", "tasks", "modular solves", "pipeline solves"))
+    def _missed(self) -> Iterator[Row]:
+        """Which conditions are missing.
+
+        Of the conditions that tasks ask for, the share that the stated goals lack; how many tasks lack at
+        least one, and how many of these each run solves.
+        """
         names = {record.task_id: name_of(record) for record in self._shared(self.pipeline)}
         asked = grouped(
             (condition, Case(task, name, of_all(missed)))
             for task, name in names.items()
             for condition, missed in self.asked.get(task, ())
         )
-        order = sorted(asked, key=lambda each: (-sum(case.share.numerator for case in asked[each]), each))
-        rows: list[Row] = []
-        for condition in order:
+        for condition in sorted(asked, key=lambda c: (-sum(case.share.numerator for case in asked[c]), c)):
             tasks = {case.task for case in asked[condition] if case.share.numerator}
             sides = [
                 rate_of(case.share for case in self._cases(self._of(side, tasks)))
                 for side in (self.modular, self.pipeline)
             ]
-            rows.append(
-                (condition, Estimate.of(asked[condition]), len(tasks), *(int(s.numerator) for s in sides))
-            )
-        return Table(
-            "missed",
-            "Which conditions are missing",
-            "Of the conditions that tasks ask for, the share that the stated goals lack; how many tasks lack "
-            "at least one, and how many of these each run solves.",
-            ("condition", "missing", "tasks", "modular solves", "pipeline solves"),
-            tuple(rows),
-        )
+            solved = [int(side.numerator) for side in sides]
+            yield condition, Estimate.of(asked[condition]), len(tasks), *solved
 
     def _cases(self, records: Sequence[Record]) -> Sequence[Case]:
         """The cases that records add to the metric of success."""

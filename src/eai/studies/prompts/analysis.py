@@ -287,14 +287,13 @@ def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
     return Estimate(value, low, high)
 
 
-@table_of(
-    "prompt_variance",
-    "Where the variance of the matrix lies",
-    "Shares of the variance of the cells, two-way without replication: between models, between prompts, "
-    "and what neither explains, which is interaction and chance. Empty where nothing varies.",
-    ("part", "share"),
-)
+@table_of("prompt_variance", ("part", "share"))
 def _variance(matrix: _Matrix) -> Iterable[Row]:
+    """Where the variance of the matrix lies.
+
+    Shares of the variance of the cells, two-way without replication: between models, between prompts, and
+    what neither explains, which is interaction and chance. Empty where nothing varies.
+    """
     shares = two_way_shares([matrix.column(model) for model in matrix.models])
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 

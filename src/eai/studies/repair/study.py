@@ -51,16 +51,14 @@ def _share(found: Sequence[tuple[Record, Repair]], counted: Sequence[bool]) -> E
     return share_of([record for record, _ in found], counted)
 
 
-@table_of(
-    "distances",
-    "How far failed answers are from right ones",
-    "Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. "
-    "unknown: those of which nothing is known, unreadable ones above all; exact: those whose number is "
-    "known, within_2: whose bounds differ by two at most, one_edit: that one edit mends, in percent of "
-    "the others.",
-    (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"),
-)
+@table_of("distances", (*SUITE, MODEL, "failed", "unknown", "exact", "within_2", "one_edit"))
 def _distances(mended: _Mended) -> Iterator[Row]:
+    """How far failed answers are from right ones.
+
+    Failed answers by the fewest edits (steps inserted, deleted or replaced) that make them right. unknown:
+    those of which nothing is known, unreadable ones above all; exact: those whose number is known, within_2:
+    whose bounds differ by two at most, one_edit: that one edit mends, in percent of the others.
+    """
     for key, answers in mended:
         found = _bounded(answers)
         if not found:
@@ -77,14 +75,13 @@ def _bounded(answers: Sequence[tuple[Record, Repair]]) -> list[tuple[Record, Rep
     return [(record, repair) for record, repair in answers if repair.why_null is None]
 
 
-@table_of(
-    "edits",
-    "How many edits it takes",
-    "Failed answers whose distance is known, by distance. ties: of those at one edit, how many single "
-    "edits make them right, in the median.",
-    (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"),
-)
+@table_of("edits", (*SUITE, MODEL, "1", "2", "3", "4", "5+", "ties"))
 def _edits(mended: _Mended) -> Iterator[Row]:
+    """How many edits it takes.
+
+    Failed answers whose distance is known, by distance. ties: of those at one edit, how many single edits
+    make them right, in the median.
+    """
     for key, answers in mended:
         found = _bounded(answers)
         times = Counter(min(r.distance, _FAR) for _, r in found if r.distance is not None)
@@ -94,15 +91,13 @@ def _edits(mended: _Mended) -> Iterator[Row]:
             yield (*key.cells, *counts, median(ties) if ties else None)
 
 
-@table_of(
-    "kinds",
-    "Which kinds of edits suffice",
-    "Answers that one edit mends, by what they came to: the set of the kinds of all single edits that "
-    "make them right, in percent of those that came to the same.",
-    (*SUITE, MODEL, "outcome", "kinds", "answers", "share"),
-    shown=20,
-)
+@table_of("kinds", (*SUITE, MODEL, "outcome", "kinds", "answers", "share"), shown=20)
 def _kinds(mended: _Mended) -> Iterator[Row]:
+    """Which kinds of edits suffice.
+
+    Answers that one edit mends, by what they came to: the set of the kinds of all single edits that make them
+    right, in percent of those that came to the same.
+    """
     for key, answers in mended:
         near = [(record, repair) for record, repair in answers if repair.kinds]
         for error in sorted({outcome(record).value for record, _ in near}):
@@ -112,15 +107,13 @@ def _kinds(mended: _Mended) -> Iterator[Row]:
                 yield (*key.cells, error, kinds, number, _share(of_error, [s == kinds for s in sets]))
 
 
-@table_of(
-    "causes",
-    "Where the cause lies",
-    "Answers that one edit mends, by what all such edits have in common: a step, an inserted action "
-    "(interval), or nothing. earlier: where it is a step, those whose step is before the one that "
-    "failed, in percent.",
-    (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"),
-)
+@table_of("causes", (*SUITE, MODEL, "answers", "step", "interval", "several", "earlier"))
 def _causes(mended: _Mended) -> Iterator[Row]:
+    """Where the cause lies.
+
+    Answers that one edit mends, by what all such edits have in common: a step, an inserted action (interval),
+    or nothing. earlier: where it is a step, those whose step is before the one that failed, in percent.
+    """
     for key, answers in mended:
         near = [(record, repair) for record, repair in answers if repair.blame is not None]
         blamed = [(record, repair) for record, repair in near if repair.blame == "step"]

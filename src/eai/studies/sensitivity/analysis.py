@@ -147,17 +147,16 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
 _KEY = (*SUITE, MODEL, "replaced")
 
 
-@table_of(
-    "sensitivity",
-    "Problems solved with one operator of the model",
-    "Tasks that a planner solves with this operator as the answer has it and all others as the data set "
-    "has them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of "
-    "those that ask for it; one that is not written solves nothing. replaced: the whole operator, or "
-    "only its precondition or its effect, with the parameters of the data set. A task counts in each of "
-    "its categories. Operators that break most plans come first; intervals have names as units.",
-    (*_KEY, "operator", "category", "solved"),
-)
+@table_of("sensitivity", (*_KEY, "operator", "category", "solved"))
 def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
+    """Problems solved with one operator of the model.
+
+    Tasks that a planner solves with this operator as the answer has it and all others as the data set has
+    them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of those that
+    ask for it; one that is not written solves nothing. replaced: the whole operator, or only its precondition
+    or its effect, with the parameters of the data set. A task counts in each of its categories. Operators
+    that break most plans come first; intervals have names as units.
+    """
     categories = (OVERALL, *(category.value for category in Category))
     for key, found, order in _by_model(trials):
         cells = cells_of(found)
@@ -166,14 +165,13 @@ def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
                 yield (*key, *place, Estimate.of(cells[place]))
 
 
-@table_of(
-    "outcomes",
-    "How trials ended",
-    "Trials of each operator by how the planner ended: with a plan, without one, because the operator is "
-    "no acceptable PDDL, at a limit; or because the answer does not have the operator.",
-    (*_KEY, "operator", *_OUTCOMES),
-)
+@table_of("outcomes", (*_KEY, "operator", *_OUTCOMES))
 def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
+    """How trials ended.
+
+    Trials of each operator by how the planner ended: with a plan, without one, because the operator is no
+    acceptable PDDL, at a limit; or because the answer does not have the operator.
+    """
     for key, found, order in _by_model(trials):
         counts = Counter((trial.operator, trial.outcome) for trial in found)
         for name in order:
@@ -184,15 +182,17 @@ def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
 
 @table_of(
     "errors",
-    "Which error breaks plans",
-    "Operators that are written, by a predicate that is missing or too much on one of their sides: the "
-    "tasks that are not solved with such an operator, and those that are not solved with the same one "
-    "without this error, in percent. Errors come together, so that one may stand for another; those that "
-    "stand beside most failures come first.",
     (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
     shown=20,
 )
 def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
+    """Which error breaks plans.
+
+    Operators that are written, by a predicate that is missing or too much on one of their sides: the tasks
+    that are not solved with such an operator, and those that are not solved with the same one without this
+    error, in percent. Errors come together, so that one may stand for another; those that stand beside most
+    failures come first.
+    """
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
         of_operators = grouped((trial.operator, trial) for trial in found)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
@@ -219,13 +219,11 @@ def _broken(row: Sequence[Cell]) -> float:
     return (unsolved.numerator or 0) if isinstance(unsolved, Estimate) else 0
 
 
-def _trials(trials: Sequence[Trial]) -> Table:
-    return Table(
-        "trials",
-        "Every trial",
-        "A line an operator of an answer: how the planner ended, the task's categories, and what is wrong "
-        "with the operator, as side, verdict and predicate.",
-        tuple(column.name for column in fields(Trial)),
-        tuple(astuple(trial) for trial in trials),
-        shown=0,
-    )
+@table_of("trials", tuple([column.name for column in fields(Trial)]), shown=0)
+def _trials(trials: Sequence[Trial]) -> Iterable[Row]:
+    """Every trial.
+
+    A line an operator of an answer: how the planner ended, the task's categories, and what is wrong with the
+    operator, as side, verdict and predicate.
+    """
+    return map(astuple, trials)
