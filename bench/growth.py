@@ -26,8 +26,9 @@ from eai.abilities.responses import read_responses
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.results.plots import LINES, styled
-from eai.scoring.batch import Scoring, Settings
+from eai.scoring.batch import Scoring
 from eai.scoring.collector import collecting_seldom
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import write_parts
 from eai.world import State
 from reference_child import cpu_seconds
@@ -226,7 +227,7 @@ def scored(benchmark: Benchmark, answers: Path) -> Work:
         suite = open_suite(benchmark, PLANS)
         file = read_responses(answers, suite.task_ids, samples=True)
         with collecting_seldom():
-            parts = Scoring().parts(suite, file, {}, Settings(explanations=False))
+            parts = Scoring().parts(suite, file, {}, ScoringOptions(explanations=False))
             write_parts(answers.with_name("out"), parts)
 
     return work
@@ -253,7 +254,7 @@ def models(size: int, folder: Path) -> Work:
         text = noisy_answer(book, "light", 0.3, str(number)).text
         path.write_text(json.dumps([{"identifier": "light", "llm_output": text}]))
         file = read_responses(path, suite.task_ids)
-        parts = Scoring().parts(suite, file, {}, Settings(explanations=True))
+        parts = Scoring().parts(suite, file, {}, ScoringOptions(explanations=True))
         write_parts(folder / "runs" / path.stem, parts)
     command = [sys.executable, "-m", "eai", "report", "runs", "--out", "report", "--no-prompts"]
     return lambda: subprocess.run(command, cwd=folder, check=True, capture_output=True)

@@ -37,8 +37,8 @@ from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Job, Pace
-from eai.scoring.batch import Settings
 from eai.scoring.epochs import Believed, settle
+from eai.scoring.options import ScoringOptions
 from eai.scoring.trials import open_trials
 from eai.studies.pipeline.stage_one import believe
 from eai.studies.variation import Endpoint
@@ -93,7 +93,7 @@ def work(todo: Work, folder: Path) -> None:
         obtained,
         folder,
         open_suite("behavior", job.ability),
-        Settings(explanations=job.ability is not ACTING),
+        ScoringOptions(explanations=job.ability is not ACTING),
     )
 
 

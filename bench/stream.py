@@ -32,7 +32,8 @@ from typing import NamedTuple
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import Row, read_responses
 from eai.benchmark.suite import open_suite
-from eai.scoring.batch import Scoring, Settings
+from eai.scoring.batch import Scoring
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import RECORDS, SUMMARY, Part, write_parts
 from eai.scoring.workers import Workers
 from mutated_answers import maker
@@ -126,7 +127,7 @@ class Simulated:
     def __init__(self, answers: Path, *, explanations: bool) -> None:
         suite = open_suite(*SUITE)
         rows = [*islice(read_responses(answers, suite.task_ids, samples=True).rows(), BATCH)]
-        settings = Settings(explanations=explanations)
+        settings = ScoringOptions(explanations=explanations)
         file = answers.with_name("batch_outputs.jsonl")
         file.write_bytes(b"".join(row for row in rows if isinstance(row, bytes)))
         batch = read_responses(file, suite.task_ids, samples=True)

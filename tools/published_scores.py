@@ -40,7 +40,8 @@ from eai.results.paper_tables import NULL_MODELS, SCHEMA, TABLE, null_scores, nu
 from eai.results.summary import summarise
 from eai.results.totals import Totals
 from eai.run.job import PROVIDER
-from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.batch import NO_ROW, score_run
+from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -246,7 +247,7 @@ def scored(suite: Suite, answers: ResponseFile, metrics: Sequence[str]) -> dict[
     """
     given = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in given}
-    records = score_run(suite, answers, missing, Settings(explanations=False))
+    records = score_run(suite, answers, missing, ScoringOptions(explanations=False))
     totals = Totals.of(records)
     return {
         "answers_sha256": digest(records),

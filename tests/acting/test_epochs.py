@@ -22,8 +22,8 @@ from eai.results.comparison import compare
 from eai.results.rate import Rate
 from eai.results.summary import cases_of, summarise
 from eai.results.tidy import TableMaker
-from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle
+from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import read_runs
 from eai.scoring.trials import Answer
 from eai.tasks.source import Source
@@ -50,7 +50,7 @@ def settled(folder: Path, *won: str) -> SuiteResult:
             given[task_id, epoch] = Answer(task_id, epoch, "", "", text, "", "stop", (), Usage())
     prompts = {task_id: Prompt("?") for task_id in WINNING}
     obtained = Obtained("m", "m", prompts, given, failures, len(won))
-    return settle(obtained, folder, suite, Settings())
+    return settle(obtained, folder, suite, ScoringOptions())
 
 
 def test_a_task_counts_by_the_mean_over_its_episodes(tmp_path: Path) -> None:

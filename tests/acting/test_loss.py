@@ -14,7 +14,8 @@ from eai.acting.declaration import ActingVerdict, Outlook, contributions, outloo
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
 from eai.logic.formula import Atom, Constant, Eventually
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.world.execution import Action
 from envs.switches import DOMAIN, SWITCHES, initial
 
@@ -69,10 +70,10 @@ def test_of_goals_over_time_it_is_only_shown_that_they_are_lost() -> None:
 
 def test_records_have_it_where_it_was_asked_for() -> None:
     answers = ResponseFile("model", (Response("half", "GO(shed)\nOPEN(box)"),))
-    (plain,) = score_run(SUITE, answers, {}, Settings())
+    (plain,) = score_run(SUITE, answers, {}, ScoringOptions())
     assert isinstance(plain.verdict, ActingVerdict)
     assert (plain.verdict.outlook, contributions(plain.verdict)["lost_for_good"]) == (None, (0, 0))
-    (record,) = score_run(SUITE, answers, {}, Settings(look_back=1_000))
+    (record,) = score_run(SUITE, answers, {}, ScoringOptions(look_back=1_000))
     written = json.loads(json.dumps(record_to_json(record)))
     assert (written["outlook"], written["lost_at"]) == ("lost", 2)
     assert record_from_json(written) == record

@@ -29,7 +29,8 @@ from eai.logic.traversal import walk
 from eai.pddl.check import Offence, check_problem
 from eai.pddl.planning import PlannerChoice
 from eai.results.totals import Totals
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, Source, errata_choice, given
 from eai.world.execution import attempt
 from eai.world.history import Past
@@ -348,7 +349,7 @@ def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
     suite = open_suite(benchmark_with('exclude = "the bulb is broken"'), Ability.ACTION_SEQUENCING)
     answer = json.dumps([{"action": "PRESS", "object": "lamp"}])
     answers = ResponseFile("m", tuple(Response(i, answer) for i in suite.task_ids))
-    records = score_run(suite, answers, {}, Settings())
+    records = score_run(suite, answers, {}, ScoringOptions())
     assert [record.verdict.excluded for record in records] == ["the bulb is broken", None]
     assert [record.errata and record.errata.entries for record in records] == [("dark",), ()]
     effect = Totals.of(records).errata
@@ -356,7 +357,7 @@ def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
     assert (effect.tasks, effect.scored, effect.left_out, effect.corrected) == (2, 1, ("light",), ())
     assert str(effect.remark).startswith("Of 2 tasks, 1 left out, because")
     off = open_suite(suite.benchmark, suite.ability, source=Source(errata=NONE))
-    assert Totals.of(score_run(off, answers, {}, Settings())).errata is None
+    assert Totals.of(score_run(off, answers, {}, ScoringOptions())).errata is None
     assert off.score("light", answer).excluded is None
 
 

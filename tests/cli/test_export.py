@@ -10,8 +10,8 @@ import eai as library
 from cli.conftest import Command
 from eai.abilities.record import Usage
 from eai.data.store import Store
-from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.scoring.options import ScoringOptions
 from eai.scoring.trials import Answer
 from suites import answer_book, official_prompts
 
@@ -48,7 +48,7 @@ def records(data_store: Store, tmp_path: Path) -> Path:
             for task_id, parts in answers.items()
         }
         obtained = Obtained(model, model, prompts, given, {}, epochs=1)
-        settle(obtained, tmp_path / "runs" / model, suite, Settings())
+        settle(obtained, tmp_path / "runs" / model, suite, ScoringOptions())
     return tmp_path / "runs"
 
 

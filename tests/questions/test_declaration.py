@@ -19,7 +19,8 @@ from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate
 from eai.results.summary import cases_of, summarise
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 
 
 def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -> Question:
@@ -67,7 +68,7 @@ def scored(folder: Path, questions: Sequence[Question], answers: Mapping[str, st
     suite = open_suite(str(file), WORLD_MODEL)
     given = tuple([Response(each.id, answers[each.id]) for each in questions if each.id in answers])
     missing = {each.id: "no answer" for each in questions if each.id not in answers}
-    return score_run(suite, ResponseFile("me", given), missing, Settings())
+    return score_run(suite, ResponseFile("me", given), missing, ScoringOptions())
 
 
 def rates(records: Sequence[Record]) -> Mapping[str, Rate]:

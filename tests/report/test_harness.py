@@ -19,7 +19,8 @@ from eai.report.rankings import rankings
 from eai.report.run_summary import plain_runs, summary_of
 from eai.results.table import Label
 from eai.results.totals import Totals
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import write_records
 from eai.scoring.runs import read_runs
 from envs.switches import SWITCHES, WON
@@ -34,7 +35,7 @@ def records(harness: str, commands: Sequence[str]) -> list[Record]:
     for command in commands:
         play.act(command)
     answers = ResponseFile("model", (Response("both", play.text("stopped")),))
-    return score_run(SUITE, answers, {"greet": "it crashed"}, Settings())
+    return score_run(SUITE, answers, {"greet": "it crashed"}, ScoringOptions())
 
 
 @pytest.fixture

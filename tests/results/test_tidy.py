@@ -17,7 +17,8 @@ from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine
 from eai.results.tidy import TableMaker, Tables
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
 from report.samples import action_run, goal_run, operator_run, subgoal_run
 from studies.published import tables
@@ -77,7 +78,7 @@ def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability,
     book = open_answer_book(suite.benchmark, ability, source)
     asked = list(suite.task_ids)[:30:3]
     written = [Response(task, noisy_answer(book, task, 0.7, "values").text) for task in asked]
-    scored = score_run(suite, ResponseFile("m", tuple(written)), {}, Settings(explanations=True))
+    scored = score_run(suite, ResponseFile("m", tuple(written)), {}, ScoringOptions(explanations=True))
     records = [record for record in scored if record.unanswered is None]
     assert len(records) == len(asked)
     told = [record.explanation for record in records if record.explanation is not None]

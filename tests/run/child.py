@@ -22,8 +22,8 @@ from eai.run.evaluation import obtain_answers, write_scores
 from eai.run.job import CAPTIONER, Job
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
-from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.scoring.options import ScoringOptions
 from eai.studies.variation import Endpoint
 from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts
@@ -83,7 +83,7 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
         source=suite.source,
     )
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
-    result = settle(answers, folder, suite, Settings())
+    result = settle(answers, folder, suite, ScoringOptions())
     write_scores(answers.log, result.by_place(), Source(planner=PLANNER))
     return Ran(result.rates, result.records, [one.rates for one in result.of_epochs], answers.log)
 

@@ -11,7 +11,8 @@ from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.suite import Suite
-from eai.scoring.batch import Scoring, Settings, score_run
+from eai.scoring.batch import Scoring, score_run
+from eai.scoring.options import ScoringOptions
 from scoring.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
@@ -48,7 +49,7 @@ def test_nothing_to_score_gives_no_record(workers: int) -> None:
 @pytest.mark.parametrize("allow_missing", [False, True])
 def test_what_is_asked_and_not_answered_stands_in_its_place(allow_missing: bool) -> None:
     some = ResponseFile("m", (ANSWERS.responses[4], ANSWERS.responses[1]))
-    settings = Settings(explanations=False, allow_missing=allow_missing)
+    settings = ScoringOptions(explanations=False, allow_missing=allow_missing)
     records = score_run(echo_suite(), some, {"5_1": "refused", "0_1": "late"}, settings)
     assert [(r.task_id, r.unanswered) for r in records] == [
         ("0_1", "late"),

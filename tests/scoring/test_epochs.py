@@ -14,8 +14,8 @@ from eai.cli.console import counted, dollars
 from eai.cli.table import result_json
 from eai.prompts.prompt import Prompt
 from eai.results.totals import Totals
-from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, majority, meaning, settle
+from eai.scoring.options import ScoringOptions
 from eai.scoring.trials import Answer
 from scoring.work import TASK_IDS, echo_suite
 
@@ -90,7 +90,7 @@ def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, 
         for epoch, text in enumerate(texts, 1)
     }
     obtained = Obtained("m", "m", {task_id: Prompt("?")}, given, {}, epochs)
-    result = settle(obtained, tmp_path, echo_suite(), Settings())
+    result = settle(obtained, tmp_path, echo_suite(), ScoringOptions())
     several = list(range(1, epochs + 1)) if epochs > 1 else []
     assert sorted(tmp_path.glob("epoch_*")) == [tmp_path / f"epoch_{epoch}" for epoch in several]
     assert [one.folder for one in result.of_epochs] == [tmp_path / f"epoch_{epoch}" for epoch in several]
@@ -107,7 +107,7 @@ def test_what_errata_did_is_told_where_there_were_some(
     tmp_path: Path, errata: ErrataUse | None, told: tuple[str, list[str]] | None
 ) -> None:
     obtained = Obtained("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
-    result = settle(obtained, tmp_path, echo_suite(), Settings(allow_missing=False))
+    result = settle(obtained, tmp_path, echo_suite(), ScoringOptions(allow_missing=False))
     (record,) = result.records
     marked = [replace(record, errata=errata)]
     found = result_json(Totals.of(marked), result.folder)["errata"]

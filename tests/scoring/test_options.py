@@ -7,7 +7,6 @@ from pydantic import ValidationError
 
 from eai.abilities.protocol import Protocol
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.batch import Settings
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice
 
@@ -32,6 +31,3 @@ def test_where_nothing_is_said_the_paper_is_followed() -> None:
         "allow_missing": False,
         "look_back": None,
     }
-    assert options.settings == Settings(workers=1, explanations=True, allow_missing=False)
-    changed = ScoringOptions(workers=2, explanations=False, allow_missing=True)
-    assert changed.settings == Settings(workers=2, explanations=False, allow_missing=True)

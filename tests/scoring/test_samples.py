@@ -15,7 +15,8 @@ from eai.data.files import parquet
 from eai.errors import InputError
 from eai.results.rate import Rate
 from eai.results.totals import Totals
-from eai.scoring.batch import NO_ROW, Scoring, Settings
+from eai.scoring.batch import NO_ROW, Scoring
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import RECORDS, SUMMARY, Shard, find_shards, merge_shards, write_parts, write_shard
 from eai.scoring.runs import read_runs
 from scoring.work import TASK_IDS, echo_suite
@@ -50,9 +51,9 @@ def read(file: Path) -> ResponseFile:
 def scored(
     answers: ResponseFile, folder: Path, workers: int = 1, shard: Shard | None = None
 ) -> Totals | None:
-    settings, missing = Settings(explanations=True, shard=shard), {TASK_IDS[0]: NO_ROW}
+    settings, missing = ScoringOptions(explanations=True), {TASK_IDS[0]: NO_ROW}
     with Scoring(workers) as scoring:
-        parts = scoring.parts(echo_suite(), answers, missing, settings)
+        parts = scoring.parts(echo_suite(), answers, missing, settings, shard=shard)
         if shard is None:
             return write_parts(folder, parts)
         write_shard(folder, shard, parts)

@@ -18,8 +18,9 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
 from eai.scoring.epochs import Believed
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import write_records
 from eai.studies.pipeline.stage_one import (
     believe,
@@ -86,7 +87,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
     gold = answer_book("behavior", Ability.ACTION_SEQUENCING, data_store).gold
     answers = ResponseFile("m", tuple(Response(task, gold(task).text) for task in (GIFTS, JARS)))
-    plain = score_run(suite, answers, {}, Settings())
+    plain = score_run(suite, answers, {}, ScoringOptions())
     wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
     marked = [wrong.marked(record) for record in plain]
     assert all(getattr(record.verdict, "success", False) for record in plain)
@@ -98,7 +99,7 @@ def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) ->
 
 def test_records_carry_what_was_stated(source: Source) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
-    (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, Settings())
+    (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, ScoringOptions())
     marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).marked(plain)
     written = json.loads(json.dumps(record_to_json(marked)))
     assert written["experiment"]["name"] == "pipeline"
@@ -109,7 +110,7 @@ def test_records_carry_what_was_stated(source: Source) -> None:
 
 def goal_records(suite: Suite, model: str) -> list[Record]:
     answers = ResponseFile(model, (Response(JARS, f'{{"node goals": [["{model}", "x"]]}}'),))
-    return score_run(suite, answers, {GIFTS: "the provider failed"}, Settings(explanations=False))
+    return score_run(suite, answers, {GIFTS: "the provider failed"}, ScoringOptions(explanations=False))
 
 
 def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_path: Path) -> None:

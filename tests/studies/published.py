@@ -10,7 +10,8 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
 from eai.results.tidy import TableMaker, Tables
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, Source
 from oracle import read_oracle
 
@@ -41,5 +42,5 @@ def tables(
                 for row in rows
             ),
         )
-        maker.add(score_run(suite, answers, {}, Settings(explanations=True)))
+        maker.add(score_run(suite, answers, {}, ScoringOptions(explanations=True)))
     return maker.tables

@@ -13,7 +13,8 @@ from eai import Benchmark, InputError, Task, given, make_task
 from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import write_records
 from eai.studies.conduct.study import _names_it
 from eai.studies.records import Records
@@ -36,7 +37,7 @@ def of_pair(task_id: str, *missing: str) -> Task:
 def tables(folder: Path, tasks: list[Task], answers: Mapping[str, str]) -> Mapping[str, Table]:
     suite = eai.open(Benchmark("switches", DOMAIN, given(*tasks)), "action_sequencing")
     run = ResponseFile("m", tuple([Response(name, text) for name, text in answers.items()]))
-    write_records(folder / "records.jsonl", score_run(suite, run, {}, Settings()))
+    write_records(folder / "records.jsonl", score_run(suite, run, {}, ScoringOptions()))
     study = find_study("conduct")
     assert study.analyze is not None
     (analysis,) = study.analyze(Records((folder,)), study.choices())

@@ -9,7 +9,8 @@ from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.repair import EFFORT, Edit, Repair, blame_of, repair_lines
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import write_records
 from eai.studies.records import Records
 from eai.studies.registry import find_study
@@ -44,7 +45,7 @@ def test_blame_needs_all_single_edits() -> None:
 
 def test_records_and_tables_have_it(tmp_path: Path) -> None:
     answers = ResponseFile("m", (Response(TASK, WALK),))
-    (record,) = score_run(SUITE, answers, {}, Settings(look_back=EFFORT))
+    (record,) = score_run(SUITE, answers, {}, ScoringOptions(look_back=EFFORT))
     assert record.verdict.repair is not None
     assert record_from_json(record_to_json(record)) == record
     write_records(tmp_path / "records.jsonl", [record])

@@ -32,7 +32,8 @@ from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.paper_tables import paper_models
-from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.batch import NO_ROW, score_run
+from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import read_runs
 from eai.tasks.source import Source
 
@@ -85,7 +86,7 @@ def from_answers(
                     continue
                 given = {response.task_id for response in answers.responses}
                 missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in given}
-                evidence.add(score_run(suite, answers, missing, Settings()))
+                evidence.add(score_run(suite, answers, missing, ScoringOptions()))
     return evidence
 
 

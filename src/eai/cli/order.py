@@ -117,7 +117,7 @@ def obtain_and_score(
             effort=effort,
         )
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
-            result = settle(obtained, folder, suite, spec.scoring.settings, report)
+            result = settle(obtained, folder, suite, spec.scoring, report)
         write_scores(answers.log, result.by_place(), suite.source)
         for epoch, one in enumerate(result.of_epochs or (result,), 1):
             write_log_place(one.folder, answers.log, epoch)

@@ -29,8 +29,9 @@ from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
-from eai.scoring.batch import Scoring, Settings, score_run, without_row
+from eai.scoring.batch import Scoring, score_run, without_row
 from eai.scoring.collector import collecting_seldom
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import (
     RECORDS,
     Part,
@@ -59,6 +60,7 @@ class _Share:
     out: Path | None
     goals: Path | None = None
     prompt_name: str | None = None
+    shard: Shard | None = None
 
 
 def score(
@@ -139,7 +141,9 @@ def score(
         return
     for path in paths:
         find_response_files(path)  # what is not there is said before the data set is fetched
-    settings = Settings(workers, explanations, allow_missing, shard, look_back)
+    settings = ScoringOptions(
+        workers=workers, explanations=explanations, allow_missing=allow_missing, look_back=look_back
+    )
     if shard is not None and out is None:
         raise InputError("--shard writes records to be merged: say where, with --out")
     if goals is not None and ability is not None:
@@ -155,7 +159,7 @@ def score(
                 shares = _shares_of_suite(places, suite, out)
             else:
                 shares = _shares_by_place(places, domain, ability, protocol, source, out)
-    shares = [replace(share, goals=goals, prompt_name=prompt_name) for share in shares]
+    shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
     note_planner([share.suite for share in shares])
     _note_elsewhere(shares)
     with collecting_seldom(), _opened(workers, ray) as workplace, ExitStack() as stack:
@@ -191,7 +195,7 @@ def _opened(workers: int, ray: str | None) -> Scoring:
 
 
 def _score_all(
-    shares: Sequence[_Share], settings: Settings, workplace: Scoring, *, as_json: bool, wide: bool
+    shares: Sequence[_Share], settings: ScoringOptions, workplace: Scoring, *, as_json: bool, wide: bool
 ) -> list[Json]:
     """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
     printed: list[Json] = []
@@ -210,7 +214,7 @@ def _score_all(
     return printed
 
 
-def _scored(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Totals:
+def _scored(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Totals:
     """Score the answers of a model to a suite; what is written goes by part by part."""
     parts = _parts(share, settings, workplace, quiet=quiet)
     if share.out is not None:
@@ -231,7 +235,7 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
     return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
 
 
-def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Iterable[Part]:
+def _parts(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Iterable[Part]:
     """The records of all answers, part by part; where there are several epochs, with their means."""
     averaged = declaration_of(share.suite.ability).of_epochs
     if averaged is None or not share.answers.further:
@@ -246,16 +250,16 @@ def _parts(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool
     by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
     finish = _finish_of(share) or replace
     records = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
-    return [part_of(records if settings.shard is None else [*settings.shard.of_these(records)])]
+    return [part_of(records if share.shard is None else [*share.shard.of_these(records)])]
 
 
-def _parts_of(share: _Share, settings: Settings, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
+def _parts_of(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
     suite, answers = share.suite, share.answers
     missing = without_row(suite, answers)
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0
-        for part in workplace.parts(suite, answers, missing, settings, _finish_of(share)):
+        for part in workplace.parts(suite, answers, missing, settings, _finish_of(share), share.shard):
             yield part
             done += part[1].number
             report(done)

@@ -35,7 +35,8 @@ from eai.report.run_summary import RunSummary, summary_of
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model
 from eai.results.table import Estimate
-from eai.scoring.batch import Settings, score_run, without_row
+from eai.scoring.batch import score_run, without_row
+from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import Run, RunKey
 from eai.tasks.source import Source
 
@@ -102,7 +103,7 @@ class _Scorer:
             self.suites[key] = open_suite(self.seasons.get(domain, domain), ability, source=self.source)
         suite = self.suites[key]
         answers = replace(_answers(file, suite), model=name)
-        records = score_run(suite, answers, without_row(suite, answers), Settings(explanations=False))
+        records = score_run(suite, answers, without_row(suite, answers), ScoringOptions(explanations=False))
         return summary_of(Run(RunKey(suite.protocol, domain, ability, name), tuple(records)))
 
 

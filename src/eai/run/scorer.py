@@ -47,8 +47,9 @@ from eai.results.breakdown import outcome
 from eai.results.summary import summarise
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
-from eai.scoring.batch import Scoring, Settings, score_run
+from eai.scoring.batch import Scoring, score_run
 from eai.scoring.epochs import STATED, majority
+from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import address_of
 from eai.scoring.trials import record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
@@ -162,7 +163,9 @@ SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 def _record_of(state: TaskState, suite: Suite) -> Record:
     model, task_id = file_name(str(state.model)), str(state.sample_id)
     if not state.output.choices:  # the request failed, and Inspect scores all the same
-        (record,) = score_run(suite, ResponseFile(model, ()), {task_id: "the request failed"}, Settings())
+        (record,) = score_run(
+            suite, ResponseFile(model, ()), {task_id: "the request failed"}, ScoringOptions()
+        )
         return record
     stated = state.metadata.get(EXPERIMENT)
     experiment = None if stated is None else experiment_from_json(stated)

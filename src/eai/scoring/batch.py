@@ -16,6 +16,7 @@ from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
 from eai.abilities.responses import Response, ResponseFile, Row, response_of
 from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import AT_A_TIME, Part, Shard, part_of, record_of
 from eai.scoring.workers import LARGEST, SMALLEST, Workers, batches
 
@@ -24,25 +25,6 @@ if TYPE_CHECKING:
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How answers are scored.
-
-    Attributes:
-        workers: how many processes to use.
-        explanations: put the step-by-step explanation into each record.
-        allow_missing: leave tasks without an answer out of all rates instead of counting them as failures.
-        shard: score this part of the tasks alone; all of them if None.
-        look_back: how many states a search that says more of a verdict may look at; no search if None.
-    """
-
-    workers: int = 1
-    explanations: bool = True
-    allow_missing: bool = False
-    shard: Shard | None = None
-    look_back: int | None = None
 
 
 Progressed: TypeAlias = Callable[[int], None]
@@ -93,10 +75,16 @@ class Scoring(Workers):
             allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
             look_back: how many states a search that says more of a verdict may look at; no search if None.
         """
+        chosen = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
+        return self._records(suite, model, responses, chosen)
+
+    def _records(
+        self, suite: Suite, model: str, responses: Iterable[Response | _Missing], chosen: ScoringOptions
+    ) -> Iterator[Record]:
         workers = self if suite.portable else Scoring()  # what has no name cannot be opened elsewhere
         asked, given = tee(responses)
-        work = _Judge(suite, explanations, allow_missing, look_back)
-        judged = workers.each(work, given, at_a_time=workers._shares(suite, length_hint(responses)))
+        shares = workers._shares(suite, length_hint(responses))
+        judged = workers.each(_Judge(suite, chosen), given, at_a_time=shares)
         return map(partial(_record, suite, model), asked, judged)
 
     def parts(
@@ -104,8 +92,9 @@ class Scoring(Workers):
         suite: Suite,
         answers: ResponseFile,
         unanswered: Mapping[str, str],
-        settings: Settings,
+        chosen: ScoringOptions,
         finish: Callable[[Record], Record] | None = None,
+        shard: Shard | None = None,
     ) -> Iterator[Part]:
         """The records of all tasks that a model was asked, ready to be written, a part at a time.
 
@@ -116,15 +105,15 @@ class Scoring(Workers):
             suite: the tasks.
             answers: the answers, whose form together may decide how each is read.
             unanswered: why a task that was asked has no answer, by its id.
-            settings: how to score.
+            chosen: how to score; the processes are those of this pool.
             finish: what becomes of a record before it is written; it is pickled.
+            shard: the part of the tasks that is scored; all of them if None.
         """
         suite = suite.over(response.text for response in answers.responses)
         items, number = _items_of(suite, answers, unanswered), len(answers.responses) + len(unanswered)
-        if settings.shard is not None:
-            items, number = settings.shard.of_these(items), -(-number // settings.shard.of)
-        judge = _Judge(suite, settings.explanations, settings.allow_missing, settings.look_back)
-        work = _Finish(judge, answers.model, _harness(suite.ability, answers), finish)
+        if shard is not None:
+            items, number = shard.of_these(items), -(-number // shard.of)
+        work = _Finish(_Judge(suite, chosen), answers.model, _harness(suite.ability, answers), finish)
         if self._number < 2 or not suite.portable:
             at_a_time = (1, 1) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, AT_A_TIME)
             return (part for batch in batches(items, 1, *at_a_time) for part in work(batch))
@@ -172,24 +161,22 @@ class _Judge:
     """From answers to what is made of them."""
 
     suite: Suite
-    explanations: bool
-    allow_missing: bool
-    look_back: int | None
+    chosen: ScoringOptions
 
     def __call__(self, items: Sequence[Response | _Missing]) -> list[_Judged]:
         return [self._missing(item) if isinstance(item, _Missing) else self._judged(item) for item in items]
 
     def _judged(self, response: Response) -> _Judged:
         assessment = self.suite.scorer(response.task_id).assess(response.text)
-        explanation = assessment.explain() if self.explanations else None
+        explanation = assessment.explain() if self.chosen.explanations else None
         verdict = assessment.verdict
-        if self.look_back is not None and assessment.look_back is not None:
-            verdict = assessment.look_back(self.look_back)
+        if self.chosen.look_back is not None and assessment.look_back is not None:
+            verdict = assessment.look_back(self.chosen.look_back)
         return _Judged(verdict, self.suite.features(response.task_id), explanation)
 
     def _missing(self, missing: _Missing) -> _Judged:
         """The record of a task without an answer."""
-        if self.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
+        if self.chosen.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
             verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
         else:
             verdict = self.suite.unanswered(missing.task_id)
@@ -257,7 +244,7 @@ def score_run(
     suite: Suite,
     answers: ResponseFile,
     unanswered: Mapping[str, str],
-    settings: Settings,
+    chosen: ScoringOptions,
     progressed: Progressed | None = None,
 ) -> list[Record]:
     """The records of all tasks that a model was asked, in the order of the data set.
@@ -266,7 +253,7 @@ def score_run(
         suite: the tasks.
         answers: the answers, whose form together may decide how each is read.
         unanswered: why a task that was asked has no answer, by its id.
-        settings: how to score.
+        chosen: how to score.
         progressed: shows how far it is.
     """
     suite = suite.over(response.text for response in answers.responses)
@@ -276,15 +263,8 @@ def score_run(
     ]
     found: list[Record] = []
     harness = _harness(suite.ability, answers)
-    with Scoring(settings.workers) as scoring:
-        for record in scoring.records(
-            suite,
-            answers.model,
-            items,
-            explanations=settings.explanations,
-            allow_missing=settings.allow_missing,
-            look_back=settings.look_back,
-        ):
+    with Scoring(chosen.workers) as scoring:
+        for record in scoring._records(suite, answers.model, items, chosen):
             found.append(_with_harness(record, harness))
             if progressed is not None:
                 progressed(len(found))

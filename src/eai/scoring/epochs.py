@@ -32,7 +32,8 @@ from eai.results.rate import Rate
 from eai.results.repeats import passes, passes_to_json, repeated_metric
 from eai.results.summary import by_attempt, cases_of
 from eai.results.totals import Totals
-from eai.scoring.batch import Progressed, Settings, score_run
+from eai.scoring.batch import Progressed, score_run
+from eai.scoring.options import ScoringOptions
 from eai.scoring.records import part_of, write_parts
 from eai.scoring.trials import Answer, Place, Trials, record_of_trial
 
@@ -241,7 +242,11 @@ class SuiteResult:
 
 
 def settle(
-    obtained: Obtained, folder: Path, suite: Suite, settings: Settings, progressed: Progressed | None = None
+    obtained: Obtained,
+    folder: Path,
+    suite: Suite,
+    scoring: ScoringOptions,
+    progressed: Progressed | None = None,
 ) -> SuiteResult:
     """Score answers and write the results: of each epoch, where there are several, and of all together.
 
@@ -254,11 +259,11 @@ def settle(
             part = f"epoch_{epoch}"
             named = replace(obtained, name=f"{obtained.name}.{part}")
             answers = _of_epoch(obtained, epoch)
-            of_epochs.append(_write(named, answers, folder / part, suite, settings, progressed))
+            of_epochs.append(_write(named, answers, folder / part, suite, scoring, progressed))
     averaged = declaration_of(suite.ability).of_epochs
     if of_epochs and averaged is not None:
         return _write_averaged(obtained, folder, suite, of_epochs, averaged)
-    return _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, progressed, of_epochs)
+    return _write(obtained, _chosen(obtained, suite.ability), folder, suite, scoring, progressed, of_epochs)
 
 
 def _write_averaged(
@@ -311,7 +316,7 @@ def _write(
     answers: Mapping[str, Answer],
     folder: Path,
     suite: Suite,
-    settings: Settings,
+    scoring: ScoringOptions,
     progressed: Progressed | None,
     of_epochs: Sequence[SuiteResult] = (),
 ) -> SuiteResult:
@@ -325,12 +330,12 @@ def _write(
             obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
         )
         write_responses(folder, file)
-        scored = score_run(suite, file, why, settings, progressed)
+        scored = score_run(suite, file, why, scoring, progressed)
         records = [_with_origin(r, digests.get(r.task_id), answers.get(r.task_id)) for r in scored]
         if obtained.believed is not None:
             records = [obtained.believed.marked(record) for record in records]
     else:
-        records = _tried(obtained, obtained.trials, answers, why, settings)
+        records = _tried(obtained, obtained.trials, answers, why, scoring)
         _write_attempts(folder, obtained.name, records)
     choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
     records = [record.varied(**choices) for record in records]
@@ -387,11 +392,11 @@ def _tried(
     trials: Trials,
     answers: Mapping[str, Answer],
     why: Mapping[str, str],
-    settings: Settings,
+    scoring: ScoringOptions,
 ) -> list[Record]:
     """The records of an experiment; ``answers`` are the last ones of the trials that count."""
     suite = trials.suite
-    lacking = score_run(suite, ResponseFile(obtained.name, ()), why, settings)
+    lacking = score_run(suite, ResponseFile(obtained.name, ()), why, scoring)
     records = {
         record.task_id: _with_origin(
             replace(record, experiment=trials.experiment), obtained.prompts[record.task_id].sha256, None
@@ -401,7 +406,7 @@ def _tried(
     for task_id, answer in answers.items():
         attempts = obtained.tried[task_id, answer.epoch]
         record = record_of_trial(suite, trials.experiment, obtained.name, task_id, attempts)
-        if not settings.explanations:
+        if not scoring.explanations:
             record = record.without_explanations()
         records[task_id] = _with_origin(
             record, answer.prompt_sha256, replace(answer, usage=_spent_on(attempts))

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Protocol
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import ErrataChoice
-
-if TYPE_CHECKING:
-    from eai.scoring.batch import Settings
 
 
 class ScoringOptions(Options):
@@ -48,10 +43,3 @@ class ScoringOptions(Options):
         "episode; none if not given.",
         ge=1,
     )
-
-    @property
-    def settings(self) -> Settings:
-        """The part that is about how a batch is scored."""
-        from eai.scoring.batch import Settings  # which commands that score nothing do not need
-
-        return Settings(self.workers, self.explanations, self.allow_missing, look_back=self.look_back)

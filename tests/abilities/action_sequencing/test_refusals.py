@@ -17,7 +17,8 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.envs.game import RULES, Game, Stage
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import score_run
+from eai.scoring.options import ScoringOptions
 from envs.switches import DOMAIN, as_plan, initial
 
 WHY = "lit(lamp)"
@@ -130,7 +131,7 @@ def test_who_declines_besides_a_plan_is_paid_for_the_last_alone() -> None:
 def test_records_keep_it_and_no_repair_is_looked_for() -> None:
     opened = suite(missing=(WHY,))
     for text, why in ((NO, None), (as_plan(["PRESS(lamp)", "PRESS(torch)"]), "unsolvable")):
-        (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, Settings())
+        (record,) = score_run(opened, ResponseFile("m", (Response("t", text),)), {}, ScoringOptions())
         values = record_to_json(record)
         assert record_from_json(values) == record
         assert ("refused" in values) == (text == NO)
@@ -144,7 +145,7 @@ def test_records_keep_it_and_no_repair_is_looked_for() -> None:
 
 
 def test_records_of_other_tasks_say_nothing_of_it() -> None:
-    (record,) = score_run(suite(), ResponseFile("m", (Response("t", NO),)), {}, Settings())
+    (record,) = score_run(suite(), ResponseFile("m", (Response("t", NO),)), {}, ScoringOptions())
     values = record_to_json(record)
     task = values["task"]
     assert isinstance(task, dict)

@@ -17,7 +17,8 @@ from eai.data.store import Store
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.summary import summarise
 from eai.results.table import Estimate
-from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.batch import NO_ROW, score_run
+from eai.scoring.options import ScoringOptions
 from eai.studies.pipeline.analysis import Pipeline, pooled
 from eai.studies.pipeline.stage_one import believe
 from eai.tasks.source import Source
@@ -76,7 +77,7 @@ def _runs(model: str, suite: Suite) -> Pipeline:
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
     file = ResponseFile(model, tuple(Response(task, text) for task, text in answers.items()))
     missing = {task: NO_ROW for task in suite.task_ids if task not in answers}
-    return score_run(suite, file, missing, Settings(explanations=False))
+    return score_run(suite, file, missing, ScoringOptions(explanations=False))
 
 
 def published(model: str) -> dict[str, tuple[str, bool, bool]]:
