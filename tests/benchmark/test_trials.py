@@ -22,7 +22,7 @@ from eai.data.store import Store
 from eai.households.virtualhome.plan_notation import Identified
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.scoring.trials import Trials, open_trials, replay
+from eai.scoring.trials import Trials, begin_trial, open_trials, replay
 from eai.tasks.source import Source
 from oracle import MODELS, Oracle
 from suites import answer_book
@@ -87,7 +87,9 @@ def test_how_answers_are_read_is_fixed_by_the_prompts(
         assert isinstance(plan, WrittenPlan)
         assert any(isinstance(word, Identified) for word in plan.steps[0].objects) is expected
         read_as_asked = suite.over([asked["27_2"].user])
-        assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == trials.trial("27_2").take(gold)
+        assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == begin_trial(
+            trials.suite, EXPLAINED, "27_2"
+        ).take(gold)
 
 
 def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:

@@ -7,7 +7,7 @@ import pytest
 
 from cli.conftest import Command
 from eai.errors import InputError
-from eai.studies.annotation.analysis import quality, read_ratings
+from eai.studies.annotation.study import quality, read_ratings
 from studies.told import read_table
 
 HEADER = "task,rater,attribute,score\n"

@@ -82,17 +82,12 @@ class Usage:
     seconds: float | None = None
 
     def __add__(self, other: Usage) -> Usage:
-        """Both together."""
-        reasoning = [n for n in (self.reasoning_tokens, other.reasoning_tokens) if n is not None]
-        costs = [cost for cost in (self.cost, other.cost) if cost is not None]
-        seconds = [each for each in (self.seconds, other.seconds) if each is not None]
-        return Usage(
-            self.input_tokens + other.input_tokens,
-            self.output_tokens + other.output_tokens,
-            sum(reasoning) if reasoning else None,
-            sum(costs) if costs else None,
-            sum(seconds) if seconds else None,
-        )
+        """Both together; what neither has is not known."""
+        sums: dict[str, Any] = {}
+        for name in self.__slots__:
+            known = [each for each in (getattr(self, name), getattr(other, name)) if each is not None]
+            sums[name] = sum(known) if known else None
+        return Usage(**sums)
 
     def to_json(self) -> dict[str, Json]:
         """The usage as journals, records and summaries have it."""

@@ -5,22 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
+import eai.logic.formula as f
 from eai.abilities.explanation import EXECUTED, SLIP, SLIPPED, GoalReport, PartReport, Statement, StepReport
 from eai.abilities.task import Task
-from eai.logic.formula import (
-    Atom,
-    Constant,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Occurs,
-    Or,
-    Term,
-    Then,
-    Variable,
-)
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, substitute
 from eai.logic.semantics import breach, explain
@@ -80,9 +67,9 @@ class _Focus:
         named: set[int] = set()
         for part in (part for goal in task.goals for part in walk(goal.formula)):
             match part:
-                case ForAll() | Exists() | Exactly() | ForPairs():
+                case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
                     named |= set(task.relevant)
-                case Atom(_, terms):
+                case f.Atom(_, terms):
                     named |= {i for term in terms if (i := scene.index.get(term.name)) is not None}
         return cls(scene, visible, frozenset({*task.relevant, scene.agent}), frozenset(named))
 
@@ -133,7 +120,7 @@ def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
     if not operator.tries:
         return ""
     names = names_of(action, domain, before.scene)
-    objects: dict[Term, Term] = {Variable(name): Constant(thing) for name, thing in names.items()}
+    objects: dict[f.Term, f.Term] = {f.Variable(name): f.Constant(thing) for name, thing in names.items()}
     undone = operator.left_undone(before, after, operator.bind(before, action.arguments))
     return "; ".join(
         f"{print_ltl(substitute(condition, objects))} remains: {_reason(check, domain, action, before)}"
@@ -200,21 +187,21 @@ def goal_reports(
     )
 
 
-def _mentioned(formula: Formula) -> tuple[str, ...]:
+def _mentioned(formula: f.Formula) -> tuple[str, ...]:
     names: dict[str, None] = {}
     for part in walk(formula):
         match part:
-            case Atom(name, _) | Occurs(name, _):
+            case f.Atom(name, _) | f.Occurs(name, _):
                 names[name] = None
     return tuple(names)
 
 
-def _breach(formula: Formula, course: Trajectory) -> str:
+def _breach(formula: f.Formula, course: Trajectory) -> str:
     """Which part of a goal over time was violated, and when."""
     found = breach(formula, timeline(course))
     what = formula_text(rename_variables(found.part))
     if found.position is None:
-        follows = isinstance(formula, Then) and found.part != formula.parts[0]
+        follows = isinstance(formula, f.Then) and found.part != formula.parts[0]
         return f"never after what comes first: {what}" if follows else f"never: {what}"
     if found.position == 0:
         return f"at the start not {what}"
@@ -222,12 +209,12 @@ def _breach(formula: Formula, course: Trajectory) -> str:
     return f"violated after {action}: {what}"
 
 
-def part_reports(goal: Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
+def part_reports(goal: f.Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
     """A report on each part of a temporal goal in the words of the domain; none where there is no goal."""
     if goal is None:
         return ()
     evidence = explain(goal, timeline(trajectory))
-    parts = goal.parts if isinstance(goal, Then) else (goal,)
+    parts = goal.parts if isinstance(goal, f.Then) else (goal,)
     met: list[int | None] = [*evidence.positions[: len(parts)]]
     blamed = [tuple([print_ltl(formula) for formula in evidence.failed])]
     numbers = [0, *(number for number, step in enumerate(trajectory.steps, 1) if step.executed)]
@@ -237,18 +224,18 @@ def part_reports(goal: Formula | None, trajectory: Trajectory) -> tuple[PartRepo
         if position is None:
             reports.append(PartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
             continue
-        acted = any(isinstance(each, Occurs) for each in walk(part)) and position + 1 < len(numbers)
+        acted = any(isinstance(each, f.Occurs) for each in walk(part)) and position + 1 < len(numbers)
         at = numbers[position + 1] if acted else None
         reports.append(PartReport(print_ltl(part), numbers[position], met_at=at))
     return tuple(reports)
 
 
-def formula_text(formula: Formula) -> str:
+def formula_text(formula: f.Formula) -> str:
     """A goal as a text that the reader of LTL takes; actions that any objects will do for by name alone."""
     match formula:
-        case Occurs(action, ()):
+        case f.Occurs(action, ()):
             return action
-        case Or(operands) if operands and all(isinstance(each, Occurs) for each in operands):
+        case f.Or(operands) if operands and all(isinstance(each, f.Occurs) for each in operands):
             return " or ".join(map(formula_text, operands))
         case _:
             return print_ltl(rename_variables(formula))

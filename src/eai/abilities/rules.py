@@ -109,7 +109,7 @@ class Rules:
         """An operator with what it requires and changes; None if it cannot be shown."""
         if operator.name not in self.names:
             return None
-        lines = [_titled(operator)]
+        lines = [titled(operator)]
         for heading, of_needless in (("requires", False), ("needed only if", True)):
             checks = [c for c in operator.checks if (c.fault is FaultKind.ADDITIONAL_STEP) is of_needless]
             conditions = dict.fromkeys([_text_of(check.condition) for check in checks])
@@ -159,7 +159,7 @@ class Rules:
         return list(found)
 
     def _operator(self, operator: Operator) -> str:
-        lines = [_titled(operator)]
+        lines = [titled(operator)]
         names = {parameter.name: parameter.name for parameter in operator.parameters}
         for number, check in enumerate(operator.checks, 1):
             lines.append(
@@ -216,7 +216,8 @@ def _head(operator: Operator) -> str:
     return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
 
 
-def _titled(operator: Operator) -> str:
+def titled(operator: Operator) -> str:
+    """The name of an operator with its parameters, and what it does in a few words."""
     head = _head(operator)
     return f"{head}: {operator.description}" if operator.description else head
 

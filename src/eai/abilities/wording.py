@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import TypeAlias
 
 from eai.abilities.reports import formula_text
-from eai.abilities.rules import Rules, how_to_read
+from eai.abilities.rules import Rules, how_to_read, titled
 from eai.abilities.task import Task
 from eai.logic.rewriting import rename_objects
 from eai.world.domain import Domain
@@ -164,9 +164,7 @@ def subjects(task: Task) -> list[int]:
 def _operator_text(operator: Operator) -> str:
     names = {parameter.name: parameter.name for parameter in operator.parameters}
     checks: Sequence[Check] = (*operator.checks, *(check for each in operator.tries for check in each.checks))
-    lines = [f"{operator.name}({', '.join(names)})"]
-    if operator.description:
-        lines[0] += f": {operator.description}"
+    lines = [titled(operator)]
     for kind, meaning in _MEANING:
         reasons = dict.fromkeys(c.reason.format_map(names) for c in checks if c.fault is kind)
         if reasons:

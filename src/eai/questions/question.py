@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from eai.abilities.json_text import find_json
 from eai.abilities.options import misfit
 from eai.abilities.verdict import Confusion
-from eai.data.files import lines
+from eai.data.files import content_of, lines
 from eai.errors import InputError
 
 
@@ -112,10 +112,7 @@ def read_questions(file: Path) -> tuple[Sequence[Question], str]:
     Raises:
         InputError: it cannot be read, has none, or a line is no question; names file, line and field.
     """
-    try:
-        content = file.read_bytes()
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+    content = content_of(file)
     questions: dict[str, Question] = {}
     for number, line in lines(content):
         place = f"{file}: line {number}"

@@ -131,13 +131,9 @@ class Trials:
     experiment: Experiment
     asker: Asker
 
-    def trial(self, task_id: str, epoch: int = 1) -> Trial:
-        """A new trial of a task."""
-        return _begin(self.suite, self.experiment, task_id, epoch)
-
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
-        trial = self.trial(task_id, epoch)
+        trial = begin_trial(self.suite, self.experiment, task_id, epoch)
         return Inquiry(partial(self.asker.question, trial), trial)
 
 
@@ -153,16 +149,23 @@ def replay(
         answers: the answers, in order.
         epoch: which epoch they are of.
     """
-    trial = _begin(suite, experiment, task_id, epoch)
+    trial = begin_trial(suite, experiment, task_id, epoch)
     for text in answers:
         trial.take(text)
     return tuple(trial.attempts)
 
 
-def _begin(suite: Suite, experiment: Experiment, task_id: str, epoch: int) -> Trial:
-    """A new trial of a task, in the way of the experiment's preset or in ours."""
+def begin_trial(suite: Suite, experiment: Experiment, task_id: str, epoch: int = 1) -> Trial:
+    """A new trial of a task, in the way of the experiment's preset or in ours.
+
+    Raises:
+        InputError: answers to the task are no plans.
+    """
+    scorer = suite.scorer(task_id)
+    if not isinstance(scorer, ActionSequencing):
+        raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
     kind = Trial if experiment.preset is None else preset(experiment.preset).trial
-    return kind(_plans(suite, task_id), experiment, epoch)
+    return kind(scorer, experiment, epoch)
 
 
 def record_of_trial(
@@ -181,18 +184,6 @@ def record_of_trial(
         experiment=experiment,
         attempts=tuple(attempts),
     )
-
-
-def _plans(suite: Suite, task_id: str) -> ActionSequencing:
-    """The scorer of a task whose answers are plans.
-
-    Raises:
-        InputError: they are not.
-    """
-    scorer = suite.scorer(task_id)
-    if not isinstance(scorer, ActionSequencing):
-        raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
-    return scorer
 
 
 def open_trials(suite: Suite, experiment: Experiment, asker: Asker, task_ids: Iterable[str]) -> Trials:

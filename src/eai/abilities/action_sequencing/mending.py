@@ -49,7 +49,7 @@ class PlanMender:
         self.domain = domain
         self._notation = notation
         self._object = notation.objects(task)
-        self._known_nearness: dict[tuple[Action | None, ...], float] = {}
+        self._remembered = lru_cache(_REMEMBERED)(self._near)
 
     def steps(self, plan: WrittenPlan) -> tuple[Action | None, ...]:
         """The steps of a plan; None for each that means nothing."""
@@ -105,26 +105,16 @@ class PlanMender:
 
         Args:
             steps: the steps; None for each that means nothing.
-            limit: how many steps may be tried, about; by default so many for each of the steps and of n, and
-                what comes of it is remembered.
+            limit: how many steps may be tried, about; by default so many for each of the steps and of n.
 
         Returns:
             The nearness, from 0 to 1; None where nothing is known of it.
         """
         if self._why_unknown is not None:
             return None
-        if limit is not None:
-            return self._near(steps, limit)
-        key, known = tuple(steps), self._known_nearness
-        if key not in known:
-            if len(known) == _REMEMBERED:
-                known.clear()
-            known[key] = self._near(steps, self._effort_for(len(steps) + self._least))
-        return known[key]
-
-    def _effort_for(self, number: int) -> int:
-        """The effort for so many steps: one of a few, as a plan from the start is looked for with each."""
-        return min(_MOST, _PER_STEP << number.bit_length())
+        number = len(steps) + self._least
+        effort = min(_MOST, _PER_STEP << number.bit_length())  # one of a few, as each starts a search
+        return self._remembered(tuple(steps), effort if limit is None else limit)
 
     def _near(self, steps: Plan, limit: int) -> float:
         """The nearness of steps, by so much effort."""

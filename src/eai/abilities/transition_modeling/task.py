@@ -108,7 +108,9 @@ def declared_tasks(
     exported = export_problems(domain, sources, ExportOptions(invisible=False))
     known = {**default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
-        header=_without_operators(exported[0].domain), operators=_texts(exported[0]), categories=known
+        header=replace(exported[0].domain, actions=()),
+        operators={action.name: operator_text(action) for action in exported[0].domain.actions},
+        categories=known,
     )
     planner = Planner(domain)
     return {
@@ -143,14 +145,6 @@ def default_categories(domain: PddlDomain) -> dict[str, Category]:
 
 def _conditions(task: Task) -> Sequence[Goal]:
     return [goal for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
-
-
-def _without_operators(domain: PddlDomain) -> PddlDomain:
-    return replace(domain, actions=())
-
-
-def _texts(exported: Exported) -> dict[str, OperatorText]:
-    return {action.name: operator_text(action) for action in exported.domain.actions}
 
 
 def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:

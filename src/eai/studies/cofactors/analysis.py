@@ -233,10 +233,8 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
 
 def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
     """The models that succeed in some tasks and fail in others; the rest says nothing about tasks."""
-    found: dict[str, set[bool]] = {}
-    for answer in answers:
-        found.setdefault(answer.agent, set()).add(bool(answer.success))
-    return [model for model, outcomes in found.items() if len(outcomes) == 2]
+    outcomes = grouped((answer.agent, bool(answer.success)) for answer in answers)
+    return [model for model, found in outcomes.items() if len({*found}) == 2]
 
 
 def _effect(effects: Sequence[Estimate] | None, number: int) -> Estimate:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.planning import find_plan
@@ -36,8 +37,8 @@ class ItemFlags:
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self._domains: dict[str, _Domain | None] = {}
-        self._suites: dict[SuiteKey, tuple[Suite, tuple[AnswerBook, ...]]] = {}
+        self._domain = cache(self._open_domain)
+        self._opened = cache(self._open_suite)
 
     def __call__(self, suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
         """The flags of a task."""
@@ -53,7 +54,7 @@ class ItemFlags:
             yield Flag.AMBIGUOUS
 
     def _of_unsolved(self, domain: _Domain, key: SuiteKey, task: Task) -> Flag:
-        suite, books = self._opened(domain, key)
+        suite, books = self._opened(key, domain)
         for book in books:
             answer = book.gold(task.id).text
             verdict = suite.over([answer]).score(task.id, answer)
@@ -61,21 +62,16 @@ class ItemFlags:
                 return Flag.PLAN_EXISTS
         return Flag.NO_PLAN if domain.end(task) is SearchEnd.UNREACHABLE else Flag.UNSOLVED
 
-    def _opened(self, domain: _Domain, key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+    def _open_suite(self, key: SuiteKey, domain: _Domain) -> tuple[Suite, tuple[AnswerBook, ...]]:
         """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
-        if key not in self._suites:
-            ability, protocol = Ability(key.ability), Protocol(key.protocol)
-            suite = open_suite(domain.benchmark, ability, protocol, source=self._source)
-            gold = open_answer_book(domain.benchmark, ability, self._source)
-            planned = open_planned_book(domain.benchmark, ability, self._source, find=domain.find)
-            self._suites[key] = (suite, (gold, planned))
-        return self._suites[key]
+        ability, protocol = Ability(key.ability), Protocol(key.protocol)
+        suite = open_suite(domain.benchmark, ability, protocol, source=self._source)
+        gold = open_answer_book(domain.benchmark, ability, self._source)
+        planned = open_planned_book(domain.benchmark, ability, self._source, find=domain.find)
+        return suite, (gold, planned)
 
-    def _domain(self, name: str) -> _Domain | None:
-        if name not in self._domains:
-            known = name in registered()
-            self._domains[name] = _Domain(find_benchmark(name), self._source) if known else None
-        return self._domains[name]
+    def _open_domain(self, name: str) -> _Domain | None:
+        return _Domain(find_benchmark(name), self._source) if name in registered() else None
 
 
 class _Domain:

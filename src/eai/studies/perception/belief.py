@@ -91,18 +91,20 @@ class _Believer:
         first = [fact for fact in described.facts if fact in seen]
         further = [fact for fact in self._graph.facts if fact not in set(first)]
         perceived = [self._stored(fact) for fact in self._possible([*first, *further], set(described.facts))]
+        static = {each.name for each in self._task.scene.vocabulary.predicates if each.static}
         copied = [
             Fact(fact.predicate, (index[name],))
             for name, model in self._strangers.items()
             for fact in kept
-            if model is not None and fact.arguments == (model,) and self._is_static(fact.predicate)
+            if model is not None and fact.arguments == (model,) and fact.predicate in static
         ]
         return self._scene().state([*kept, *perceived, *copied])
 
     def _possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
         """The facts that a state can hold: those with a stored form, without circles or second supports."""
         words = self._words
-        single = {words.spelling(name) for name, form in words.stored.items() if self._is_single(form)}
+        forms = {each.name for each in self._task.scene.vocabulary.predicates if each.single}
+        single = {words.spelling(name) for name, form in words.stored.items() if form in forms}
         supports = Supports(frozenset(words.spelling(name) for name in words.roles.supports))
         for fact in facts:
             if words.predicates[fact.predicate] not in words.stored:
@@ -135,11 +137,3 @@ class _Believer:
         stem = _STEM.sub("", name)
         names = self._words.names(self._task)
         return next((i for i in subjects(self._task) if _STEM.sub("", names[i]) == stem), None)
-
-    def _is_static(self, predicate: str) -> bool:
-        declared = self._task.scene.vocabulary.stored(predicate)
-        return declared is not None and declared.static
-
-    def _is_single(self, predicate: str) -> bool:
-        declared = self._task.scene.vocabulary.stored(predicate)
-        return declared is not None and declared.single

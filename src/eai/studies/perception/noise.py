@@ -157,7 +157,8 @@ class _Look:
             if draw.random() >= self._noise.unnecessary:
                 continue
             made = (self._made(draw, predicates) for _ in range(_TRIES))
-            chosen = next((each for each in made if self._is_more(each, known)), None)
+            possible = (each for each in made if self._is_new(each, known) and not self._supports.rests(each))
+            chosen = next(possible, None)
             if chosen is not None:
                 known.add(chosen)
                 self._supports.add(chosen)
@@ -169,10 +170,6 @@ class _Look:
         predicate = draw.choice(predicates)
         arity = self._words.arities[predicate]
         return NamedFact(predicate, tuple([draw.choice(self._places) for _ in range(arity)]))
-
-    def _is_more(self, fact: NamedFact, known: set[NamedFact]) -> bool:
-        """Whether a fact is new, and no second support of something."""
-        return not self._supports.rests(fact) and self._is_new(fact, known)
 
     def _is_new(self, fact: NamedFact, known: set[NamedFact]) -> bool:
         """Whether a fact neither holds nor is seen, and is possible."""

@@ -117,13 +117,10 @@ def read_interpretations(
     Raises:
         InputError: there are none, or those of several models and none of the one that is wanted.
     """
-    if path.is_dir():
-        found = list(_in_records(files_below(path, RECORDS), benchmark)) or list(
-            _in_responses(path, benchmark, source)
-        )
-    elif path.suffix == ".jsonl":
-        found = list(_in_records([path], benchmark))
-    else:
+    are_records = path.suffix == ".jsonl"
+    records = files_below(path, RECORDS) if path.is_dir() else [path] * are_records
+    found = list(_in_records(records, benchmark))
+    if not found and not are_records:
         found = list(_in_responses(path, benchmark, source))
     by_model = dict(found)
     if model and len(by_model) > 1 and file_name(model) in by_model:
