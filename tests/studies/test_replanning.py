@@ -23,6 +23,8 @@ from eai.scoring.epochs import _write_attempts
 from eai.scoring.records import write_records
 from eai.scoring.trials import record_of_trial
 from eai.studies.attempts.analysis import arms_of, remarks, success_by_attempt, tables
+from eai.studies.attempts.study import _analyze, _Choices
+from eai.studies.records import Records
 from protocols import of_reference
 from studies.told import told_tables
 
@@ -148,5 +150,6 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
 
 
 def test_plain_records_have_nothing_to_analyse(tmp_path: Path) -> None:
+    write_records(tmp_path / "records.jsonl", [replace(TOLD[0], experiment=None)])
     with pytest.raises(InputError, match="expected records of replanning or slips"):
-        arms_of([[replace(TOLD[0], experiment=None)]])
+        list(_analyze(Records((tmp_path,)), _Choices()))

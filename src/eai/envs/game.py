@@ -21,6 +21,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import ASK, REFUSE, ErrorReport, is_question, refusal_in
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
+from eai.data.grouping import grouped
 from eai.envs.command import DONE, Commands, is_look
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import OUTCOMES, Feedback, Observe, Rules, View
@@ -132,10 +133,7 @@ class _View:
 
     def objects(self, chosen: Collection[int]) -> str:
         """Objects with their kinds and properties; those that have all in common in one line."""
-        of_kind: dict[str, list[int]] = {}
-        for index in self.subjects:
-            if index in chosen:
-                of_kind.setdefault(self._kind(index), []).append(index)
+        of_kind = grouped((self._kind(index), index) for index in self.subjects if index in chosen)
         return "\n".join([f"{self.names(found)} {kind}" for kind, found in of_kind.items()])
 
     def names(self, chosen: Iterable[int]) -> str:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import count, cycle, groupby, islice
 from operator import itemgetter
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.rules import Rules
-from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
@@ -115,7 +115,7 @@ class Writer:
         self._templates = templates or Templates()
         self._rules = Rules(benchmark.domain)
         self._planner = Planner(benchmark.domain)
-        self._settings: dict[tuple[str, int], Setting] = {}
+        self._setting = cache(self._open_setting)
 
     def write(
         self,
@@ -168,8 +168,8 @@ class Writer:
         rng = _generator(seed, cell.kind.value, cell.form.value, number)
         order = _turns(f"{seed} {cell.kind.value} {cell.form.value}")
         others: list[tuple[int, _Draft]] = []
-        for task in (self._tasks[each] for each in tasks for _ in range(_ITEMS)):
-            setting = self._setting(task, seed)
+        for task_id in (each for each in tasks for _ in range(_ITEMS)):
+            setting = self._setting(task_id, seed)
             if len(setting.scene.objects) < _LEAST_OBJECTS:
                 continue
             item = MAKERS[cell.kind](setting, rng, number)
@@ -238,11 +238,9 @@ class Writer:
             "answer": self._templates.text(f"questions/answer.{form}.txt"),
         }
 
-    def _setting(self, task: Task, seed: int) -> Setting:
-        if (task.id, seed) not in self._settings:
-            own = _seed(seed, "way", task.id)
-            self._settings[task.id, seed] = open_setting(task, self._rules, self._planner, own)
-        return self._settings[task.id, seed]
+    def _open_setting(self, task_id: str, seed: int) -> Setting:
+        own = _seed(seed, "way", task_id)
+        return open_setting(self._tasks[task_id], self._rules, self._planner, own)
 
 
 def _question_text(item: Item, setting: Setting, cell: _Cell, templates: Templates, choices: str = "") -> str:

@@ -137,7 +137,7 @@ class Reward:
         if declaration_of(suite.ability).verdict.merit is Verdict.merit:
             raise InputError(f"answers to {suite.ability.value} are not paid: its verdicts have no merit")
         self.limit = limit
-        self._at_start: dict[str, tuple[bool, ...]] = {}
+        self._at_start = cache(self._reached_at_start)
 
     def __reduce__(self) -> tuple[Callable[..., Reward], tuple[Suite, Shaping]]:
         return partial(Reward, limit=self.limit), (self.suite, self.shaping)
@@ -187,7 +187,7 @@ class Reward:
     def _merit(self, task_id: str, verdict: Verdict) -> Merit | None:
         if not self.suite.has_plans:
             return merit(verdict)
-        earned = merit(verdict, self._reached_at_start(task_id))
+        earned = merit(verdict, self._at_start(task_id))
         is_vain = (
             isinstance(verdict, PlanVerdict) and not verdict.declines and self.suite.tasks[task_id].missing
         )
@@ -195,11 +195,8 @@ class Reward:
 
     def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
         """For each goal, in order, whether it is reached where nothing is done."""
-        found = self._at_start.get(task_id)
-        if found is None:
-            task = self.suite.tasks[task_id]
-            found = self._at_start[task_id] = GoalTest(task).reached(task.initial, ())
-        return found
+        task = self.suite.tasks[task_id]
+        return GoalTest(task).reached(task.initial, ())
 
 
 def reward(

@@ -10,13 +10,14 @@ from eai.abilities.options import Options
 from eai.benchmark.registry import title_of
 from eai.errors import InputError
 from eai.results.lines import SuiteKey
+from eai.results.paper_tables import PaperTable, paper_setting
 from eai.results.plots import clipped, entitle
 from eai.studies.variation import Variation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from eai.abilities.protocol import Ability
+    from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.verdict import Json
     from eai.results.table import Table
     from eai.scoring.runs import RunKey
@@ -96,6 +97,14 @@ def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure |
     if figure is not None:
         entitle(figure, f"{suite_title(key.suite)}, {clipped(key.model)}")
     return name, figure
+
+
+def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
+    """What to know of figures of the paper that stand beside those of records of a protocol."""
+    remarks = [note.text for paper in papers for note in paper.notes if not note.models]
+    if protocol.value != paper_setting().protocol:
+        remarks.append(f"These records are of protocol {protocol.value}, the paper's figures are not.")
+    return list(dict.fromkeys(remarks))
 
 
 def metric_of(ability: Ability, chosen: str | None) -> str:

@@ -18,6 +18,7 @@ from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json, is_cut_off
 from eai.abilities.scorer import UNKNOWN_ACTION
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.data.grouping import grouped
 from eai.logic.signature import MisuseKind, takes
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
@@ -223,9 +224,7 @@ class JsonPlans(PlanNotation):
 
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
         """An object around the list, as a list alone cannot be enforced."""
-        names: dict[int, list[str]] = {}
-        for operator in domain.operators:
-            names.setdefault(operator.arity, []).append(operator.name)
+        names = grouped((operator.arity, operator.name) for operator in domain.operators)
         steps = [closed({"action": text(names[n]), "object": _objects(n, words)}) for n in sorted(names)]
         return closed({"plan": listed(either(steps))})
 

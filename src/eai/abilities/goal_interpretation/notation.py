@@ -18,7 +18,7 @@ from typing import ClassVar, NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.explanation import Statement
-from eai.abilities.json_text import Pairs, Value, find_json
+from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
@@ -196,13 +196,6 @@ class Alternatives:
     options: Choice
 
 
-class _Entry(NamedTuple):
-    """An entry of an answer, as JSON, and the kind of goals that its section is of; None if of no kind."""
-
-    kind: GoalKind | None
-    value: Value
-
-
 class GoalNotation(ABC):
     """How answers to goal interpretation state goals.
 
@@ -311,26 +304,24 @@ class JsonGoals(GoalNotation):
                     goals.append(goal)
         return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
 
-    def entries(self, text: str) -> tuple[_Entry, ...] | None:
-        """All entries of an answer: states, relations, actions, others; None if it cannot be read."""
+    def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | None:
+        """All entries of an answer with their kinds, states first; None if it cannot be read."""
         found = find_json(text, _sections)
         if found is None:
             return None
-        read = [
-            _Entry(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries
-        ]
         order: list[GoalKind | None] = [*GoalKind, None]
-        return tuple(sorted(read, key=lambda entry: order.index(entry.kind)))
+        read = [(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries]
+        return sorted(read, key=lambda entry: order.index(entry[0]))
 
     def conditions(self, text: str, meaning: Meaning) -> _Conditions | Unreadable:
         """The goals of an answer as conditions on its task; they may be nested (`nested`)."""
         entries = self.entries(text)
         if entries is None:
             return _NO_LISTS
-        read = [(entry, self._condition(entry, meaning)) for entry in entries]
+        read = [(entry, self._condition(kind, entry, meaning)) for kind, entry in entries]
         return _Conditions(
             tuple([formula for _, formula in read if formula is not None]),
-            tuple([str(entry.value) for entry, formula in read if formula is None]),
+            tuple([str(entry) for entry, formula in read if formula is None]),
         )
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
@@ -368,16 +359,14 @@ class JsonGoals(GoalNotation):
             return [self._spelt(part) for part in value]
         return self.word(value).lstrip("?") if isinstance(value, str) else value
 
-    def _condition(self, entry: _Entry, meaning: Meaning) -> Formula | None:
+    def _condition(self, kind: GoalKind | None, entry: object, meaning: Meaning) -> Formula | None:
         """The condition that an entry asks for, or None if it is no condition."""
 
-        def literal(value: object, variables: frozenset[str]) -> Formula | None:
-            goal = self._goal(entry.kind, value)
+        def literal(part: object, variables: frozenset[str]) -> Formula | None:
+            goal = self._goal(kind, part)
             return None if goal is None else meaning(goal, variables)
 
-        if entry.kind is GoalKind.ACTION:
-            return literal(entry.value, frozenset())
-        return read_nested(entry.value, literal)
+        return literal(entry, frozenset()) if kind is GoalKind.ACTION else read_nested(entry, literal)
 
     def _goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
         """The goal that an entry states, or None if it is ill-formed."""

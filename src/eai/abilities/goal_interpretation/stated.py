@@ -17,6 +17,7 @@ from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation, Word, WrittenGoal
 from eai.abilities.task import Goal, Task, goal
 from eai.abilities.verdict import Unreadable
+from eai.data.grouping import grouped
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import term
 from eai.logic.traversal import objects, walk
@@ -69,9 +70,7 @@ class _Meaning:
         self._predicates = notation.words(domain)
         self._vocabulary, self._actions = domain.vocabulary, domain.arities
         names, things = notation.names(task), task.scene.objects
-        self._named: dict[str, list[str]] = {}
-        for index in reversed(task.relevant):
-            self._named.setdefault(names[index], []).append(things[index].name)
+        self._named = grouped((names[index], things[index].name) for index in reversed(task.relevant))
         self._known = {thing for things in self._named.values() for thing in things}
         self._times: Counter[WrittenGoal] = Counter()
 

@@ -8,6 +8,8 @@ gives the plan nearest to the subgoal, and the action that fails.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from copy import copy
+from itertools import tee
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, Found, Plan
@@ -91,17 +93,16 @@ class _Movement:
     def __init__(self, moves: Sequence[Ground], effort: Effort) -> None:
         self._moves = moves
         self._effort = effort
-        self._ways: dict[State, _Ways] = {}
+        self._ways: dict[State, Iterator[Way]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._moves)
 
     def ways(self, state: State) -> Iterable[Way]:
         """All that movement leads to, the shortest ways first; found as far as it is looked at."""
-        ways = self._ways.get(state)
-        if ways is None:
-            ways = self._ways[state] = _Ways(self._from(state))
-        return ways
+        if state not in self._ways:
+            (self._ways[state],) = tee(self._from(state), 1)
+        return copy(self._ways[state])  # which remembers what others have looked at
 
     def _from(self, start: State) -> Iterator[Way]:
         moves = [ground for ground in self._moves if ground.is_ever_possible(start)]
@@ -122,20 +123,6 @@ class _Movement:
                             farther.append(Node(after, 0, way.depth + 1, way, (ground.action,)))
                             yield farther[-1]
             ways = farther
-
-
-class _Ways:
-    """Ways as they are found, to be looked at again and again."""
-
-    def __init__(self, ways: Iterator[Way]) -> None:
-        self._ways = ways
-        self._found: list[Way] = []
-
-    def __iter__(self) -> Iterator[Way]:
-        yield from self._found
-        for way in self._ways:
-            self._found.append(way)
-            yield way
 
 
 class UniformCostSearch:

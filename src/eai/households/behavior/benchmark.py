@@ -64,7 +64,7 @@ GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
 
 def _entries(belief: Belief) -> Iterator[object]:
     """The entries of an answer, states first; none of an answer that cannot be read."""
-    return (_unwrapped(entry.value) for entry in _NOTATION.entries(belief.answer) or ())
+    return (_unwrapped(entry) for _, entry in _NOTATION.entries(belief.answer) or ())
 
 
 def _names(belief: Belief) -> Mapping[str, str]:

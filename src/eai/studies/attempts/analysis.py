@@ -17,7 +17,6 @@ from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
 from eai.data.grouping import grouped
-from eai.errors import InputError
 from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases
 from eai.results.rate import rate_of
@@ -71,20 +70,12 @@ class Arm:
 
 
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
-    """The arms of some runs of one model and suite, those without feedback first.
-
-    Raises:
-        InputError: none of them is of an experiment in which answers were carried out.
-    """
+    """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
     found: dict[Experiment, dict[int | None, Sequence[Record]]] = {}
     for records in runs:
         experiment = records[0].experiment
         if experiment is not None and experiment.acts:
             found.setdefault(replace(experiment, slip_seed=None), {})[experiment.slip_seed] = records
-    if not found:
-        raise InputError(
-            "expected records of replanning or slips, found none; eai run --with attempts.replans=3 does"
-        )
     order = [*Feedback]
     return sorted(
         (Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),

@@ -16,14 +16,16 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
 from eai.results.plots import LINES, MUTED, RULE, clipped, sheet
-from eai.studies.study import Analysis, Figures, Study, of_run
+from eai.results.table import Row, table_of
+from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation
 from eai.world.slips import Notice, Until
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from eai.results.table import Cell, Table
+    from eai.results.paper_tables import PaperTable
+    from eai.results.table import Table
     from eai.scoring.runs import RunKey
     from eai.studies.attempts.analysis import Arm
     from eai.studies.records import Records
@@ -170,42 +172,32 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 def _tables(arms: Sequence[Arm], key: RunKey) -> tuple[list[Table], list[str]]:
     """The tables, the paper's among them, and what must be said of that."""
-    from eai.results.paper_tables import paper_setting
+    from eai.results.paper_tables import paper_table
     from eai.studies.attempts.analysis import tables
 
-    made = tables(arms)
-    paper, notes = _paper(key.domain)
-    if paper.rows:
-        made.append(paper)
-        if key.protocol.value != paper_setting().protocol:
-            notes.append(f"These records are of protocol {key.protocol.value}, the paper's figures are not.")
-    return made, notes
+    papers = [
+        paper for paper in map(paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
+    ]
+    if not papers:
+        return tables(arms), []
+    return [*tables(arms), _paper(papers, key.domain)], paper_remarks(papers, key.protocol)
 
 
 def _figures(arms: Sequence[Arm], key: RunKey) -> Figures:
     yield of_run(key, "success_by_attempt", draw(arms))
 
 
-def _paper(domain: str) -> tuple[Table, list[str]]:
-    """The paper's figures for a domain, and remarks on them."""
-    from eai.results.paper_tables import paper_table
-    from eai.results.table import Table
+@table_of("paper", ("table", "model", *(metric.replace("_", " ") for metric in _FIGURES)))
+def _paper(papers: Sequence[PaperTable], domain: str) -> Iterator[Row]:
+    """The paper's figures.
 
-    rows: list[tuple[Cell, ...]] = []
-    notes: list[str] = []
-    for paper in map(paper_table, _PAPER):
+    Percent, as printed. Read the notes at the head of this page before comparing them.
+    """
+    for paper in papers:
         columns = {column.metric: column for column in paper.columns if column.domain == domain}
-        if columns:
-            notes += [note.text for note in paper.notes if not note.models]
-            for name in paper.rows:
-                figures = [
-                    paper.figure(name, columns[metric]) if metric in columns else None for metric in _FIGURES
-                ]
-                rows.append((paper.title, name, *figures))
-    definition = "Percent, as printed. Read the notes at the head of this page before comparing them."
-    names = tuple(metric.replace("_", " ") for metric in _FIGURES)
-    table = Table("paper", "The paper's figures", definition, ("table", "model", *names), tuple(rows))
-    return table, list(dict.fromkeys(notes))
+        for name in paper.rows:
+            figures = [paper.figure(name, columns[m]) if m in columns else None for m in _FIGURES]
+            yield (paper.title, name, *figures)
 
 
 _SIZE = (3.5, 2.8)

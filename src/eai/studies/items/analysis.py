@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome
+from eai.data.grouping import grouped
 from eai.results.certainty import LEVEL, two_sided_quantile
 from eai.results.lines import SUITE, AnswerLine, SuiteKey, by_suite, case_of, score_of
 from eai.results.paper_tables import is_null_model
@@ -220,11 +220,8 @@ def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
 
 def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
     """Of each task the check that fails most models first."""
-    found: dict[str, Counter[str]] = {}
-    for answer in answers:
-        if answer.error_check is not None:
-            found.setdefault(answer.task, Counter())[answer.error_check] += 1
-    return {task: min(counts, key=lambda c: (-counts[c], c)) for task, counts in found.items()}
+    found = grouped((a.task, a.error_check) for a in answers if a.error_check is not None)
+    return {task: min(checks, key=lambda c: (-checks.count(c), c)) for task, checks in found.items()}
 
 
 def _rounded(number: float) -> float | None:

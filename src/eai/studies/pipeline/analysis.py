@@ -32,13 +32,13 @@ from eai.planning.search import Limits
 from eai.results.certainty import Case
 from eai.results.comparison import Difference, compare
 from eai.results.lines import SuiteKey
-from eai.results.paper_tables import paper_models, paper_setting, paper_table
+from eai.results.paper_tables import paper_models, paper_table
 from eai.results.rate import rate_of
 from eai.results.summary import cases_of, name_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.scoring.runs import Run, RunKey
 from eai.studies.pipeline.stage_one import read_interpretations
-from eai.studies.study import Analysis, suite_title
+from eai.studies.study import Analysis, paper_remarks, suite_title
 from eai.tasks.source import Source
 
 if TYPE_CHECKING:
@@ -361,26 +361,14 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
     }
 
 
-def _remarks(found: Pipeline) -> list[str]:
-    """Remarks for readers on the paper's figures."""
-    record = found.modular[0]
-    remarks: list[str] = []
-    if found.paper:
-        paper = paper_table(f"pipeline_{record.ability.value}")
-        remarks += [note.text for note in paper.notes if not note.models]
-        if record.protocol.value != paper_setting().protocol:
-            remarks.append(
-                f"These records are of protocol {record.protocol.value}, the paper's figures are not."
-            )
-    return remarks
-
-
 def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
     suite = SuiteKey(record.protocol.value, record.domain, record.ability.value)
     heading = f"{title}, {suite_title(suite)}"
     goals = next(table for table in tables if table.name == "goals")
-    return Analysis(tables, (), _remarks(found), folder, [_for_screen(goals, heading)])
+    papers = [paper_table(f"pipeline_{record.ability.value}")] if found.paper else []
+    remarks = paper_remarks(papers, record.protocol) if papers else []
+    return Analysis(tables, (), remarks, folder, [_for_screen(goals, heading)])
 
 
 def _for_screen(table: Table, heading: str) -> Table:
