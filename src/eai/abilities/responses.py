@@ -156,8 +156,8 @@ def read_responses(
     """
     checked = _checked(path, task_ids, task_id_of)
     first = next(checked, None)
-    read = _read_samples if samples and first is not None and first.sample is not None else _read_answers
-    file = read(path, chain(() if first is None else (first,), checked), task_id_of)
+    sampled = samples and first is not None and first.sample is not None
+    file = _read(path, chain(() if first is None else (first,), checked), task_id_of, sampled=sampled)
     if not file.responses:
         rows = f"{file.elsewhere:,} for tasks that are not in the data set"
         raise InputError(
@@ -192,43 +192,31 @@ def _checked(
         yield _Checked(number, place, task_id, text, sample)
 
 
-def _read_answers(
-    path: Path, rows: Iterable[_Checked], task_id_of: Callable[[str], str | None]
+def _read(
+    path: Path, rows: Iterable[_Checked], task_id_of: Callable[[str], str | None], *, sampled: bool
 ) -> ResponseFile:
-    """The answers of a file that has one a task."""
-    responses: dict[str, Response] = {}
-    elsewhere = 0
-    for row in rows:
-        if row.task_id is None:
-            elsewhere += 1
-        elif row.task_id in responses:
-            raise InputError(f"{row.place}: identifier {row.task_id[:_SHOWN]!r} stands there twice")
-        else:
-            responses[row.task_id] = Response(row.task_id, row.text)
-    return ResponseFile(model_name(path), tuple(responses.values()), elsewhere)
-
-
-def _read_samples(
-    path: Path, rows: Iterable[_Checked], task_id_of: Callable[[str], str | None]
-) -> ResponseFile:
-    """The answers of a file that has several a task, of which no text is kept."""
+    """The answers of a file: one a task, or several, of which no text is kept."""
     seen: dict[str, bytearray] = {}
     elsewhere: set[int] = set()
+    answers: list[Response] = []
     number = 0
     for row in rows:
-        if type(row.sample) is not int or not 0 <= row.sample < MOST_SAMPLES:
+        sample = row.sample if sampled else 0
+        if type(sample) is not int or not 0 <= sample < MOST_SAMPLES:
             raise InputError(
                 f'{row.place}: "{SAMPLE}" must be a whole number from 0 to {MOST_SAMPLES - 1}, as in row 1'
             )
         if row.task_id is None:
             elsewhere.add(row.number)
             continue
-        if not _is_new(seen.setdefault(row.task_id, bytearray()), row.sample):
-            named = f"sample {row.sample} of identifier {row.task_id[:_SHOWN]!r}"
-            raise InputError(f"{row.place}: {named} stands there twice")
+        if not _is_new(seen.setdefault(row.task_id, bytearray()), sample):
+            which = f"sample {sample} of " if sampled else ""
+            shown = row.task_id[:_SHOWN]
+            raise InputError(f"{row.place}: {which}identifier {shown!r} stands there twice")
         number += 1
+        answers += [] if sampled else [Response(row.task_id, row.text)]
     samples = _Samples(path, number, frozenset(seen), task_id_of, frozenset(elsewhere))
-    return ResponseFile(model_name(path), samples, len(elsewhere))
+    return ResponseFile(model_name(path), samples if sampled else tuple(answers), len(elsewhere))
 
 
 def _is_new(seen: bytearray, sample: int) -> bool:

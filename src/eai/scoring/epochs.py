@@ -55,16 +55,11 @@ def meaning(text: str, ability: Ability) -> str | None:
     What does not matter is declared by the ability (`Sameness`).
     """
     same = declaration_of(ability).asked.sameness
-    found = find_json(text, lambda value: _plain(value, same))
+    found = find_json(text, lambda value: _text(value, same) if isinstance(value, Pairs | list) else None)
     if found is not None:
         return found[0]
     start = -1 if same.bare is None else text.find(same.bare)
     return _spaced(text[start:]) if start >= 0 else None
-
-
-def _plain(value: object, same: Sameness) -> str | None:
-    """A JSON value as a text without accidents; None for what cannot be an answer."""
-    return _text(value, same) if isinstance(value, Pairs | list) else None
 
 
 def _text(value: object, same: Sameness) -> str:
