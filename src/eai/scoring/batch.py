@@ -75,16 +75,16 @@ class Scoring(Workers):
             allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
             look_back: how many states a search that says more of a verdict may look at; no search if None.
         """
-        chosen = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
-        return self._records(suite, model, responses, chosen)
+        settings = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
+        return self._records(suite, model, responses, settings)
 
     def _records(
-        self, suite: Suite, model: str, responses: Iterable[Response | _Missing], chosen: ScoringOptions
+        self, suite: Suite, model: str, responses: Iterable[Response | _Missing], settings: ScoringOptions
     ) -> Iterator[Record]:
         workers = self if suite.portable else Scoring()  # what has no name cannot be opened elsewhere
         asked, given = tee(responses)
         shares = workers._shares(suite, length_hint(responses))
-        judged = workers.each(_Judge(suite, chosen), given, at_a_time=shares)
+        judged = workers.each(_Judge(suite, settings), given, at_a_time=shares)
         return map(partial(_record, suite, model), asked, judged)
 
     def parts(
@@ -92,7 +92,7 @@ class Scoring(Workers):
         suite: Suite,
         answers: ResponseFile,
         unanswered: Mapping[str, str],
-        chosen: ScoringOptions,
+        settings: ScoringOptions,
         finish: Callable[[Record], Record] | None = None,
         shard: Shard | None = None,
     ) -> Iterator[Part]:
@@ -105,7 +105,7 @@ class Scoring(Workers):
             suite: the tasks.
             answers: the answers, whose form together may decide how each is read.
             unanswered: why a task that was asked has no answer, by its id.
-            chosen: how to score; the processes are those of this pool.
+            settings: how to score; the processes are those of this pool.
             finish: what becomes of a record before it is written; it is pickled.
             shard: the part of the tasks that is scored; all of them if None.
         """
@@ -113,7 +113,7 @@ class Scoring(Workers):
         items, number = _items_of(suite, answers, unanswered), len(answers.responses) + len(unanswered)
         if shard is not None:
             items, number = shard.of_these(items), -(-number // shard.of)
-        work = _Finish(_Judge(suite, chosen), answers.model, _harness(suite.ability, answers), finish)
+        work = _Finish(_Judge(suite, settings), answers.model, _harness(suite.ability, answers), finish)
         if self._number < 2 or not suite.portable:
             at_a_time = (1, 1) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, AT_A_TIME)
             return (part for batch in batches(items, 1, *at_a_time) for part in work(batch))
@@ -161,22 +161,22 @@ class _Judge:
     """From answers to what is made of them."""
 
     suite: Suite
-    chosen: ScoringOptions
+    settings: ScoringOptions
 
     def __call__(self, items: Sequence[Response | _Missing]) -> list[_Judged]:
         return [self._missing(item) if isinstance(item, _Missing) else self._judged(item) for item in items]
 
     def _judged(self, response: Response) -> _Judged:
         assessment = self.suite.scorer(response.task_id).assess(response.text)
-        explanation = assessment.explain() if self.chosen.explanations else None
+        explanation = assessment.explain() if self.settings.explanations else None
         verdict = assessment.verdict
-        if self.chosen.look_back is not None and assessment.look_back is not None:
-            verdict = assessment.look_back(self.chosen.look_back)
+        if self.settings.look_back is not None and assessment.look_back is not None:
+            verdict = assessment.look_back(self.settings.look_back)
         return _Judged(verdict, self.suite.features(response.task_id), explanation)
 
     def _missing(self, missing: _Missing) -> _Judged:
         """The record of a task without an answer."""
-        if self.chosen.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
+        if self.settings.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
             verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
         else:
             verdict = self.suite.unanswered(missing.task_id)
@@ -244,7 +244,7 @@ def score_run(
     suite: Suite,
     answers: ResponseFile,
     unanswered: Mapping[str, str],
-    chosen: ScoringOptions,
+    settings: ScoringOptions,
     progressed: Progressed | None = None,
 ) -> list[Record]:
     """The records of all tasks that a model was asked, in the order of the data set.
@@ -253,7 +253,7 @@ def score_run(
         suite: the tasks.
         answers: the answers, whose form together may decide how each is read.
         unanswered: why a task that was asked has no answer, by its id.
-        chosen: how to score.
+        settings: how to score.
         progressed: shows how far it is.
     """
     suite = suite.over(response.text for response in answers.responses)
@@ -263,8 +263,8 @@ def score_run(
     ]
     found: list[Record] = []
     harness = _harness(suite.ability, answers)
-    with Scoring(chosen.workers) as scoring:
-        for record in scoring._records(suite, answers.model, items, chosen):
+    with Scoring(settings.workers) as scoring:
+        for record in scoring._records(suite, answers.model, items, settings):
             found.append(_with_harness(record, harness))
             if progressed is not None:
                 progressed(len(found))

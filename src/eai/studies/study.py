@@ -100,7 +100,7 @@ def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure |
 
 
 def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
-    """What to know of figures of the paper that stand beside those of records of a protocol."""
+    """Remarks on figures of the paper that stand beside those of records of a protocol."""
     remarks = [note.text for paper in papers for note in paper.notes if not note.models]
     if protocol.value != paper_setting().protocol:
         remarks.append(f"These records are of protocol {protocol.value}, the paper's figures are not.")
