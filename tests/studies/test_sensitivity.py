@@ -20,7 +20,7 @@ from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
 from eai.results.rate import rate_of
-from eai.studies.sensitivity.analysis import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
+from eai.studies.sensitivity.study import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
 from eai.tasks.source import Source
 from operator_rules import rules_of
 from oracle import Oracle, read_shared

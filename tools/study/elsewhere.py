@@ -13,7 +13,7 @@ from eai.results.data_set import table_of
 from eai.results.paper_tables import PaperColumn, paper_table
 from eai.results.rate import Rate
 from eai.results.summary import average_performance, average_weights
-from eai.studies.sensitivity.analysis import OVERALL
+from eai.studies.sensitivity.study import OVERALL
 
 PRINTED_V = {
     ("non_spatial_relations", "grab"): 0.97,

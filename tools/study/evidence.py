@@ -21,7 +21,7 @@ from eai.results.rate import Rate, rate_of
 from eai.results.table import Estimate
 from eai.results.tidy import TableMaker, Tables
 from eai.studies.cofactors.effects import rank_correlation
-from eai.studies.sensitivity.analysis import Trial, cells_of, try_operators
+from eai.studies.sensitivity.study import Trial, cells_of, try_operators
 from eai.tasks.source import ErrataChoice, Source
 
 V, B = "virtualhome", "behavior"

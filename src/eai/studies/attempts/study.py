@@ -13,22 +13,21 @@ from typing_extensions import Self
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
+from eai.abilities.responses import file_name
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
+from eai.results.paper_tables import PaperTable, paper_table
 from eai.results.plots import LINES, MUTED, RULE, clipped, sheet
-from eai.results.table import Row, table_of
+from eai.results.table import Row, Table, table_of
+from eai.scoring.runs import RunKey, as_counted_in_paper
+from eai.studies.attempts.analysis import Arm, arms_of, remarks, success_by_attempt, tables
+from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation
 from eai.world.slips import Notice, Until
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from eai.results.paper_tables import PaperTable
-    from eai.results.table import Table
-    from eai.scoring.runs import RunKey
-    from eai.studies.attempts.analysis import Arm
-    from eai.studies.records import Records
 
 
 _PAPER = ("replanning", "replanning_prose", "replanning_stochastic")
@@ -143,11 +142,6 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are no such runs.
     """
-    from eai.abilities.responses import file_name
-    from eai.scoring.runs import as_counted_in_paper
-    from eai.studies.attempts.analysis import arms_of, remarks
-    from eai.studies.records import by_place
-
     acting = (run for run in records.runs() if run.key.experiment is not None and run.key.experiment.acts)
     groups = list(by_place(acting).values())
     if not groups:
@@ -172,9 +166,6 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 def _tables(arms: Sequence[Arm], key: RunKey) -> tuple[list[Table], list[str]]:
     """The tables, the paper's among them, and what must be said of that."""
-    from eai.results.paper_tables import paper_table
-    from eai.studies.attempts.analysis import tables
-
     papers = [
         paper for paper in map(paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
     ]
@@ -209,8 +200,6 @@ _APART = 0.05
 
 def draw(arms: Sequence[Arm]) -> Figure | None:
     """Success with its 95 % intervals; None if no task had more than one attempt."""
-    from eai.studies.attempts.analysis import success_by_attempt
-
     shown = [arm for arm in arms if arm.attempts > 1]
     if not shown:
         return None

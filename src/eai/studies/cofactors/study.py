@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
 from eai.results.lines import Measure
-from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, sheet, value_of
+from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, draw_names, rows_of, sheet, value_of
 from eai.results.table import Cell, Estimate
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -37,8 +37,6 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 
 def _figures(found: Sequence[Table], measure: Measure) -> Figures:
-    from eai.results.plots import draw_names, rows_of
-
     adjusted, _, curves, by_action, by_predicate = found
     for suite, rows in rows_of(curves).items():
         yield of_suite(suite, "curves", draw_curves(rows, f"{measure.value}, percent"))

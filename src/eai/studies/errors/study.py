@@ -19,6 +19,9 @@ from eai.results.plots import (
     cases_of,
     clipped,
     draw_band,
+    draw_matrix,
+    draw_names,
+    rows_of,
     sheet,
     value_of,
 )
@@ -62,8 +65,6 @@ def _address(explorer: Path | None, folder: Path) -> str | None:
 
 
 def _figures(found: Sequence[Table]) -> Figures:
-    from eai.results.plots import draw_matrix, draw_names, rows_of
-
     leaves, why = found[:2]
     for suite, rows in rows_of(leaves).items():
         yield of_suite(suite, "flow", draw(rows))

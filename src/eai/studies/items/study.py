@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options
 from eai.errors import InputError
-from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, sheet, value_of
+from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, rows_of, sheet, value_of
 from eai.results.table import Cell, Estimate
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -29,8 +29,6 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
 
 
 def _figures(found: Sequence[Table]) -> Figures:
-    from eai.results.plots import rows_of
-
     abilities = rows_of(found[1])
     for suite, rows in rows_of(found[3]).items():
         yield of_suite(suite, "items", draw(rows, abilities[suite]))

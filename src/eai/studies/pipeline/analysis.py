@@ -29,7 +29,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.planning.search import Limits
-from eai.results.certainty import Case
+from eai.results.certainty import Case, Cases
 from eai.results.comparison import Difference, compare
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_table
@@ -123,16 +123,7 @@ class Pipeline:
             one, other = before.get(metric, []), after.get(metric, [])
             p_value = differences[metric].p_value if metric in differences else None
             figures = self.paper.get(metric, (None, None)) if self.paper else ()
-            rows.append(
-                (
-                    metric,
-                    Estimate.of(one),
-                    Estimate.of(other),
-                    Estimate.of_difference(one, other),
-                    p_value,
-                    *figures,
-                )
-            )
+            rows.append((metric, *_compared(one, other), p_value, *figures))
         columns = ("metric", "modular", "pipeline", "difference", "p")
         return Table(
             "stages",
@@ -171,9 +162,7 @@ class Pipeline:
         return (
             heading,
             len(one),
-            Estimate.of(one),
-            Estimate.of(other),
-            Estimate.of_difference(one, other),
+            *_compared(one, other),
             success.p_value,
             len(success.only_first),
             len(success.only_second),
@@ -237,6 +226,11 @@ class Pipeline:
 
     def _of(self, side: Sequence[Record], tasks: Collection[str]) -> list[Record]:
         return [record for record in side if record.task_id in tasks]
+
+
+def _compared(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
+    """Two rates, and their difference in points."""
+    return Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other)
 
 
 def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:

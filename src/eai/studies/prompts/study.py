@@ -6,7 +6,9 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
+from eai.abilities.responses import file_name
 from eai.errors import InputError
+from eai.results.plots import draw_matrix, entitle
 from eai.studies.study import Analysis, Figures, Study, metric_of
 
 if TYPE_CHECKING:
@@ -23,7 +25,6 @@ class _Choices(Options):
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    from eai.abilities.responses import file_name
     from eai.studies.prompts.analysis import prompt_tables
 
     for suite, runs in _by_suite(records.runs()).items():
@@ -42,8 +43,6 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 
 def _figures(cells: Table, metric: str, suite: str) -> Figures:
-    from eai.results.plots import draw_matrix, entitle
-
     label = f"{metric}, percent"
     figure = draw_matrix(cells.by_name(), ("prompt",), "value", label, across="answered_by", zeros=True)
     if figure is not None:

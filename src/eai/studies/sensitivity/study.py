@@ -1,23 +1,242 @@
-"""Sensitivity: which operator of a model breaks plans."""
+"""Sensitivity analysis (paper, "Sensitivity analysis" of transition modeling): which operator breaks plans?
+
+In each task one operator at a time is the answer's, the others are the gold ones; a planner says whether
+the problem can still be solved. Counted are the successes by operator, and by operator and category of the
+task, out of all tasks that ask for it: an operator that the answer does not have is no success.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, fields, replace
+from itertools import product
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import BeforeValidator
 
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.abilities.transition_modeling.declaration import Category, OperatorVerdict
 from eai.abilities.transition_modeling.rules import Replaced
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.verdict import of_all
+from eai.benchmark.suite import open_suite
+from eai.data.grouping import grouped
 from eai.errors import InputError
-from eai.pddl.planning import PlannerChoice
+from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.results.certainty import Case
+from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
+from eai.results.plots import draw_matrix, rows_of
+from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.results.tidy import beginning_of
 from eai.studies.study import Analysis, Figures, Study, of_suite, several
+from eai.tasks.source import Source
 
 if TYPE_CHECKING:
-    from eai.results.table import Table
     from eai.studies.records import Records
+
+OVERALL = "overall"
+"""The category of all tasks."""
+
+NOT_WRITTEN = "not_written"
+"""The outcome of an operator that is asked for and not in the answer."""
+
+_SOLVED = PlannerOutcome.SOLVED.value
+_OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RUN), NOT_WRITTEN)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial(Line):
+    """One operator of one answer, tried among gold ones.
+
+    Attributes:
+        replaced: what of the gold operator gave way (`Replaced`).
+        operator: its name.
+        outcome: how the planner ended (`PlannerOutcome`), or `NOT_WRITTEN`.
+        categories: those of the task, with blanks between.
+        errors: what is wrong with it, ``side:verdict:predicate``, each once, with blanks between.
+    """
+
+    replaced: str
+    operator: str
+    outcome: str
+    categories: str
+    errors: str
+
+
+def tried(
+    records: Sequence[Record], source: Source, ways: Sequence[Replaced], done: Callable[[int], None]
+) -> Iterator[Trial]:
+    """Try all operators of records; all models share a suite, so that equal ones are planned with once."""
+    keys = dict.fromkeys((record.domain, record.protocol) for record in records)
+    suites = {
+        (domain, protocol): open_suite(domain, Ability.TRANSITION_MODELING, protocol, source=source)
+        for domain, protocol in keys
+    }
+    for number, record in enumerate(records, 1):
+        scorer = suites[record.domain, record.protocol].scorer(record.task_id)
+        if isinstance(scorer, TransitionModeling):
+            for way in ways:
+                yield from try_operators(scorer, record, way)
+        done(number)
+
+
+def try_operators(
+    scorer: TransitionModeling, record: Record, replaced: Replaced = Replaced.OPERATOR
+) -> Iterator[Trial]:
+    """Try each operator that a task asks for, as the record's answer has it.
+
+    Nothing comes of an answer that the rules leave out; one that is missing has no operator.
+    """
+    errors = _errors(record, replaced)
+    results = scorer.plan_one_at_a_time(record.response, replaced)
+    if record.unanswered is not None:
+        results = dict.fromkeys(scorer.task.operators)
+    for operator, result in results.items():
+        yield Trial(
+            **beginning_of(record),
+            replaced=replaced.value,
+            operator=operator,
+            outcome=NOT_WRITTEN if result is None else result.outcome.value,
+            categories=" ".join(category.value for category in scorer.task.categories),
+            errors=" ".join(errors.get(operator, ())),
+        )
+
+
+def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
+    """The errors in the tried part of each operator."""
+    if not isinstance(record.verdict, OperatorVerdict):
+        return {}
+    sides = [side for side in ("precondition", "effect") if replaced.value in (side, Replaced.OPERATOR.value)]
+    return {
+        report.name: tuple(
+            dict.fromkeys(
+                f"{side}:{found}:{predicate}"
+                for side in sides
+                for found in ("missing", "additional")
+                for clause in getattr(getattr(report, side), found)
+                for predicate in record.verdict.clauses[clause].predicates
+            )
+        )
+        for report in record.verdict.operators
+    }
+
+
+def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
+    """The tables of the analysis."""
+    return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials(trials)]
+
+
+def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
+    """The cases that trials add to success, by operator and category, `OVERALL` first."""
+    return grouped(
+        ((trial.operator, category), case_of(trial, of_all(trial.outcome == _SOLVED)))
+        for trial in trials
+        for category in (OVERALL, *trial.categories.split())
+    )
+
+
+def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[Trial], list[str]]]:
+    """The trials of each suite, model and way to replace, what they are of, and the suite's operators.
+
+    These are in order of success, the one that breaks most plans first.
+    """
+    for suite, lines in by_suite(trials).items():
+        tried = Counter(trial.operator for trial in lines)
+        solved = Counter(trial.operator for trial in lines if trial.outcome == _SOLVED)
+        order = sorted(tried, key=lambda name: (solved[name] / tried[name], name))
+        for model, of_model in by_model(lines).items():
+            for replaced in Replaced:
+                found = [trial for trial in of_model if trial.replaced == replaced.value]
+                if found:
+                    yield (*suite, model, replaced.value), found, order
+
+
+_KEY = (*SUITE, MODEL, "replaced")
+
+
+@table_of("sensitivity", (*_KEY, "operator", "category", "solved"))
+def _sensitivity(trials: Sequence[Trial]) -> Iterator[Row]:
+    """Problems solved with one operator of the model.
+
+    Tasks that a planner solves with this operator as the answer has it and all others as the data set has
+    them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of those that
+    ask for it; one that is not written solves nothing. replaced: the whole operator, or only its precondition
+    or its effect, with the parameters of the data set. A task counts in each of its categories. Operators
+    that break most plans come first; intervals have names as units.
+    """
+    categories = (OVERALL, *(category.value for category in Category))
+    for key, found, order in _by_model(trials):
+        cells = cells_of(found)
+        for place in product(order, categories):
+            if place in cells:
+                yield (*key, *place, Estimate.of(cells[place]))
+
+
+@table_of("outcomes", (*_KEY, "operator", *_OUTCOMES))
+def _outcomes(trials: Sequence[Trial]) -> Iterator[Row]:
+    """How trials ended.
+
+    Trials of each operator by how the planner ended: with a plan, without one, because the operator is no
+    acceptable PDDL, at a limit; or because the answer does not have the operator.
+    """
+    for key, found, order in _by_model(trials):
+        counts = Counter((trial.operator, trial.outcome) for trial in found)
+        for name in order:
+            row = [counts[name, outcome] for outcome in _OUTCOMES]
+            if any(row):
+                yield (*key, name, *row)
+
+
+@table_of(
+    "errors",
+    (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
+    shown=20,
+)
+def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
+    """Which error breaks plans.
+
+    Operators that are written, by a predicate that is missing or too much on one of their sides: the tasks
+    that are not solved with such an operator, and those that are not solved with the same one without this
+    error, in percent. Errors come together, so that one may stand for another; those that stand beside most
+    failures come first.
+    """
+    for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
+        of_operators = grouped((trial.operator, trial) for trial in found)
+        of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
+        yield from [(*key, *row) for row in sorted(of_key, key=_broken, reverse=True)]
+
+
+def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
+    """Each error of an operator with how often trials fail with and without it, the most frequent first."""
+    errors = [frozenset(trial.errors.split()) for trial in trials]
+    cases = [case_of(trial, of_all(trial.outcome != _SOLVED)) for trial in trials]
+    counts = Counter(error for each in errors for error in each)
+    for error in sorted(counts, key=lambda each: (-counts[each], each)):
+        split = list(zip(cases, errors, strict=True))
+        yield (
+            *error.split(":", 2),
+            Estimate.of([case for case, each in split if error in each]),
+            Estimate.of([case for case, each in split if error not in each]),
+        )
+
+
+def _broken(row: Sequence[Cell]) -> float:
+    """How many plans are broken where there is the error of a row."""
+    unsolved = row[-2]
+    return (unsolved.numerator or 0) if isinstance(unsolved, Estimate) else 0
+
+
+@table_of("trials", tuple([column.name for column in fields(Trial)]), shown=0)
+def _trials(trials: Sequence[Trial]) -> Iterable[Row]:
+    """Every trial.
+
+    A line an operator of an answer: how the planner ended, the task's categories, and what is wrong with the
+    operator, as side, verdict and predicate.
+    """
+    return map(astuple, trials)
 
 
 class _Choices(Options):
@@ -36,8 +255,6 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are no operators, or no planner is to try them.
     """
-    from eai.studies.sensitivity.analysis import sensitivity_tables, tried
-
     if chosen.planner is PlannerChoice.NONE:
         raise InputError("planner=none: operators are tried by a planner")
     runs = [run for run in records.runs() if run.key.ability is Ability.TRANSITION_MODELING]
@@ -52,9 +269,6 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 
 
 def _figures(tables: Sequence[Table], ways: Sequence[Replaced]) -> Figures:
-    from eai.results.plots import draw_matrix, rows_of
-    from eai.studies.sensitivity.analysis import OVERALL
-
     for suite, rows in rows_of(tables[0]).items():
         for way in ways:
             of_way = [row for row in rows if row["replaced"] == way.value]
