@@ -88,8 +88,8 @@ def _stretches(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
     fenced: list[str] = [block.strip() for block in _FENCED.findall(text)]
     for block in reversed(fenced):
         yield block, (*repairs, "code_fence")
-    for segment in reversed(_segments(text)):
-        yield segment, (*repairs, "prose")
+    for start, end in reversed(_brackets(text)[0]):  # the outermost bracketed stretches
+        yield text[start:end], (*repairs, "prose")
 
 
 def _without_reasoning(text: str) -> str:
@@ -172,11 +172,6 @@ def _literal(node: ast.expr, depth: int) -> object:
 def is_cut_off(text: str) -> bool:
     """Whether a bracket is opened in a text and not closed again."""
     return len(text) <= MAX_LENGTH and bool(_brackets(text)[1])
-
-
-def _segments(text: str) -> list[str]:
-    """The outermost bracketed stretches of a text, in order."""
-    return [text[start:end] for start, end in _brackets(text)[0]]
 
 
 def _brackets(text: str) -> tuple[list[tuple[int, int]], list[int]]:

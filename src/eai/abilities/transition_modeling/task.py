@@ -42,6 +42,7 @@ class OperatorLibrary:
     categories: Mapping[str, Category]
 
 
+@dataclass(frozen=True, eq=False)
 class TransitionTask:
     """One task: write these operators so that this problem can be solved.
 
@@ -53,19 +54,11 @@ class TransitionTask:
         problem_text: the planning problem.
     """
 
-    def __init__(
-        self,
-        task_id: str,
-        domain: OperatorLibrary,
-        operators: Sequence[str],
-        categories: Sequence[Category],
-        problem_text: str,
-    ) -> None:
-        self.id = task_id
-        self.domain = domain
-        self.operators = tuple(operators)
-        self.categories = tuple(categories)
-        self.problem_text = problem_text
+    id: str
+    domain: OperatorLibrary
+    operators: Sequence[str]
+    categories: Sequence[Category]
+    problem_text: str
 
     @cached_property
     def problem(self) -> PddlProblem:
@@ -78,10 +71,8 @@ class TransitionTask:
         return {name: _gold(self.domain.operators[name].pddl) for name in self.operators}
 
 
-@lru_cache(maxsize=256)
-def _gold(text: str) -> PddlAction:
-    """A gold operator, which many tasks ask for."""
-    return read_action(text)
+_gold = lru_cache(maxsize=256)(read_action)
+"""A gold operator, which many tasks ask for."""
 
 
 def declared_tasks(
