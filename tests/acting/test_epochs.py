@@ -55,9 +55,9 @@ def settled(folder: Path, *won: str) -> SuiteResult:
 
 def test_a_task_counts_by_the_mean_over_its_episodes(tmp_path: Path) -> None:
     result = settled(tmp_path, "lw", "ww", "ww")
-    assert result.rates["success"] == Rate(pytest.approx(5 / 3), 2)
+    assert result.totals.rates["success"] == Rate(pytest.approx(5 / 3), 2)
     actions = 2 * len(WON) / 3 + 1
-    assert result.rates["loops"] == Rate(0, pytest.approx(actions))
+    assert result.totals.rates["loops"] == Rate(0, pytest.approx(actions))
     written = json.loads((tmp_path / "summary.json").read_text())
     assert written["success"]["value"] == pytest.approx(500 / 6)
     assert written["run"]["passes"]["pass@1"]["value"] == pytest.approx(500 / 6)
@@ -77,14 +77,14 @@ def test_records_keep_the_mean_and_name_the_epoch_they_show(tmp_path: Path) -> N
     runs = {run.key.model: run.records for run in read_runs([tmp_path])}
     assert sorted(runs) == ["m", "m.epoch_1", "m.epoch_2", "m.epoch_3"]
     assert runs["m"] == tuple(result.records)
-    assert summarise([record.verdict for record in runs["m"]], ACTING) == result.rates
+    assert summarise([record.verdict for record in runs["m"]], ACTING) == result.totals.rates
     assert result.epochs_shown() == {TASK: 2, OTHER: 1}
     assert {file.parent.name for file in find_response_files(tmp_path)} == {"epoch_1", "epoch_2", "epoch_3"}
 
 
 def test_an_episode_that_crashed_is_lost_and_counted_apart(tmp_path: Path) -> None:
     result = settled(tmp_path, "ww", "cw")
-    assert result.rates["success"] == Rate(1.5, 2)
+    assert result.totals.rates["success"] == Rate(1.5, 2)
     assert result.failures == {CRASHED: [TASK]}
 
 
@@ -117,7 +117,7 @@ def test_inspect_s_metric_is_the_same(tmp_path: Path) -> None:
         scorer.SampleScore(score=score_of(record, epoch, answered=True), sample_id=task_id)
         for (task_id, epoch), record in result.by_place().items()
     ]
-    shares = {name: rate.share for name, rate in result.rates.items() if rate.denominator}
+    shares = {name: rate.share for name, rate in result.totals.rates.items() if rate.denominator}
     found = paper_metrics("acting")(scores)
     assert {name: share for name, share in found.items() if share is not None} == shares
 

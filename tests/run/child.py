@@ -85,7 +85,9 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
     result = settle(answers, folder, suite, ScoringOptions())
     write_scores(answers.log, result.by_place(), Source(planner=PLANNER))
-    return Ran(result.rates, result.records, [one.rates for one in result.of_epochs], answers.log)
+    return Ran(
+        result.totals.rates, result.records, [one.totals.rates for one in result.of_epochs], answers.log
+    )
 
 
 def evaluate_in_child(asked: Asked, whom: Whom, folder: Path) -> Path:

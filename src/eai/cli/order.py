@@ -157,7 +157,7 @@ def _effort(outcome: SuiteResult) -> str:
     """One line on what an outcome took and where it is."""
     usage = outcome.usage
     parts = [
-        counted(outcome.coverage.answered, "answer"),
+        counted(outcome.totals.coverage.answered, "answer"),
         f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens",
     ]
     if usage.cost is not None:

@@ -28,7 +28,6 @@ from eai.questions.question import Accept
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
-from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, change
 
 _STEPS = 24
@@ -106,10 +105,6 @@ class Setting:
         binding = operator.bind(state, action.arguments)
         return tuple([n for n, check in enumerate(operator.checks, 1) if not check.holds(state, binding)])
 
-    def checks(self, action: Action) -> tuple[Check, ...]:
-        """The requirements of an action, in order."""
-        return self.domain.compiled[action.operator].operator.checks
-
     def reached(self, state: State) -> tuple[bool, ...]:
         """Of each goal whether it holds."""
         return tuple([self.rules.readings.holds(goal, {}, state) for goal in self.goals])
@@ -156,7 +151,7 @@ class Setting:
 
     def _is_absurd(self, state: State, action: Action) -> bool:
         """Whether an action will never be possible, as its objects are not made for it."""
-        checks = self.checks(action)
+        checks = self.domain.compiled[action.operator].operator.checks
         return any(checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.failing(state, action))
 
 

@@ -27,8 +27,6 @@ from eai.data.grouping import grouped
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases
 from eai.results.cost import per_success, per_success_to_json
-from eai.results.coverage import Coverage
-from eai.results.rate import Rate
 from eai.results.repeats import passes, passes_to_json, repeated_metric
 from eai.results.summary import by_attempt, cases_of
 from eai.results.totals import Totals
@@ -187,16 +185,6 @@ class SuiteResult:
     records: Sequence[Record]
     of_epochs: Sequence[SuiteResult] = ()
 
-    @property
-    def rates(self) -> Mapping[str, Rate]:
-        """The metrics."""
-        return self.totals.rates
-
-    @property
-    def coverage(self) -> Coverage:
-        """How much of the suite is answered."""
-        return self.totals.coverage
-
     def by_place(self) -> dict[Place, Record]:
         """The record of every answer that was asked for."""
         epochs = enumerate(self.of_epochs or (self,), 1)
@@ -214,7 +202,7 @@ class SuiteResult:
     def effort(self) -> dict[str, Json]:
         """The fields of the summary besides the metrics."""
         return {
-            "answered": self.coverage.answered,
+            "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
             "usage": self.usage.to_json(),

@@ -13,7 +13,7 @@ from eai.logic.choice import count_options, options
 from eai.logic.formula import Formula
 from eai.logic.traversal import objects
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
-from eai.pddl.model import PddlAction, PddlDomain
+from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import write_domain, write_problem
@@ -101,12 +101,9 @@ def draw(task: Task, conditions: int, dice: random.Random) -> tuple[Formula, ...
     return tuple(dice.sample(tuple(found), min(conditions, len(found))))
 
 
-def domain_of(benchmark_operators: Sequence[str], header: PddlDomain) -> PddlDomain:
+def domain_of(operators: Sequence[str], header: PddlDomain) -> PddlDomain:
     """A published planning domain with the texts of its operators read."""
-    actions: list[PddlAction] = [read_action(text) for text in benchmark_operators]
-    return PddlDomain(
-        header.name, header.requirements, header.types, header.constants, header.predicates, tuple(actions)
-    )
+    return replace(header, actions=tuple(map(read_action, operators)))
 
 
 def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[Problem]:
