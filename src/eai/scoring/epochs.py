@@ -236,33 +236,17 @@ def settle(
     Raises:
         InputError: the folder cannot be written.
     """
+    whole = _Settlement(obtained, suite, scoring, progressed)
     of_epochs: list[SuiteResult] = []
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
             part = f"epoch_{epoch}"
-            named = replace(obtained, name=f"{obtained.name}.{part}")
-            answers = _of_epoch(obtained, epoch)
-            of_epochs.append(_write(named, answers, folder / part, suite, scoring, progressed))
+            of_epoch = replace(whole, obtained=replace(obtained, name=f"{obtained.name}.{part}"))
+            of_epochs.append(of_epoch.write(_of_epoch(obtained, epoch), folder / part))
     averaged = declaration_of(suite.ability).of_epochs
     if of_epochs and averaged is not None:
-        return _write_averaged(obtained, folder, suite, of_epochs, averaged)
-    return _write(obtained, _chosen(obtained, suite.ability), folder, suite, scoring, progressed, of_epochs)
-
-
-def _write_averaged(
-    obtained: Obtained,
-    folder: Path,
-    suite: Suite,
-    of_epochs: Sequence[SuiteResult],
-    averaged: Callable[[Sequence[Verdict]], Verdict],
-) -> SuiteResult:
-    """Write a record of each task that has the means over its epochs."""
-    records = averaged_records([one.records for one in of_epochs], averaged)
-    records = [replace(record, model=obtained.name) for record in records]
-    failed = [(why, task) for one in of_epochs for why, tasks in one.failures.items() for task in tasks]
-    failures = grouped(dict.fromkeys(failed))
-    truncated = sum(one.truncated for one in of_epochs)
-    return _write_records(obtained, records, folder, suite, failures, truncated, of_epochs)
+        return whole.write_averaged(folder, of_epochs, averaged)
+    return whole.write(_chosen(obtained, suite.ability), folder, of_epochs)
 
 
 def averaged_records(
@@ -294,66 +278,112 @@ def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
     return chosen
 
 
-def _write(
-    obtained: Obtained,
-    answers: Mapping[str, Answer],
-    folder: Path,
-    suite: Suite,
-    scoring: ScoringOptions,
-    progressed: Progressed | None,
-    of_epochs: Sequence[SuiteResult] = (),
-) -> SuiteResult:
-    """Score one answer a task, and write answers, records and summary."""
-    failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
-    lacking = [task_id for task_id in dict.fromkeys((*obtained.prompts, *failed)) if task_id not in answers]
-    why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
-    digests = {task_id: prompt.sha256 for task_id, prompt in obtained.prompts.items()}
-    if obtained.trials is None:
-        file = ResponseFile(
-            obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
-        )
+@dataclass(frozen=True)
+class _Settlement:
+    """The scoring of answers, and the writing of their results.
+
+    Attributes:
+        obtained: the answers.
+        suite: the tasks.
+        scoring: how answers are scored.
+        progressed: shows how far it is.
+    """
+
+    obtained: Obtained
+    suite: Suite
+    scoring: ScoringOptions
+    progressed: Progressed | None
+
+    def write(
+        self, answers: Mapping[str, Answer], folder: Path, of_epochs: Sequence[SuiteResult] = ()
+    ) -> SuiteResult:
+        """Score one answer a task, and write answers, records and summary."""
+        obtained = self.obtained
+        failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
+        asked = dict.fromkeys((*obtained.prompts, *failed))
+        lacking = [task_id for task_id in asked if task_id not in answers]
+        why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
+        if obtained.trials is None:
+            records = self._scored(answers, folder, why)
+        else:
+            records = self._tried(obtained.trials, answers, why)
+            _write_attempts(folder, obtained.name, records)
+        choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
+        records = [record.varied(**choices) for record in records]
+        truncated = sum(answer.truncated for answer in answers.values())
+        failures = grouped((reason, task_id) for task_id, reason in why.items())
+        return self._write_records(records, folder, failures, truncated, of_epochs)
+
+    def write_averaged(
+        self,
+        folder: Path,
+        of_epochs: Sequence[SuiteResult],
+        averaged: Callable[[Sequence[Verdict]], Verdict],
+    ) -> SuiteResult:
+        """Write a record of each task that has the means over its epochs."""
+        records = averaged_records([one.records for one in of_epochs], averaged)
+        records = [replace(record, model=self.obtained.name) for record in records]
+        failed = [(why, task) for one in of_epochs for why, tasks in one.failures.items() for task in tasks]
+        truncated = sum(one.truncated for one in of_epochs)
+        return self._write_records(records, folder, grouped(dict.fromkeys(failed)), truncated, of_epochs)
+
+    def _scored(self, answers: Mapping[str, Answer], folder: Path, why: Mapping[str, str]) -> list[Record]:
+        """The records of answers to questions that are asked once; the answers are written."""
+        obtained = self.obtained
+        given = tuple([Response(i, answers[i].text) for i in obtained.prompts if i in answers])
+        file = ResponseFile(obtained.name, given)
         write_responses(folder, file)
-        scored = score_run(suite, file, why, scoring, progressed)
+        digests = {task_id: prompt.sha256 for task_id, prompt in obtained.prompts.items()}
+        scored = score_run(self.suite, file, why, self.scoring, self.progressed)
         records = [_with_origin(r, digests.get(r.task_id), answers.get(r.task_id)) for r in scored]
-        if obtained.believed is not None:
-            records = [obtained.believed.marked(record) for record in records]
-    else:
-        records = _tried(obtained, obtained.trials, answers, why, scoring)
-        _write_attempts(folder, obtained.name, records)
-    choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
-    records = [record.varied(**choices) for record in records]
-    truncated = sum(answer.truncated for answer in answers.values())
-    failures = grouped((reason, task_id) for task_id, reason in why.items())
-    return _write_records(obtained, records, folder, suite, failures, truncated, of_epochs)
+        return records if obtained.believed is None else [*map(obtained.believed.marked, records)]
 
+    def _tried(self, trials: Trials, answers: Mapping[str, Answer], why: Mapping[str, str]) -> list[Record]:
+        """The records of an experiment; ``answers`` are the last ones of the trials that count."""
+        obtained, suite = self.obtained, trials.suite
+        lacking = score_run(suite, ResponseFile(obtained.name, ()), why, self.scoring)
+        records = {
+            record.task_id: _with_origin(
+                replace(record, experiment=trials.experiment), obtained.prompts[record.task_id].sha256, None
+            )
+            for record in lacking
+        }
+        for task_id, answer in answers.items():
+            attempts = obtained.tried[task_id, answer.epoch]
+            record = record_of_trial(suite, trials.experiment, obtained.name, task_id, attempts)
+            if not self.scoring.explanations:
+                record = record.without_explanations()
+            records[task_id] = _with_origin(
+                record, answer.prompt_sha256, replace(answer, usage=_spent_on(attempts))
+            )
+        return [records[task_id] for task_id in suite.task_ids if task_id in records]
 
-def _write_records(
-    obtained: Obtained,
-    records: list[Record],
-    folder: Path,
-    suite: Suite,
-    failures: Mapping[str, Sequence[str]],
-    truncated: int,
-    of_epochs: Sequence[SuiteResult],
-) -> SuiteResult:
-    """Write records and their summary."""
-    part = part_of(records)
-    outcome = SuiteResult(
-        model=obtained.model,
-        folder=folder,
-        suite=suite,
-        totals=part[1],
-        failures=failures,
-        truncated=truncated,
-        usage=_usage(obtained),
-        records=records,
-        of_epochs=of_epochs,
-    )
-    digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
-    prompts_sha256 = hashlib.sha256(json.dumps(digests).encode()).hexdigest()
-    told = {"prompts_sha256": prompts_sha256, **outcome.effort()}
-    write_parts(folder, [part], told, by_attempt(records))
-    return outcome
+    def _write_records(
+        self,
+        records: list[Record],
+        folder: Path,
+        failures: Mapping[str, Sequence[str]],
+        truncated: int,
+        of_epochs: Sequence[SuiteResult],
+    ) -> SuiteResult:
+        """Write records and their summary."""
+        obtained, part = self.obtained, part_of(records)
+        outcome = SuiteResult(
+            model=obtained.model,
+            folder=folder,
+            suite=self.suite,
+            totals=part[1],
+            failures=failures,
+            truncated=truncated,
+            usage=_usage(obtained),
+            records=records,
+            of_epochs=of_epochs,
+        )
+        digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
+        prompts_sha256 = hashlib.sha256(json.dumps(digests).encode()).hexdigest()
+        told = {"prompts_sha256": prompts_sha256, **outcome.effort()}
+        write_parts(folder, [part], told, by_attempt(records))
+        return outcome
 
 
 def _with_origin(record: Record, prompt_sha256: str | None, answer: Answer | None) -> Record:
@@ -368,33 +398,6 @@ def _with_origin(record: Record, prompt_sha256: str | None, answer: Answer | Non
         answer_repairs=answer.repairs,
     )
     return replace(record, origin=origin)
-
-
-def _tried(
-    obtained: Obtained,
-    trials: Trials,
-    answers: Mapping[str, Answer],
-    why: Mapping[str, str],
-    scoring: ScoringOptions,
-) -> list[Record]:
-    """The records of an experiment; ``answers`` are the last ones of the trials that count."""
-    suite = trials.suite
-    lacking = score_run(suite, ResponseFile(obtained.name, ()), why, scoring)
-    records = {
-        record.task_id: _with_origin(
-            replace(record, experiment=trials.experiment), obtained.prompts[record.task_id].sha256, None
-        )
-        for record in lacking
-    }
-    for task_id, answer in answers.items():
-        attempts = obtained.tried[task_id, answer.epoch]
-        record = record_of_trial(suite, trials.experiment, obtained.name, task_id, attempts)
-        if not scoring.explanations:
-            record = record.without_explanations()
-        records[task_id] = _with_origin(
-            record, answer.prompt_sha256, replace(answer, usage=_spent_on(attempts))
-        )
-    return [records[task_id] for task_id in suite.task_ids if task_id in records]
 
 
 def _usage(obtained: Obtained) -> Usage:

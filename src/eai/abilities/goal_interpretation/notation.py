@@ -201,14 +201,11 @@ class GoalNotation(ABC):
 
     Attributes:
         symmetric: the predicates, as spelt, that hold both ways.
+        states_actions: whether answers may state actions as goals.
     """
 
     symmetric: ClassVar[frozenset[str]] = frozenset()
-
-    @property
-    def states_actions(self) -> bool:
-        """Whether answers may state actions as goals."""
-        return True
+    states_actions = True
 
     @abstractmethod
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -280,11 +277,7 @@ class JsonGoals(GoalNotation):
 
     def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
         self._kinds = {SECTIONS[kind]: kind for kind in sections}
-
-    @property
-    def states_actions(self) -> bool:
-        """Whether there is a section of actions."""
-        return SECTIONS[GoalKind.ACTION] in self._kinds
+        self.states_actions = GoalKind.ACTION in self._kinds.values()
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals in an answer, or why there are none."""
