@@ -7,7 +7,7 @@ import pytest
 
 from cli.conftest import Command
 from eai.errors import InputError
-from eai.studies.annotation.study import quality, read_ratings
+from eai.studies.annotation.study import histogram, quality, read_ratings
 from studies.told import read_table
 
 HEADER = "task,rater,attribute,score\n"
@@ -28,11 +28,12 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_a_task_rated_once_adds_to_the_mean_only(tmp_path: Path) -> None:
-    accuracy, coverage = quality(read_ratings(written(tmp_path, GOOD)))
-    assert (accuracy.attribute, accuracy.ratings, accuracy.tasks, accuracy.raters) == ("accuracy", 3, 2, 2)
-    assert (accuracy.mean, accuracy.weighted_mse, accuracy.repeated) == (3.0, 1.0, 1)
-    assert accuracy.histogram == {1: 1, 2: 0, 3: 1, 4: 0, 5: 1}
-    assert (coverage.mean, coverage.weighted_mse, coverage.alpha) == (4.0, None, None)
+    ratings = read_ratings(written(tmp_path, GOOD))
+    accuracy, coverage = quality(ratings).rows
+    assert accuracy[:6] == ("accuracy", 3, 2, 2, 1, 3.0)
+    assert accuracy[6] == 1.0
+    assert coverage[5:] == (4.0, None, None, None)
+    assert [row[2] for row in histogram(ratings).rows if row[0] == "accuracy"] == [1, 0, 1, 0, 1]
 
 
 @pytest.mark.parametrize(

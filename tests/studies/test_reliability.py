@@ -5,7 +5,7 @@ from statistics import fmean, pvariance
 
 import pytest
 
-from eai.studies.annotation.study import krippendorff_alpha, mean_rating, weighted_mse
+from eai.studies.annotation.study import krippendorff_alpha, weighted_mse
 
 KRIPPENDORFF = (
     "1 2 3 3 2 1 4 1 2 . . .",
@@ -67,8 +67,3 @@ def test_ratings_at_random_have_the_error_that_the_docs_say(sizes: tuple[int, ..
     """The mean over all ways to rate, of which each is as likely: a thing rated n times has 2 (n - 1) / n."""
     means = {n: fmean(pvariance(ways) for ways in product(range(1, 6), repeat=n)) for n in set(sizes)}
     assert sum(n * means[n] for n in sizes) / sum(sizes) == pytest.approx(expected)
-
-
-def test_no_ratings_have_no_mean() -> None:
-    assert mean_rating([[3, 4], [5]]) == 4
-    assert mean_rating([]) is None

@@ -11,8 +11,8 @@ import csv
 import io
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean, pvariance
 from typing import TYPE_CHECKING, TypeAlias, cast
@@ -47,12 +47,6 @@ PAPER = (
     "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
 )
 """The paper's figures, and how to read them."""
-
-
-def mean_rating(units: Units) -> float | None:
-    """The mean of all ratings; None if there are none."""
-    ratings = [rating for unit in units for rating in unit]
-    return fmean(ratings) if ratings else None
 
 
 def weighted_mse(units: Units) -> float | None:
@@ -95,34 +89,6 @@ class _Rating:
     score: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Quality:
-    """How the annotations were rated in one attribute.
-
-    Attributes:
-        ratings: how many there are.
-        tasks: of how many tasks.
-        raters: by how many people.
-        repeated: how many of the tasks were rated more than once; only these tell how far raters agree.
-        mean: the mean of all ratings.
-        weighted_mse: how far the ratings of a task lie from their mean (`weighted_mse`).
-        spread: its root.
-        alpha: Krippendorff's alpha on an interval scale.
-        histogram: score -> how often it was given.
-    """
-
-    attribute: str
-    ratings: int
-    tasks: int
-    raters: int
-    repeated: int
-    mean: float
-    weighted_mse: float | None
-    spread: float | None
-    alpha: float | None
-    histogram: Mapping[int, int]
-
-
 def read_ratings(path: Path) -> tuple[_Rating, ...]:
     """The ratings in a file, in order.
 
@@ -136,14 +102,14 @@ def read_ratings(path: Path) -> tuple[_Rating, ...]:
     return tuple(_ratings(path, csv.reader(io.StringIO(text, newline=""))))
 
 
-def quality(ratings: Iterable[_Rating]) -> tuple[_Quality, ...]:
-    """How the annotations were rated, by attribute in order of first mention."""
-    by_attribute = grouped((rating.attribute, rating) for rating in ratings)
-    return tuple(_quality(name, given) for name, given in by_attribute.items())
-
-
-@table_of("annotations", tuple([field.name for field in fields(_Quality)][:-1]))
-def _quality_table(found: Iterable[_Quality]) -> Iterator[Row]:
+@table_of(
+    "annotations",
+    (
+        *("attribute", "ratings", "tasks", "raters", "repeated"),
+        *("mean", "weighted_mse", "spread", "alpha"),
+    ),
+)
+def quality(ratings: Iterable[_Rating]) -> Iterator[Row]:
     """Ratings of annotations by attribute.
 
     Ratings are 1 to 5. `weighted_mse`: per task rated more than once the mean squared distance of its ratings
@@ -151,36 +117,24 @@ def _quality_table(found: Iterable[_Quality]) -> Iterator[Row]:
     points. `alpha`: Krippendorff's, interval scale; 1 is perfect agreement, 0 that of chance. Both are of the
     `repeated` tasks alone, and empty without any.
     """
-    for each in found:
-        yield astuple(each)[:-1]
+    for attribute, given in grouped((rating.attribute, rating) for rating in ratings).items():
+        units = tuple(grouped((rating.task, rating.score) for rating in given).values())
+        raters, repeated = {rating.rater for rating in given}, sum(len(unit) > 1 for unit in units)
+        mean, distance = fmean(rating.score for rating in given), weighted_mse(units)
+        spread = None if distance is None else math.sqrt(distance)
+        counts = (len(given), len(units), len(raters), repeated)
+        yield (attribute, *counts, mean, distance, spread, krippendorff_alpha(units))
 
 
 @table_of("annotation_scores", ("attribute", "score", "ratings"))
-def _histogram_table(found: Iterable[_Quality]) -> Iterator[Row]:
+def histogram(ratings: Sequence[_Rating]) -> Iterator[Row]:
     """How often each score was given.
 
     Ratings by attribute and score.
     """
-    for each in found:
-        yield from [(each.attribute, score, count) for score, count in each.histogram.items()]
-
-
-def _quality(attribute: str, given: list[_Rating]) -> _Quality:
-    units = tuple(grouped((rating.task, rating.score) for rating in given).values())
-    counts = Counter(rating.score for rating in given)
-    distance = weighted_mse(units)
-    return _Quality(
-        attribute=attribute,
-        ratings=len(given),
-        tasks=len(units),
-        raters=len({rating.rater for rating in given}),
-        repeated=sum(len(unit) > 1 for unit in units),
-        mean=mean_rating(units) or 0.0,
-        weighted_mse=distance,
-        spread=None if distance is None else math.sqrt(distance),
-        alpha=krippendorff_alpha(units),
-        histogram={score: counts[score] for score in SCORES},
-    )
+    counts = Counter((rating.attribute, rating.score) for rating in ratings)
+    for attribute in dict.fromkeys(rating.attribute for rating in ratings):
+        yield from [(attribute, score, counts[attribute, score]) for score in SCORES]
 
 
 def _ratings(path: Path, rows: Iterable[list[str]]) -> Iterator[_Rating]:
@@ -222,8 +176,8 @@ def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     """The file is no record, but a CSV file with the columns task, rater, attribute, score (1 to 5)."""
     if len(records.paths) > 1:
         raise InputError("expected one CSV file of ratings")
-    found = quality(read_ratings(records.paths[0]))
-    tables = [_quality_table(found), _histogram_table(found)]
+    ratings = read_ratings(records.paths[0])
+    tables = [quality(ratings), histogram(ratings)]
     rows = tables[0].by_name()
     attributes: list[Json] = [{name: cast("Json", row[name]) for name in _TOLD} for row in rows]
     yield Analysis(tables, _figures(tables), [PAPER], shown=tables[:1], facts={"attributes": attributes})
