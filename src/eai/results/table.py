@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
+from inspect import signature
 from typing import ParamSpec, TypeAlias
 
 from eai.results.certainty import Cases, certainty_of_difference, certainty_of_rate
@@ -234,7 +235,7 @@ def table_of(
     """Makes of a function that gives rows one that gives their table, whose attributes these are.
 
     The docstring of the function says the rest: its first line is the title, if no other is given, and what
-    stands below is the definition.
+    stands below is the definition. In both, names in braces are arguments of the function.
     """
 
     def with_table(rows: Callable[P, Iterable[Row]]) -> Callable[P, Table]:
@@ -243,7 +244,10 @@ def table_of(
 
         @wraps(rows)
         def made(*arguments: P.args, **options: P.kwargs) -> Table:
-            return Table(name, heading, definition, columns, tuple(rows(*arguments, **options)), shown)
+            bound = signature(rows).bind(*arguments, **options)
+            bound.apply_defaults()
+            says, means = (text.format(**bound.arguments) for text in (heading, definition))
+            return Table(name, says, means, columns, tuple(rows(*arguments, **options)), shown)
 
         return made
 

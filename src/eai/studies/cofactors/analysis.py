@@ -132,8 +132,15 @@ def _decade(value: int) -> tuple[int, int]:
     return (2, 9) if power == 1 else (power, 10 * power - 1)
 
 
-def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int) -> Table:
-    rows: list[Row] = []
+@table_of("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
+def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int, few: int = FEW) -> Iterator[Row]:
+    """Score by feature.
+
+    The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
+    included. Annotated steps are in bins of {width}, the others in bins of the smallest of 1, 2, 5, 10, ...
+    that makes no more than eight, or by decades. A bin without tasks is not there; few marks those with fewer
+    than {few} tasks. Intervals have the names of tasks as units.
+    """
     for suite, answers in suites.items():
         models = _by_model(answers)
         for feature in FEATURES:
@@ -142,25 +149,17 @@ def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int) -> Table:
                 bin_of = bins_of(feature, values, width)
                 bins = {value: bin_of(value) for value in set(values)}
                 for model, found in models.items():
-                    rows += [(*suite, model, feature, *row) for row in _curve(feature, found, bins)]
-    return Table(
-        "curves",
-        "Score by feature",
-        "The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both "
-        f"bounds included. Annotated steps are in bins of {width}, the others in bins of the smallest of 1,"
-        " 2, 5, 10, ... that makes no more than eight, or by decades. A bin without tasks is not there; "
-        f"few marks those with fewer than {FEW} tasks. Intervals have the names of tasks as units.",
-        (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"),
-        tuple(rows),
-    )
+                    yield from [(*suite, model, feature, *row) for row in _curve(feature, found, bins, few)]
 
 
-def _curve(feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[int, int]]) -> Iterator[Row]:
+def _curve(
+    feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[int, int]], few: int
+) -> Iterator[Row]:
     known = ((getattr(answer, feature), case) for answer, case in answers)
     binned = grouped((bins[value], case) for value, case in known if value is not None)
     for (low, high), cases in sorted(binned.items()):
         tasks = len({case.task for case in cases})
-        yield low, high, Estimate.of(cases), tasks, tasks < FEW
+        yield low, high, Estimate.of(cases), tasks, tasks < few
 
 
 def _by_model(answers: Sequence[_Counted]) -> dict[str, list[_Counted]]:

@@ -7,7 +7,7 @@ name of the task. The cost of errors stands beside the same tasks without any, w
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.results.certainty import Case, Cases
 from eai.results.rate import Rate
 from eai.results.summary import cases_of
-from eai.results.table import Estimate, Row, Table
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.perception.declaration import perception_shares
 
 PLAIN = "text"
@@ -139,18 +139,17 @@ def _name(records: Sequence[Record]) -> str:
     return PLAIN if experiment is None or experiment.scene is None else experiment.scene
 
 
-def _by_run(runs: _Runs) -> Table:
-    return Table(
-        "perception_runs",
-        f"{runs.metric} by how the scene is shown",
-        f"A row a run: realised error rates in percent, then {runs.metric}. `predicate_error`: facts missing "
-        "or misplaced, of those described; `object_error`: names that the scene has not, of all names; "
-        "`missing`, `misplaced`, `unnecessary`: facts of these kinds, of those described, of described "
-        "relations, of perceived ones; `unseen`: objects not named, of all. Empty where a question does not "
-        "tell of a scene graph. Sorted by `predicate_error`.",
-        ("scene", *_RATES, "value"),
-        tuple(sorted(_run_rows(runs), key=_order)),
-    )
+@table_of("perception_runs", ("scene", *_RATES, "value"))
+def _by_run(runs: _Runs) -> Iterable[Row]:
+    """{runs.metric} by how the scene is shown.
+
+    A row a run: realised error rates in percent, then {runs.metric}. `predicate_error`: facts missing or
+    misplaced, of those described; `object_error`: names that the scene has not, of all names; `missing`,
+    `misplaced`, `unnecessary`: facts of these kinds, of those described, of described relations, of perceived
+    ones; `unseen`: objects not named, of all. Empty where a question does not tell of a scene graph. Sorted
+    by `predicate_error`.
+    """
+    return sorted(_run_rows(runs), key=_order)
 
 
 def _run_rows(runs: _Runs) -> Iterator[Row]:
@@ -171,53 +170,46 @@ def _rate(seen: Group, name: str) -> Estimate:
     return Estimate.of([each.with_share(perception_shares(each.perceived)[name]) for each in seen])
 
 
-def _by_rate(runs: _Runs) -> Table:
-    groups = [(0.0, 0.0), *pairwise(BOUNDS)]
-    return Table(
-        "perception_rates",
-        f"{runs.metric} by predicate error rate",
-        "A row a group of answers, of all runs, by the predicate error rate of their own scene graph: 0, or "
-        "above the first bound up to the second, in percent. Tasks of few facts are more often in the outer "
-        f"groups: `without_errors` is {runs.metric} of the same tasks told as they are, and `cost` the "
-        "difference in percentage points. `cases` counts a task once for each run. The group of 0 may have "
-        "unnecessary facts and unseen objects that nothing is said of.",
-        ("above", "up_to", *_COSTS),
-        tuple(
-            (low, high, *runs.costs(group))
-            for low, high in groups
-            if (group := [each for each in runs.seen if each.rate == high == 0 or low < each.rate <= high])
-        ),
-    )
+@table_of("perception_rates", ("above", "up_to", *_COSTS))
+def _by_rate(runs: _Runs) -> Iterator[Row]:
+    """{runs.metric} by predicate error rate.
+
+    A row a group of answers, of all runs, by the predicate error rate of their own scene graph: 0, or above
+    the first bound up to the second, in percent. Tasks of few facts are more often in the outer groups:
+    `without_errors` is {runs.metric} of the same tasks told as they are, and `cost` the difference in
+    percentage points. `cases` counts a task once for each run. The group of 0 may have unnecessary facts and
+    unseen objects that nothing is said of.
+    """
+    for low, high in [(0.0, 0.0), *pairwise(BOUNDS)]:
+        group = [each for each in runs.seen if each.rate == high == 0 or low < each.rate <= high]
+        if group:
+            yield (low, high, *runs.costs(group))
 
 
-def _by_kind(runs: _Runs) -> Table:
+@table_of("perception_kinds", ("kind", *_COSTS))
+def _by_kind(runs: _Runs) -> Iterator[Row]:
+    """{runs.metric} by kind of error.
+
+    A row of answers whose scene graphs have errors of this kind and no other, however many. That facts about
+    an unseen object are missing belongs to `unseen object`.
+    """
     kinds = sorted({kind for each in runs.seen for kind in each.kinds})
-    rows = [("none", *runs.costs([each for each in runs.seen if not each.kinds]))]
-    rows += [(kind, *runs.costs([each for each in runs.seen if each.kinds == {kind}])) for kind in kinds]
-    rows.append(("several", *runs.costs([each for each in runs.seen if len(each.kinds) > 1])))
-    return Table(
-        "perception_kinds",
-        f"{runs.metric} by kind of error",
-        "A row of answers whose scene graphs have errors of this kind and no other, however many. That facts "
-        "about an unseen object are missing belongs to `unseen object`.",
-        ("kind", *_COSTS),
-        tuple(row for row in rows if row[1]),
-    )
+    groups = {"none": [each for each in runs.seen if not each.kinds]}
+    groups |= {kind: [each for each in runs.seen if each.kinds == {kind}] for kind in kinds}
+    groups["several"] = [each for each in runs.seen if len(each.kinds) > 1]
+    yield from [(kind, *runs.costs(group)) for kind, group in groups.items() if group]
 
 
-def _by_predicate(runs: _Runs) -> Table:
+@table_of("perception_predicates", ("predicate", "lost", "all_cases", *_COSTS))
+def _by_predicate(runs: _Runs) -> Iterable[Row]:
+    """Which facts cost most when they are lost.
+
+    A row a predicate: of its described facts how many were lost or misplaced (`lost`, in percent), then
+    {runs.metric} of the answers in which facts of this predicate and of no other are lost, and nothing else
+    is wrong. `all_cases`: answers in which such facts are lost, whatever else is. Sorted by cost.
+    """
     names = sorted({name for each in runs.seen for name in each.lost})
-    rows = [_predicate_row(name, runs) for name in names]
-    return Table(
-        "perception_predicates",
-        "Which facts cost most when they are lost",
-        "A row a predicate: of its described facts how many were lost or misplaced (`lost`, in percent), "
-        f"then {runs.metric} of the answers in which facts of this predicate and of no other are lost, and "
-        "nothing else is wrong. `all_cases`: answers in which such facts are lost, whatever else is. "
-        "Sorted by cost.",
-        ("predicate", "lost", "all_cases", *_COSTS),
-        tuple(sorted(rows, key=_by_cost)),
-    )
+    return sorted([_predicate_row(name, runs) for name in names], key=_by_cost)
 
 
 def _predicate_row(name: str, runs: _Runs) -> Row:

@@ -12,7 +12,7 @@ import random
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.record import Record
@@ -149,6 +149,11 @@ class _Matrix:
             for record in self.records[prompt, model]
         ]
 
+    @property
+    def tasks(self) -> int:
+        """How many tasks all runs have."""
+        return len(next(iter(self.records.values())))
+
     def value(self, prompt: str, model: str) -> float:
         """A cell in percent; 0 where the metric is of nothing."""
         return rate_of(case.share for case in self.cases(prompt, model)).percent or 0.0
@@ -203,59 +208,47 @@ def prompt_tables(
     base = reference or matrix.prompts[0]
     if base not in matrix.prompts:
         raise InputError(f"reference={base}: expected one of {', '.join(matrix.prompts)}")
-    return [_cells(matrix), _agreement(matrix), _variance(matrix), _gains(matrix, base)]
+    top = min(TOP, len(matrix.prompts))
+    return [_cells(matrix), _agreement(matrix, top), _variance(matrix), _gains(matrix, base)]
 
 
-def _cells(matrix: _Matrix) -> Table:
-    tasks = len(next(iter(matrix.records.values())))
-    return Table(
-        "prompts",
-        f"{matrix.metric} by prompt and model",
-        f"{matrix.metric} in percent, of the {tasks} tasks that all runs have scored answers to; "
-        "`format_errors`: share of answers that cannot be read, in percent. Intervals have the names of "
-        "tasks as units.",
-        ("prompt", "answered_by", "value", "format_errors"),
-        tuple(
-            (
-                prompt,
-                model,
-                Estimate.of(matrix.cases(prompt, model)),
-                Estimate.of(matrix.format_errors(prompt, model)),
-            )
-            for prompt in matrix.prompts
-            for model in matrix.models
-        ),
-    )
+@table_of("prompts", ("prompt", "answered_by", "value", "format_errors"))
+def _cells(matrix: _Matrix) -> Iterator[Row]:
+    """{matrix.metric} by prompt and model.
+
+    {matrix.metric} in percent, of the {matrix.tasks} tasks that all runs have scored answers to;
+    `format_errors`: share of answers that cannot be read, in percent. Intervals have the names of tasks as
+    units.
+    """
+    for prompt, model in product(matrix.prompts, matrix.models):
+        cases, errors = matrix.cases(prompt, model), matrix.format_errors(prompt, model)
+        yield (prompt, model, Estimate.of(cases), Estimate.of(errors))
 
 
-def _agreement(matrix: _Matrix) -> Table:
+@table_of("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
+def _agreement(matrix: _Matrix, top: int, draws: int = DRAWS) -> Iterator[Row]:
+    """Do models agree on which prompts are better?
+
+    `tau`: Kendall's tau-b of the prompts' order in two models (1 the same, -1 the reverse); `shared_top`: how
+    many of the best {top} are so in both; `concordance`: Kendall's W of all models (0 none, 1 the same
+    order). Intervals are percentiles of {draws} draws of task names: how far the measured agreement rests on
+    these tasks. They are not where the agreement of the true orders is: chance makes it look lower where
+    prompts are close. Empty where all prompts are equal in a model.
+    """
     columns = {model: matrix.column(model) for model in matrix.models}
-    drawn = list(_drawn(matrix))
-    rows: list[Row] = []
+    drawn = list(_drawn(matrix, draws))
     for first, second in combinations(matrix.models, 2):
         tau = kendall_tau_b(columns[first], columns[second])
         again = [kendall_tau_b(each[first], each[second]) for each in drawn]
-        shared = shared_at_top(columns[first], columns[second], min(TOP, len(matrix.prompts)))
-        rows.append((first, second, _interval(tau, again), shared, None))
+        shared = shared_at_top(columns[first], columns[second], top)
+        yield (first, second, _interval(tau, again), shared, None)
     if len(matrix.models) > 1:
         concordance = kendall_w(list(columns.values()))
         again = [kendall_w(list(each.values())) for each in drawn]
-        rows.append((ALL, None, Estimate(None), None, _interval(concordance, again)))
-    return Table(
-        "prompt_agreement",
-        "Do models agree on which prompts are better?",
-        "`tau`: Kendall's tau-b of the prompts' order in two models (1 the same, -1 the reverse); "
-        f"`shared_top`: how many of the best {min(TOP, len(matrix.prompts))} are so in both; `concordance`: "
-        "Kendall's W of all models (0 none, 1 the same order). Intervals are percentiles of "
-        f"{DRAWS} draws of task names: how far the measured agreement rests on these tasks. They are not "
-        "where the agreement of the true orders is: chance makes it look lower where prompts are close. "
-        "Empty where all prompts are equal in a model.",
-        ("one", "other", "tau", "shared_top", "concordance"),
-        tuple(rows),
-    )
+        yield (ALL, None, Estimate(None), None, _interval(concordance, again))
 
 
-def _drawn(matrix: _Matrix) -> Iterator[dict[str, list[float]]]:
+def _drawn(matrix: _Matrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """The columns of the matrix for names drawn with replacement, the same ones for all runs."""
     sums: dict[tuple[str, str], dict[str, Share]] = {}
     for place in matrix.records:
@@ -266,7 +259,7 @@ def _drawn(matrix: _Matrix) -> Iterator[dict[str, list[float]]]:
             of_names[case.name] = Share(*added)
     names = list(next(iter(sums.values())))
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
-    for _ in range(DRAWS):
+    for _ in range(draws):
         draw = generator.choices(names, k=len(names))
         yield {
             model: [_rate(sums[prompt, model], draw) for prompt in matrix.prompts] for model in matrix.models
@@ -298,9 +291,15 @@ def _variance(matrix: _Matrix) -> Iterable[Row]:
     return zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
 
 
-def _gains(matrix: _Matrix, reference: str) -> Table:
+@table_of("prompt_gains", ("answered_by", "prompt", "best", "gain", "p", "p_holm"))
+def _gains(matrix: _Matrix, reference: str) -> Iterator[Row]:
+    """Gains over {reference}.
+
+    Percentage points of {matrix.metric} against the prompts {reference}, paired by task, near copies
+    together; `p` of a random exchange of the two runs, `p_holm` corrected for the number of prompts: the best
+    of many gains something by chance alone.
+    """
     others = [prompt for prompt in matrix.prompts if prompt != reference]
-    rows: list[Row] = []
     for model in matrix.models:
         found = []
         for prompt in others:
@@ -313,13 +312,4 @@ def _gains(matrix: _Matrix, reference: str) -> Table:
             certainty = difference.certainty
             bounds = (None, None) if certainty is None else certainty.interval
             gain = Estimate(difference.points, *bounds)
-            rows.append((model, prompt, prompt == best, gain, difference.p_value, adjusted))
-    return Table(
-        "prompt_gains",
-        f"Gains over {reference}",
-        f"Percentage points of {matrix.metric} against the prompts {reference}, paired by task, near copies "
-        "together; `p` of a random exchange of the two runs, `p_holm` corrected for the number of prompts: "
-        "the best of many gains something by chance alone.",
-        ("answered_by", "prompt", "best", "gain", "p", "p_holm"),
-        tuple(rows),
-    )
+            yield (model, prompt, prompt == best, gain, difference.p_value, adjusted)
