@@ -198,26 +198,22 @@ def _held(state: State, fact: Fact) -> bool:
 def _changed(before: State, after: State) -> int:
     """The mask of objects of which something alone is otherwise."""
     found = 0
-    for name in _names(before.scene.vocabulary, 1, static=False):
+    for name in _names(before.scene.vocabulary.predicates, 1, static=False):
         found |= before.those(name) ^ after.those(name)
     return found
 
 
 def _counts(vocabulary: Vocabulary, name: str, arguments: int) -> bool:
-    return arguments > 0 and name in _names(vocabulary, arguments, static=False)
+    return arguments > 0 and name in _names(vocabulary.predicates, arguments, static=False)
 
 
 def properties(vocabulary: Vocabulary) -> tuple[str, ...]:
     """The predicates that say what an object is good for, in order."""
-    return _names(vocabulary, 1, static=True)
-
-
-def _names(vocabulary: Vocabulary, arity: int, *, static: bool) -> tuple[str, ...]:
-    return _chosen(vocabulary.predicates, arity, static)
+    return _names(vocabulary.predicates, 1, static=True)
 
 
 @cache
-def _chosen(predicates: tuple[Predicate, ...], arity: int, static: bool) -> tuple[str, ...]:
+def _names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tuple[str, ...]:
     return tuple(p.name for p in predicates if p.arity == arity and p.static is static and p.visible)
 
 

@@ -209,15 +209,12 @@ def _shared(
     control: Arm, arm: Arm, attempts: int, seeds: Sequence[int | None]
 ) -> tuple[list[Case], list[Case]]:
     """The cases of tasks that both have under a seed, in the same order."""
-    one: list[Case] = []
-    other: list[Case] = []
+    pairs: list[tuple[Case, Case]] = []
     for seed in seeds:
         before = {case.task: case for case in control.cases(SUCCESS, attempts, [seed])}
-        for case in arm.cases(SUCCESS, attempts, [seed]):
-            if case.task in before:
-                one.append(before[case.task])
-                other.append(case)
-    return one, other
+        after_it = arm.cases(SUCCESS, attempts, [seed])
+        pairs += [(before[case.task], case) for case in after_it if case.task in before]
+    return [one for one, _ in pairs], [other for _, other in pairs]
 
 
 def _percent(cases: Cases) -> float | None:

@@ -66,11 +66,6 @@ class _MatchedDifference:
     certainty: Certainty
     tasks: tuple[int, int]
 
-    @property
-    def difference(self) -> float:
-        """Second minus first, in percentage points."""
-        return self.second - self.first
-
 
 def matched_difference(first: Sequence[_Placed], second: Sequence[_Placed]) -> _MatchedDifference | None:
     """The difference of two rates where the tasks are alike; None if they never are."""
@@ -129,7 +124,7 @@ def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
         if found is None:
             yield (model, suite, *rates, None, None, Estimate(None), 0, 0)
         else:
-            difference = Estimate(found.difference, *found.certainty.interval)
+            difference = Estimate(found.second - found.first, *found.certainty.interval)
             yield (model, suite, *rates, found.first, found.second, difference, *found.tasks)
 
 

@@ -165,14 +165,12 @@ def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
 
 def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
     """(matched + additional) / (matched + missing), in percent."""
-    shares: dict[tuple[str, str], tuple[int, int]] = {}
-    for line in lines:
-        written, gold = shares.get((line.task, line.name), (0, 0))
-        shares[line.task, line.name] = (
-            written + (line.verdict != "missing"),
-            gold + (line.verdict != "additional"),
-        )
-    return Estimate.of([Case(task, name, Share(*share)) for (task, name), share in shares.items()])
+    found = grouped(((line.task, line.name), line.verdict) for line in lines)
+    cases = []
+    for (task, name), verdicts in found.items():
+        written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
+        cases.append(Case(task, name, Share(written, gold)))
+    return Estimate.of(cases)
 
 
 @table_of("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), shown=12)

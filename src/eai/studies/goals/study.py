@@ -110,12 +110,9 @@ def _shared(atoms: Sequence[AtomLine]) -> Iterator[Row]:
 
 def _of_goals(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
     """Task, goal, and how many models are right, wrong about it, and miss it."""
-    found: dict[tuple[str, str], dict[str, set[str]]] = {}
-    for line in lines:
-        of_goal = found.setdefault((line.task, line.atom), {verdict: set() for verdict in _VERDICTS})
-        of_goal[line.verdict].add(line.agent)
-    for (task, goal), models in found.items():
-        right, wrong, missing = (len(models[verdict]) for verdict in _VERDICTS)
+    found = grouped(((line.task, line.atom), (line.verdict, line.agent)) for line in lines)
+    for (task, goal), said in found.items():
+        right, wrong, missing = (len({a for verdict, a in said if verdict == each}) for each in _VERDICTS)
         yield task, goal, right, wrong, missing
 
 

@@ -250,13 +250,10 @@ def _agreement(matrix: _Matrix, top: int, draws: int = DRAWS) -> Iterator[Row]:
 
 def _drawn(matrix: _Matrix, draws: int) -> Iterator[dict[str, list[float]]]:
     """The columns of the matrix for names drawn with replacement, the same ones for all runs."""
-    sums: dict[tuple[str, str], dict[str, Share]] = {}
+    sums: dict[tuple[str, str], dict[str, Rate]] = {}
     for place in matrix.records:
-        of_names = sums[place] = {}
-        for case in matrix.cases(*place):
-            before = of_names.get(case.name, NOTHING)
-            added = (before.numerator + case.share.numerator, before.denominator + case.share.denominator)
-            of_names[case.name] = Share(*added)
+        of_names = grouped((case.name, case.share) for case in matrix.cases(*place))
+        sums[place] = {name: rate_of(shares) for name, shares in of_names.items()}
     names = list(next(iter(sums.values())))
     generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
     for _ in range(draws):
@@ -266,7 +263,7 @@ def _drawn(matrix: _Matrix, draws: int) -> Iterator[dict[str, list[float]]]:
         }
 
 
-def _rate(of_names: Mapping[str, Share], draw: Sequence[str]) -> float:
+def _rate(of_names: Mapping[str, Rate], draw: Sequence[str]) -> float:
     numerator = sum(of_names[name].numerator for name in draw)
     return Rate(numerator, sum(of_names[name].denominator for name in draw)).percent or 0.0
 
