@@ -11,10 +11,11 @@ from eai.data.progress import Progress, Stage
 
 
 @pytest.mark.parametrize("width", [60, 80, 150])
-def test_a_narrow_terminal_cuts_the_title_and_no_count(width: int) -> None:
+def test_a_narrow_terminal_cuts_the_title_and_no_count(width: int, monkeypatch: pytest.MonkeyPatch) -> None:
     screen = Console(file=io.StringIO(), width=width, force_terminal=True, color_system=None)
+    monkeypatch.setattr(progress, "errors", lambda: screen)
     title = "scoring behavior action_sequencing claude-3-5-sonnet-20240620"
-    with scoring_progress(title, 100, quiet=False, console=screen) as told:
+    with scoring_progress(title, 100, quiet=False) as told:
         told(100)
     printed = screen.file.getvalue()  # type: ignore[attr-defined]
     assert "100/100" in printed
@@ -22,9 +23,12 @@ def test_a_narrow_terminal_cuts_the_title_and_no_count(width: int) -> None:
     assert (title in printed) is (width == 150)
 
 
-def test_without_a_terminal_fetching_and_converting_begin_with_a_line() -> None:
+def test_without_a_terminal_fetching_and_converting_begin_with_a_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     screen = Console(file=io.StringIO(), width=80)
-    with data_progress(screen) as report:
+    monkeypatch.setattr(progress, "errors", lambda: screen)
+    with data_progress() as report:
         report(Progress(Stage.WAIT, "another process", 0, 0))
         for done in (0, 13_500_000, 27_000_000):
             report(Progress(Stage.DOWNLOAD, "tasks.zip", done, 27_000_000))
@@ -43,9 +47,24 @@ def test_without_a_terminal_lines_are_some_seconds_apart(
     times = iter([0.0, 0, 1, PATIENCE, PATIENCE + 1, PATIENCE + 2])  # its beginning, then each answer
     monkeypatch.setattr(progress.time, "monotonic", lambda: next(times))
     screen = Console(file=io.StringIO(), width=80)
-    with run_progress("run", quiet=False, console=screen) as watch:
+    monkeypatch.setattr(progress, "errors", lambda: screen)
+    with run_progress("run", quiet=False) as watch:
         assert watch is not None
         for answered in (0, 10, 20, 30, 40):
             watch(answered, 0, 40)
     shown = screen.file.getvalue().splitlines()  # type: ignore[attr-defined]
     assert shown == ["run: 0/40", "run: 20/40", "run: 40/40"]
+
+
+def test_each_step_of_fetching_has_a_bar_on_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    screen = Console(file=io.StringIO(), width=80, force_terminal=True, color_system=None)
+    monkeypatch.setattr(progress, "errors", lambda: screen)
+    with data_progress() as report:
+        report(Progress(Stage.WAIT, "another process", 0, 0))
+        report(Progress(Stage.DOWNLOAD, "tasks.zip", 27_000_000, 27_000_000))
+        report(Progress(Stage.CONVERT, "tasks", 1, 342))
+    printed = screen.file.getvalue()  # type: ignore[attr-defined]
+    titles = ("waiting for another process", "fetching tasks.zip", "converting tasks")
+    assert [title for title in titles if title not in printed] == []
+    assert "27/27" in printed
+    assert "1/342" in printed

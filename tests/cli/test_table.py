@@ -8,7 +8,8 @@ import pytest
 from rich.console import Console
 
 from eai.abilities.declaration import the_four
-from eai.cli.table import heading, print_rates
+from eai.cli.table import heading, rates_table
+from eai.results.terminal import print_table
 from eai.results.totals import Totals
 from results.verdicts import SUCCEEDED, record
 
@@ -25,7 +26,7 @@ def printed(width: int, *, models: tuple[str, ...] = LONG, wide: bool = False) -
     sums = {metric: (10_000 + place, 10_000) for place, metric in enumerate(METRICS)}
     results = dict.fromkeys(models, of_tasks(342, sums))
     file = io.StringIO()
-    print_rates(Console(file=file, width=width), "title", METRICS, results, wide=wide)
+    print_table(Console(file=file, width=width), rates_table("title", METRICS, results), wide=wide)
     return file.getvalue()
 
 
@@ -54,7 +55,7 @@ def test_a_column_without_any_number_is_left_out() -> None:
     file = io.StringIO()
     sums = {"task_success": (1, 2), "parsing": (0, 0)}
     results = dict.fromkeys(("a", "b"), of_tasks(2, sums))
-    print_rates(Console(file=file, width=80), "title", list(sums), results)
+    print_table(Console(file=file, width=80), rates_table("title", list(sums), results))
     assert "parsing" not in file.getvalue()
 
 

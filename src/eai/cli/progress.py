@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import wraps
 from typing import TYPE_CHECKING
 
@@ -54,53 +54,41 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 
 @contextmanager
-def data_progress(console: Console | None = None) -> Iterator[Report]:
+def data_progress() -> Iterator[Report]:
     """Shows how far each step of obtaining the data set is, one after the other; downloads in megabytes."""
-    console = console or errors()
     watches: dict[str, Watch] = {}
-    with ExitStack() as bars:
+    with ExitStack() as shown:
 
         def report(step: Step) -> None:
             title = f"{_STAGES[step.stage]} {step.subject}"
             size, unit = (1_000_000, " MB") if step.stage is Stage.DOWNLOAD else (1, "")
             if title not in watches:
-                bars.close()
-                bar = _bar(title, console) if console.is_terminal else None
-                watches[title] = bars.enter_context(bar) if bar else _lines(title, console, unit=unit)
+                shown.close()
+                watches[title] = shown.enter_context(_watching(title, unit=unit))
             watches[title](step.done // size, 0, step.total // size)
 
         yield report
 
 
-@contextmanager
-def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> Iterator[Watch | None]:
+def run_progress(title: str, *, quiet: bool) -> AbstractContextManager[Watch | None]:
     """Shows how far a run is on standard error, and takes the bar away at the end."""
-    console = console or errors()
-    if quiet:
-        yield None
-    elif console.is_terminal:
-        with _bar(title, console) as watch:
-            yield watch
-    else:
-        yield _lines(title, console)
+    return nullcontext() if quiet else _watching(title)
 
 
 @contextmanager
-def scoring_progress(
-    title: str, total: int, *, quiet: bool, console: Console | None = None
-) -> Iterator[Progressed]:
+def scoring_progress(title: str, total: int, *, quiet: bool) -> Iterator[Progressed]:
     """Shows how far scoring is, as `run_progress` does; without a terminal it begins after a few seconds."""
-    console = console or errors()
     if quiet:
         yield lambda scored: None
         return
-
-    with (
-        _bar(title, console)
-        if console.is_terminal
-        else nullcontext(_lines(title, console, PATIENCE)) as watch
-    ):
+    with _watching(title, PATIENCE) as watch:
         yield lambda scored: watch(scored, 0, total)
+
+
+def _watching(title: str, first: float = 0, unit: str = "") -> AbstractContextManager[Watch]:
+    """A bar on a terminal, and lines elsewhere."""
+    console = errors()
+    return _bar(title, console) if console.is_terminal else nullcontext(_lines(title, console, first, unit))
 
 
 @contextmanager
@@ -133,7 +121,7 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
         yield watch
 
 
-def _lines(title: str, console: Console, first: float = 0, unit: str = "") -> Watch:
+def _lines(title: str, console: Console, first: float, unit: str) -> Watch:
     """A line for every tenth, and none but the last sooner than some seconds after the one before.
 
     A long task has a line a minute, with the time that is left at this rate.

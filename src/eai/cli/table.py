@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Json
@@ -40,7 +38,7 @@ def _named(model: str, totals: Totals) -> str:
 
 def print_results(title: str, ability: Ability, results: Mapping[str, Totals], *, wide: bool) -> None:
     """Print the rates of models, and what is remarkable about their coverage and errata, alike ones once."""
-    print_rates(output(), title, declaration_of(ability).terminal, results, wide=wide)
+    print_table(output(), rates_table(title, declaration_of(ability).terminal, results), wide=wide)
     for coverage, models in grouped((totals.coverage, model) for model, totals in results.items()).items():
         print_remark(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
@@ -54,17 +52,13 @@ def print_remark(name: str, coverage: Coverage) -> None:
         note(f"{name}: {coverage.remark}")
 
 
-def print_rates(
-    console: Console, title: str, metrics: Sequence[str], results: Mapping[str, Totals], *, wide: bool = False
-) -> None:
-    """Print rates in percent with one decimal: of one model a row a metric, of several a row a model.
+def rates_table(title: str, metrics: Sequence[str], results: Mapping[str, Totals]) -> Table:
+    """The rates in percent with one decimal: of one model a row a metric, of several a row a model.
 
     Args:
-        console: where to.
         title: what the rates are of.
         metrics: which.
         results: model -> what it comes to.
-        wide: several models in one table, however wide.
     """
     found = {model: totals.rates for model, totals in results.items()}
     shown = [metric for metric in metrics if any(rates[metric].denominator for rates in found.values())]
@@ -72,28 +66,20 @@ def print_rates(
         (model, totals), *_ = results.items()
         whole = f"{title}: {_named(model, totals)}, {totals.coverage} answered"
         rates = [found[model][metric] for metric in shown]
-        table = Table.of_columns(
-            whole,
-            [
-                ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
-                (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
-                (Column("of", number=True), [f"{r.numerator:g} / {r.denominator:g}" for r in rates]),
-            ],
-        )
-        print_table(console, table)
-        return
-    columns: list[NamedCells] = [
+        columns: list[NamedCells] = [
+            ("", [", ".join(_GROUPED.split(metric)).replace("_", " ") for metric in shown]),
+            (PERCENT, [Estimate.of_rate(rate) for rate in rates]),
+            (Column("of", number=True), [f"{r.numerator:g} / {r.denominator:g}" for r in rates]),
+        ]
+        return Table.of_columns(whole, columns)
+    columns = [
         ("percent", [_named(*each) for each in results.items()]),
         (Column("answered", number=True), [str(totals.coverage) for totals in results.values()]),
-        *(
-            (
-                replace(PERCENT, heading=heading(metric)),
-                [Estimate.of_rate(rates[metric]) for rates in found.values()],
-            )
-            for metric in shown
-        ),
     ]
-    print_table(console, Table.of_columns(title, columns), wide=wide)
+    for metric in shown:
+        cells = [Estimate.of_rate(rates[metric]) for rates in found.values()]
+        columns.append((replace(PERCENT, heading=heading(metric)), cells))
+    return Table.of_columns(title, columns)
 
 
 def result_json(totals: Totals, folder: Path | None) -> dict[str, Json]:
