@@ -95,14 +95,10 @@ def obtain_and_score(
         source=suite.source,
         about=about,
     )
-    name = file_name(endpoint.model)
-    folder = order.out / suite.domain / suite.ability.value / name
-    if trials is not None:
-        folder /= trials.experiment.label
-    if believed is not None:
-        folder /= believed.experiment.label
-    folder /= Experiment(prompt_name=prompt_name).label
-    folder /= Experiment(harness=harness, effort=effort).label
+    experiments = [each.experiment for each in (trials, believed) if each is not None]
+    experiments += [Experiment(prompt_name=prompt_name), Experiment(harness=harness, effort=effort)]
+    place = suite.domain, suite.ability.value, file_name(endpoint.model)
+    folder = order.out.joinpath(*place, *(each.label for each in experiments))
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder), collecting_seldom():
         with run_progress(title, quiet=order.quiet) as watch:
@@ -129,12 +125,8 @@ def obtain_and_score(
 def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> None:
     """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
     if as_json:
-        print_json(
-            [
-                {**result_json(each.totals, each.folder), "model": each.model, **each.effort()}
-                for each in outcomes
-            ]
-        )
+        known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
+        print_json([{**found, "model": each.model, **each.effort()} for each, found in known])
     for outcome in outcomes:
         for why, task_ids in outcome.failures.items():
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")

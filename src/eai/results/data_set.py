@@ -199,35 +199,22 @@ def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
 
 def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
     first = "in the first way to meet each goal"
-    ground = sum(each.ground_goals for each in tasks)
-    conditions = sum(each.goals for each in tasks)
-    yield Figure("goals", ground, f"ground conditions {first}, as goal interpretation counts them")
+    ground, conditions = [each.ground_goals for each in tasks], [each.goals for each in tasks]
+    yield Figure("goals", sum(ground), f"ground conditions {first}, as goal interpretation counts them")
     yield Figure("state goals", sum(each.ground_state_goals for each in tasks), f"of one object, {first}")
-    yield Figure(
-        "relation goals", sum(each.ground_relation_goals for each in tasks), f"of two objects, {first}"
-    )
+    relations = sum(each.ground_relation_goals for each in tasks)
+    yield Figure("relation goals", relations, f"of two objects, {first}")
     yield Figure("action goals", sum(each.ground_action_goals for each in tasks), "actions to be taken")
-    yield Figure(
-        "ground goals per task", _mean(each.ground_goals for each in tasks), f"{ground} / {len(tasks)}"
-    )
-    yield Figure(
-        "goal conditions",
-        conditions,
-        "conjuncts of the goals, as action sequencing and subgoal decomposition count them",
-    )
-    yield Figure(
-        "goal conditions per task", _mean(each.goals for each in tasks), f"{conditions} / {len(tasks)}"
-    )
+    yield Figure("ground goals per task", _mean(ground), f"{sum(ground)} / {len(tasks)}")
+    note = "conjuncts of the goals, as action sequencing and subgoal decomposition count them"
+    yield Figure("goal conditions", sum(conditions), note)
+    yield Figure("goal conditions per task", _mean(conditions), f"{sum(conditions)} / {len(tasks)}")
     quantified = sum(each.quantified_goals for each in tasks)
     yield Figure("quantified conditions", quantified, "conjuncts that speak of objects in general")
     options = [each.goal_options for each in tasks]
-    only_one = sum(number == 1 for number in options)
-    yield Figure(
-        "goal options per task",
-        _mean(options),
-        f"ways to choose a ground option for each goal; {only_one} tasks have one, the largest number is "
-        f"{max(options, default=0):,}",
-    )
+    note = f"{options.count(1)} tasks have one, the largest number is {max(options, default=0):,}"
+    note = f"ways to choose a ground option for each goal; {note}"
+    yield Figure("goal options per task", _mean(options), note)
     yield Figure("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
