@@ -16,19 +16,9 @@ from eai.cli.console import DOMAIN_HELP, counted, errors, output, tell
 from eai.cli.options import AsJson, DataFolder, Seed, flag, opened_source
 from eai.data.files import writing_to
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.generator import sets
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import Measure
-from eai.generator.sets import (
-    fingerprint_of,
-    giving_away,
-    is_before,
-    manifest_entry,
-    overlap_of,
-    seeds_of,
-    sets_in,
-    shape_of,
-    write_manifest,
-)
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, TaskKind, Tier
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.val import VALID, installed_val, val_verdict
@@ -156,17 +146,17 @@ def generate_tasks(
         held_out=held_out,
     )
     file = out / f"{split.value}.jsonl{'.gz' if compress else ''}"
-    others = sets_in(out, like, benchmark.domain, without=file)
-    earlier = {name: made for name, made in others.items() if is_before(name, split.value)}
-    later = {name: made for name, made in others.items() if is_before(split.value, name)}
+    others = sets.sets_in(out, like, benchmark.domain, without=file)
+    earlier = {name: made for name, made in others.items() if sets.is_before(name, split.value)}
+    later = {name: made for name, made in others.items() if sets.is_before(split.value, name)}
     for path in against or ():
         others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
-    known = {fingerprint_of(task) for tasks in others.values() for task in tasks}
-    rivals = giving_away(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
+    known = {sets.fingerprint_of(task) for tasks in others.values() for task in tasks}
+    rivals = sets.giving_away(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     with writing_to(out):  # generating takes long enough to know first that tasks can be written
         out.mkdir(parents=True, exist_ok=True)
     generator = Generator(benchmark, spec, source, rivals, plans_again=planner_steps)
-    outcomes, stopped = _collect(generate(generator, seeds_of(split.value, seed, secret), n, known), n)
+    outcomes, stopped = _collect(generate(generator, sets.seeds_of(split.value, seed, secret), n, known), n)
     made = [each for each in outcomes if isinstance(each, Generated)]
     rejected = [each for each in outcomes if isinstance(each, Reason)]
     if stopped is not None and (not made or file.exists()):
@@ -179,16 +169,16 @@ def generate_tasks(
         for one in sorted([one for one in (each, each.twin) if one is not None], key=lambda one: one.task.id)
     ]
     write_task_file(file, lines)
-    entry = manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
+    entry = sets.manifest_entry(spec, seed, secret, task_file_content(lines), made, rejected)
     new, domain = [each.task for each in made], benchmark.domain
-    overlap = {(split.value, name): overlap_of(new, known, domain) for name, known in earlier.items()}
-    overlap |= {(name, split.value): overlap_of(known, new, domain) for name, known in later.items()}
-    write_manifest(out, split.value, entry, overlap)
+    overlap = {(split.value, name): sets.overlap_of(new, known, domain) for name, known in earlier.items()}
+    overlap |= {(name, split.value): sets.overlap_of(known, new, domain) for name, known in later.items()}
+    sets.write_manifest(out, split.value, entry, overlap)
     if stopped is not None:
         kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
-        _print_shapes(shape_of(list(tasks.values())), shape_of([each.task for each in made]))
+        _print_shapes(sets.shape_of(list(tasks.values())), sets.shape_of([each.task for each in made]))
     number = counted(len(made), "task" if all(each.twin is None for each in made) else "pair")
     line = f"{number} written to {file}; {counted(len(rejected), 'seed')} gave none"
     line += "; VAL accepts every certificate" if val else ""
