@@ -212,7 +212,7 @@ def act(desk: Desk) -> Solver:
         if desk.stopped is not None:
             return state
         question, request = desk.inquiries[place].question, desk.request(place)
-        state.metadata[BEGUN] = desk.begin(place, request)
+        state.metadata[BEGUN] = desk.journal.begin(place, request)
         with giving_up(desk, place):
             state = await perform(await begin(state, generate), generate)
         desk.take(answer_in(state, request, question, _usage_of_sample(desk.job.endpoint.model)))

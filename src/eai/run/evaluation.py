@@ -169,17 +169,16 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
         InterruptError: the user ended it.
         EaiError: the run as a whole failed: no such model, a key is missing or wrong.
     """
-    with Journal(journal) as written:
-        desk = Desk(job, written, watch)
-        desk.report()
-        log = find_log(job, log_dir) if desk.complete else None
-        if log is None:
-            with writing_to(log_dir):
-                log_dir.mkdir(parents=True, exist_ok=True)
-            evaluated = _evaluate(job, _task(job, desk), log_dir)
-            if desk.stopped is not None:
-                raise desk.stopped
-            log = _log_of(job, evaluated)
+    desk = Desk(job, Journal(journal), watch)
+    desk.report()
+    log = find_log(job, log_dir) if desk.complete else None
+    if log is None:
+        with writing_to(log_dir):
+            log_dir.mkdir(parents=True, exist_ok=True)
+        evaluated = _evaluate(job, _task(job, desk), log_dir)
+        if desk.stopped is not None:
+            raise desk.stopped
+        log = _log_of(job, evaluated)
     return Obtained(
         job.endpoint.model,
         file_name(job.endpoint.model),

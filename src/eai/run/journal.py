@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from io import BufferedWriter
 from pathlib import Path
 from typing import TypeAlias
 
@@ -33,8 +32,6 @@ BEGUN = "begun.jsonl"
 class Journal:
     """The answers of one run in a file that is only ever appended to.
 
-    It is to be closed, as a context manager or by `close`.
-
     Args:
         path: the file; it and its folder come into being with the first answer.
 
@@ -44,10 +41,10 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._file: BufferedWriter | None = None
         self._answers: dict[str, dict[tuple[str, int, int], Answer]] = {}
         for answer in _read(path):
             self._keep(answer)
+        self._size = path.stat().st_size if path.exists() else 0
 
     def find(self, place: Place, request_sha256: str, attempt: int = 1) -> Answer | None:
         """The answer to this very request, or None."""
@@ -60,12 +57,13 @@ class Journal:
             InputError: the file cannot be written, or is not there any more.
         """
         with writing_to(self._path):
-            if self._file is None:
+            if not self._size:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
-                self._file = self._path.open("ab")
-            self._file.write(json.dumps(answer.to_json()).encode() + b"\n")
-            self._file.flush()
-            self._path.stat()
+            with self._path.open("r+b" if self._size else "wb") as file:
+                file.seek(self._size)  # over what could be written of an answer before
+                file.write(json.dumps(answer.to_json()).encode() + b"\n")
+                file.truncate()
+                self._size = file.tell()
         self._keep(answer)
 
     def begin(self, place: Place, request_sha256: str) -> int:
@@ -82,23 +80,6 @@ class Journal:
                 before = file.read().split("\n").count(line)
                 file.write(f"{line}\n")
         return before + 1
-
-    def close(self) -> None:
-        """Close the file; another answer would open it again.
-
-        Raises:
-            InputError: what could not be written before still cannot.
-        """
-        file, self._file = self._file, None
-        if file is not None:
-            with writing_to(self._path):
-                file.close()
-
-    def __enter__(self) -> Journal:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
 
     def _keep(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch, answer.attempt)
@@ -143,6 +124,7 @@ class Desk:
 
     Attributes:
         job: what is asked.
+        journal: where answers go.
         given: the answers there are, by task and epoch; in an experiment of every attempt, in order.
         asked: the questions to which these are the answers.
         inquiries: each task as it is put to the model, by task and epoch; what is over is answered.
@@ -152,12 +134,12 @@ class Desk:
 
     def __init__(self, job: Job, journal: Journal, watch: Watch | None = None) -> None:
         self.job = job
+        self.journal = journal
         self.given: dict[Place, list[Answer]] = {}
         self.asked: dict[Place, list[Prompt]] = {}
         self.inquiries: dict[Place, Inquiry] = {}
         self.failures: dict[Place, str] = {}
         self.stopped: EaiError | None = None
-        self._journal = journal
         self._watch = watch
         self._over = 0
         for task_id in job.prompts:
@@ -189,10 +171,6 @@ class Desk:
         attempt = len(self.given.get(place, ())) + 1
         return self.job.request_sha256(place[0], self.inquiries[place].question, attempt)
 
-    def begin(self, place: Place, request_sha256: str) -> int:
-        """Note that an episode begins; returns how often it has begun."""
-        return self._journal.begin(place, request_sha256)
-
     def take(self, answer: Answer) -> None:
         """Write an answer down.
 
@@ -200,7 +178,7 @@ class Desk:
             InputError: the journal cannot be written; then nothing more is to be asked.
         """
         try:
-            self._journal.add(answer)
+            self.journal.add(answer)
         except InputError as error:
             self.stopped = error
             raise
@@ -226,7 +204,7 @@ class Desk:
         """Take what the journal holds of the answers to a task."""
         while not self.inquiries[place].over:
             attempt = len(self.given.get(place, ())) + 1
-            answer = self._journal.find(place, self.request(place), attempt)
+            answer = self.journal.find(place, self.request(place), attempt)
             if answer is None:
                 return
             self._accept(answer)
