@@ -61,14 +61,13 @@ _HELP_OPTIONS = ("-h", "--help")
 _METAVARS: Mapping[str, str] = {
     f"--{option}": metavar
     for metavar, options in {
-        "NAME": "ability domain errata like metric model planner prompt-name protocol reference split",
-        "N": "bins conditions depth epochs examples limit max-connections max-tokens n objects"
-        " sample seed workers",
+        "NAME": "ability domain errata like model planner prompt-name protocol split",
+        "N": "conditions depth epochs limit max-connections max-tokens n objects sample seed workers",
         "P": "least",
         "S": "planner-seconds",
         "X": "margin",
-        "DIR": "data images out prompts",
-        "FILE": "explorer prices",
+        "DIR": "data out prompts",
+        "FILE": "prices",
         "PATH": "demonstrations from goals",
         "ID,ID": "tasks",
         "SECRET": "secret",

@@ -323,18 +323,15 @@ def _print_hanging(console: Console, before: str, text: Text) -> None:
 
 def _together(facts: Sequence[str]) -> list[str]:
     """The facts, those that hold both ways between two objects as one."""
-    merged: list[str] = []
-    left = dict.fromkeys(facts)
+    merged: dict[str, str] = {}
     for fact in facts:
-        if fact in left:
-            name, _, objects = fact.removesuffix(")").partition("(")
-            back = f"{name}({', '.join(reversed(objects.split(', ')))})"
-            both = back != fact and back in left
-            merged.append(f"{fact}, and back" if both else fact)
-            del left[fact]
-            if both:
-                del left[back]
-    return merged
+        name, _, objects = fact.removesuffix(")").partition("(")
+        back = f"{name}({', '.join(reversed(objects.split(', ')))})"
+        if back in merged and back != fact:
+            merged[back] = f"{back}, and back"
+        else:
+            merged[fact] = fact
+    return list(merged.values())
 
 
 def _print_part(console: Console, part: PartReport, never: str) -> None:

@@ -64,24 +64,17 @@ AsJson = Annotated[bool, flag("Print the results as JSON, and nothing else.", "-
 Wide = Annotated[bool, flag("All columns in one table, however wide.", "--wide", panel=OUTPUT)]
 
 
-@contextmanager
-def _data_in(folder: Path) -> Iterator[None]:
-    """The default store is in a folder."""
-    before = os.environ.get(VARIABLE)
-    os.environ[VARIABLE] = str(folder)
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ[VARIABLE]
-        else:
-            os.environ[VARIABLE] = before
-
-
 def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
     """The folder, which is the default for all that a command starts: built-in models, Inspect, workers."""
     if folder is not None:
-        command.with_resource(_data_in(folder))
+        before = {name: os.environ[name] for name in (VARIABLE,) if name in os.environ}
+
+        def restore() -> None:
+            del os.environ[VARIABLE]
+            os.environ.update(before)
+
+        command.call_on_close(restore)
+        os.environ[VARIABLE] = str(folder)
     return folder
 
 
