@@ -126,12 +126,9 @@ def tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:
     named = listed(tasks)
     for task_id in named:
         if not any(task_id in suite.task_ids for suite in suites):
-            only = f"{suites[0].domain} {suites[0].ability.value}"
-            known = {each for suite in suites for each in suite.task_ids}
-            raise InputError(
-                f"--tasks: {task_id!r} is not a task of {only if len(suites) == 1 else 'any suite'}"
-                f"{did_you_mean(task_id, sorted(known))}"
-            )
+            only = f"{suites[0].domain} {suites[0].ability.value}" if len(suites) == 1 else "any suite"
+            hint = did_you_mean(task_id, sorted({each for suite in suites for each in suite.task_ids}))
+            raise InputError(f"--tasks: {task_id!r} is not a task of {only}{hint}")
     return [frozenset(named)] * len(suites)
 
 

@@ -166,12 +166,11 @@ class ExplorerData:
         """The further fields of the verdicts of an ability."""
         match verdict:
             case PlanVerdict():
+                category = verdict.category if isinstance(verdict, SubgoalVerdict) else None
                 return {
                     "e": None if verdict.executable is None else int(verdict.executable),
                     "a": verdict.additional_steps,
-                    "c": verdict.category and verdict.category.value
-                    if isinstance(verdict, SubgoalVerdict)
-                    else None,
+                    "c": category and category.value,
                     "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
                 }
             case GoalVerdict():

@@ -154,16 +154,8 @@ def _draw_panel(axes: Axes, panel: _Panel, domains: Sequence[str]) -> None:
     axes.tick_params(axis="x", labelsize=7)
     places, labels, line = [], [], 0
     for group, entries in groupby(panel.entries, key=lambda entry: entry.group):
-        axes.text(
-            -0.01,
-            line,
-            group,
-            transform=axes.get_yaxis_transform(),
-            ha="right",
-            va="center",
-            fontsize=7.5,
-            weight="bold",
-        )
+        style = {"ha": "right", "va": "center", "fontsize": 7.5, "weight": "bold"}
+        axes.text(-0.01, line, group, style, transform=axes.get_yaxis_transform())
         for entry in entries:
             line += 1
             places.append(line)

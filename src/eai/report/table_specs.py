@@ -68,9 +68,8 @@ def _overview() -> TableSpec:
 
 def _one_table(ability: Ability) -> TableSpec:
     """All columns of an ability, ranked by its main metrics."""
-    return TableSpec(
-        ability.value, ability_title(ability), _columns(ability), tuple(declaration_of(ability).main)
-    )
+    main = tuple(declaration_of(ability).main)
+    return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
 
 
 def _goal_satisfaction() -> TableSpec:
@@ -89,12 +88,8 @@ def _operators() -> Iterator[TableSpec]:
     logic = tuple(column for column in columns if column.group != PLANNER)
     planner = tuple(column for column in columns if column.group == PLANNER)
     yield TableSpec(f"{ability.value}_logic", f"{title}: logical matching", logic, (f"{OVERALL}.f1",))
-    yield TableSpec(
-        f"{ability.value}_planner",
-        f"{title}: planner success",
-        planner,
-        (f"{OVERALL}.plan_works", f"{OVERALL}.planner_success"),
-    )
+    works = (f"{OVERALL}.plan_works", f"{OVERALL}.planner_success")
+    yield TableSpec(f"{ability.value}_planner", f"{title}: planner success", planner, works)
 
 
 @cache

@@ -147,21 +147,13 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
     declared = declaration_of(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
-    others = {
-        r.task_id
-        for r in second
-        if r.task_id in verdicts and not declared.alike(verdicts[r.task_id], r.verdict)
-    }
+    shared = [record for record in second if record.task_id in verdicts]
+    others = {r.task_id for r in shared if not declared.alike(verdicts[r.task_id], r.verdict)}
     names = {task: known.get(task, task) for task in before if task in after and task not in others}
-    differences = [
-        difference(
-            metric,
-            _cases(metric, names, before),
-            _cases(metric, names, after),
-            yes_no=metric in declared.yes_no,
-        )
-        for metric in declared.main
-    ]
+    differences = []
+    for metric in declared.main:
+        one, other = (_cases(metric, names, shares) for shares in (before, after))
+        differences.append(difference(metric, one, other, yes_no=metric in declared.yes_no))
     return Comparison(
         tuple(differences),
         len(names),

@@ -356,17 +356,10 @@ def draw_band(panel: Axes, stage: float, band: tuple[float, float, float], color
     left, right, bend = stage, stage + 1.0, 0.5
     low, low_end, thickness = band
     high, high_end = low + thickness, low_end + thickness
-    points = [
-        (left, low),
-        (left + bend, low),
-        (right - bend, low_end),
-        (right, low_end),
-        (right, high_end),
-        (right - bend, high_end),
-        (left + bend, high),
-        (left, high),
-        (left, low),
-    ]
+    across = (left, left + bend, right - bend, right)
+    below, above = (low, low, low_end, low_end), (high, high, high_end, high_end)
+    there, back = zip(across, below, strict=True), zip(across, above, strict=True)
+    points = [*there, *reversed([*back]), (left, low)]
     curve = [Path.CURVE4] * 3
     codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
     panel.add_artist(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))
