@@ -113,13 +113,10 @@ def build_task(
     corrected = source.errata if protocol is DEFAULT_PROTOCOL else ErrataChoice.NONE
     book = open_answer_book(benchmark, ability, replace(source, errata=corrected))
     gold = {task_id: book.gold(task_id).text for task_id in book.task_ids if task_id in prompts}
-    of_all, told = (
-        {"domain": benchmark.reference, "ability": ability.value, ERRATA: corrected.value},
-        about or {},
-    )
+    of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: corrected.value}
     samples = []
     for task_id, prompt in prompts.items():
-        known = {**of_all, "task_id": task_id, **told.get(task_id, {})}
+        known = {**of_all, "task_id": task_id, **(about or {}).get(task_id, {})}
         samples.append(_sample(prompt, gold.get(task_id, ""), known, experiment))
     planner, errata = source.planner.value, source.errata.value
     return inspect_ai.Task(
