@@ -200,7 +200,7 @@ def test_what_remarks_say_is_so(data_store: Store) -> None:
     options = [task.features.goal_options for task in tasks]
     assert round(max(options) / sum(options), 1) == 0.8
     lists = read_shared("paper", "task_lists.json")["behavior_plan_length"]
-    released = {task.name: task.features.annotated_steps for task in tasks}
+    released = {each.task.title: each.features.annotated_steps for each in tasks}
     assert len(lists) == 60
     assert {name: (steps, released[name]) for name, steps in lists.items() if released[name] != steps} == {
         "cleaning_bathrooms": (12, 11)
