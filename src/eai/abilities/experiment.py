@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
@@ -119,29 +120,27 @@ class Experiment:
     @property
     def label(self) -> str:
         """A short text that distinguishes it from every other experiment; the name of its folder."""
-        parts = []
-        if self.goals_from is not None:
-            parts.append(f"goals-{file_name(self.goals_from)}")
-        if self.scene is not None:
-            parts.append(f"scene-{file_name(self.scene)}")
+        parts = [*_named("goals", self.goals_from), *_named("scene", self.scene), *self._carried_out()]
+        parts += [*_named("prompt", self.prompt_name), *_named("as", self.preset)]
+        parts += [*_named("harness", self.harness), *_named("effort", self.effort)]
+        return SEPARATOR.join(parts)
+
+    def _carried_out(self) -> Iterator[str]:
+        """The parts of the label that say how answers are carried out."""
         if self.acts:
             chosen: list[Enum] = [self.world, self.feedback]
             if self.form is not FeedbackForm.PROMPT:
                 chosen.append(self.form)
             words = "-".join([choice.value for choice in chosen])
-            parts.append(f"replans-{self.replans}-{words}" if self.replans else "replans-0")
+            yield f"replans-{self.replans}-{words}" if self.replans else "replans-0"
         if self.slip:
             silent = "-silent" if self.notice is Notice.SILENT else ""
             seed = "" if self.slip_seed is None else f"-seed-{self.slip_seed}"
-            parts.append(f"slip-{self.slip:g}{seed}{silent}")
+            yield f"slip-{self.slip:g}{seed}{silent}"
         if self.until is Until.GOAL:
-            parts.append(f"until-{self.until.value}")
-        if self.prompt_name is not None:
-            parts.append(f"prompt-{file_name(self.prompt_name)}")
-        if self.preset is not None:
-            parts.append(f"as-{self.preset}")
-        if self.harness is not None:
-            parts.append(f"harness-{file_name(self.harness)}")
-        if self.effort is not None:
-            parts.append(f"effort-{self.effort}")
-        return SEPARATOR.join(parts)
+            yield f"until-{self.until.value}"
+
+
+def _named(kind: str, name: str | None) -> list[str]:
+    """The part of a label that says a name; none where there is no name."""
+    return [] if name is None else [f"{kind}-{file_name(name)}"]

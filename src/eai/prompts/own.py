@@ -200,7 +200,11 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
     if len(header.types) <= MOST_TYPES:
         return None
     texts = [task.domain.operators[name].pddl for name in operators]
-    names = set(_WORD.findall(" ".join((*texts, *(_goal_text(each) for each in (task, other))))))
+    names = set(
+        _WORD.findall(
+            " ".join((*texts, *(each.problem_text.partition("(:goal")[2] for each in (task, other))))
+        )
+    )
     grown = 0
     while grown < len(names):
         grown = len(names)
@@ -208,10 +212,6 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
             if axiom.name in names:
                 names |= {part.predicate for part in walk(axiom.condition) if isinstance(part, f.Atom)}
     return names
-
-
-def _goal_text(task: TransitionTask) -> str:
-    return task.problem_text.partition("(:goal")[2]
 
 
 def _shown(header: PddlDomain, names: Set[str] | None, text: str) -> PddlDomain:

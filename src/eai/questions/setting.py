@@ -18,7 +18,7 @@ import eai.logic.formula as f
 from eai.abilities.planning import find_plan
 from eai.abilities.reports import action_text, fact_text
 from eai.abilities.rules import Rules
-from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import subjects
 from eai.generator.scene import restricted
 from eai.logic.traversal import objects
@@ -179,22 +179,17 @@ def _closed(task: Task) -> Task:
         None if agent is None else number[agent],
     )
     facts = [Fact(p, tuple([number[i] for i in among])) for p, among in restricted(task.initial, kept)]
+    conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
+    goals = [goal for goal in conditions if set(objects(goal.formula)) <= scene.index.keys()]
     return Task(
         task.id,
         task.title,
         task.instruction,
         scene.state(facts),
-        tuple(_goals_about(task.goals, scene)),
+        tuple(goals),
         tuple(range(len(kept))),
         tuple([Action(name, tuple([number[i] for i in among])) for name, among in task.script]),
     )
-
-
-def _goals_about(goals: Sequence[Goal], scene: Scene) -> Iterator[Goal]:
-    """The goals about the objects of a scene, and not about actions."""
-    for goal in goals:
-        if goal.kind is not GoalKind.ACTION and set(objects(goal.formula)) <= scene.index.keys():
-            yield goal
 
 
 def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action, ...]:

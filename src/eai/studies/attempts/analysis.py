@@ -18,7 +18,7 @@ from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
 from eai.abilities.record import Record
 from eai.data.grouping import grouped
 from eai.results.breakdown import outcome
-from eai.results.certainty import Case, Cases
+from eai.results.certainty import Case
 from eai.results.rate import rate_of
 from eai.results.summary import after, cases_of, share_of
 from eai.results.table import Estimate, Row, Table, table_of
@@ -135,7 +135,8 @@ def _by_attempt(arms: Sequence[Arm]) -> Iterator[Row]:
 def _attempt_rows(arm: Arm) -> Iterator[Row]:
     for number in range(1, arm.attempts + 1):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
-        errors = [_percent(arm.cases(metric, number)) for metric in _ERRORS]
+        cases = [arm.cases(metric, number) for metric in _ERRORS]
+        errors = [rate_of(case.share for case in each).percent for each in cases]
         tokens = [
             sum(each.usage.input_tokens + each.usage.output_tokens for each in record.attempts if each.usage)
             for record in records
@@ -215,7 +216,3 @@ def _shared(
         after_it = arm.cases(SUCCESS, attempts, [seed])
         pairs += [(before[case.task], case) for case in after_it if case.task in before]
     return [one for one, _ in pairs], [other for _, other in pairs]
-
-
-def _percent(cases: Cases) -> float | None:
-    return rate_of(case.share for case in cases).percent

@@ -50,19 +50,14 @@ def leaf_of(answer: AnswerLine) -> _Leaf:
         case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
             return _Leaf("grammar", answer.outcome)
         case AnswerOutcome.HALLUCINATION:
-            return _Leaf("grammar", answer.outcome, _unknown(answer))
+            unknown = (answer.error_check or "").removeprefix("unknown_")
+            return _Leaf("grammar", answer.outcome, unknown)
         case AnswerOutcome.GOAL_MISSED if answer.executable:
             return _Leaf("goal", answer.outcome, "+".join(_missed(answer)))
         case _ if answer.outcome in RUNTIME:
             return _Leaf("runtime", answer.outcome)
         case _:
             return _Leaf(answer.outcome)
-
-
-def _unknown(answer: AnswerLine) -> str:
-    """The kind of the unknown name."""
-    check = answer.error_check or ""
-    return check.removeprefix("unknown_") if check else ""
 
 
 def _missed(answer: AnswerLine) -> Iterator[str]:
