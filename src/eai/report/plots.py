@@ -25,7 +25,7 @@ from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.markdown import escaped
-from eai.results.plots import FORMATS, LINES, RULE, clipped, entitle, sheet, styled, write
+from eai.results.plots import FEW, FORMATS, LINES, RULE, clipped, entitle, sheet, styled, write
 from eai.results.rate import rate_of
 
 if TYPE_CHECKING:
@@ -44,8 +44,6 @@ BIN = 10
 _MANY = 10
 """So many goals, and more, stand together."""
 
-_FEWEST = 5
-"""Fewer tasks than this say little: their marks are hollow."""
 _MOST_WITH_INTERVALS = 3
 """More models than this in one panel leave no room for intervals."""
 _PANEL = (3.5, 2.5)
@@ -193,7 +191,7 @@ def _draw_line(panel: Axes, bins: Bins, shift: float, color: str, mark: str, sty
     heights = [math.nan if percent is None else percent for percent in percents]
     at = [place + shift for place in places]
     panel.plot(at, heights, mark + style, color=color, linewidth=1.1, markersize=4, label=model)
-    few = [(x, y) for x, y, p in zip(at, heights, places, strict=True) if 0 < len(bins.get(p, ())) < _FEWEST]
+    few = [(x, y) for x, y, p in zip(at, heights, places, strict=True) if 0 < len(bins.get(p, ())) < FEW]
     if few:
         x, y = zip(*few, strict=True)
         panel.plot(x, y, mark, color=color, markerfacecolor="white", markersize=4, zorder=3)
