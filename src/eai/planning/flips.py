@@ -7,6 +7,7 @@ landmark (Richter and Westphal 2010) of that one state, found by taking the cond
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from typing import TypeAlias
 
 import eai.logic.formula as f
@@ -26,6 +27,7 @@ from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
+from eai.world.operator import Check
 from eai.world.relation import bits, mask_of
 from eai.world.state import State
 
@@ -127,6 +129,18 @@ class Flips:
             return True
         schemas = self._schemas[action.operator]
         return any(self._matches(schema, action, change) is not None for schema in schemas)
+
+    def ways(self, action: Action, change: Change) -> Iterator[list[tuple[f.Formula, Scope]]]:
+        """For each effect by which an action may make a change the conditions of it, as far as known."""
+        if change.predicate in self._unread.get(action.operator, ()):
+            yield []
+        for schema in self._schemas[action.operator]:
+            scope = self._matches(schema, action, change)
+            if scope is not None:
+                checks = schema.operator.checks
+                tried = schema.checks[len(checks) :]
+                conditions = (*[left(each, checks) for each in checks], *tried, *schema.given)
+                yield [(each, scope) for each in conditions if free_variables(each) <= scope.keys()]
 
     def behind(
         self, action: Action, state: State, changes: Changes, *, executed: bool
@@ -316,6 +330,19 @@ class Flips:
             if name not in self._static:
                 anything = (None,) * (vocabulary.arity(name) or 0)
                 yield from (Change(name, anything, truth) for truth in (True, False))
+
+
+@cache
+def left(check: Check, checks: tuple[Check, ...]) -> f.Formula:
+    """A check without the alternatives that the other checks of the operator deny."""
+    condition = check.condition
+    required = [each.condition for each in checks if each is not check]
+    denied = [each.operand for each in required if isinstance(each, f.Not)]
+    if not isinstance(condition, f.Or):
+        return condition
+    return f.Or(
+        tuple([part for part in condition.operands if part not in denied and f.Not(part) not in required])
+    )
 
 
 def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:

@@ -140,6 +140,23 @@ class Planner:
         search = GreedySearch(self.heuristic, successors, limits)
         return _PlanSearch(search, goal, limits).run(Node(initial))
 
+    def reach(
+        self, initial: State, conditions: tuple[Subgoal, ...], objects: Sequence[int], limits: Limits
+    ) -> tuple[Action, ...] | None:
+        """The actions by which one greedy search brings conditions about together, if it does.
+
+        Args:
+            initial: the state to start from.
+            conditions: the conditions.
+            objects: what actions may be about, by index.
+            limits: how much to do.
+        """
+        search = GreedySearch(
+            self.heuristic, SuccessorGenerator(self.domain, self._carry_out, objects, ()), limits
+        )
+        found = search.search(Node(initial), Target(conditions, 0), limits)
+        return None if isinstance(found, SearchEnd) else found.plan()
+
 
 @dataclass(frozen=True, eq=False)
 class _PlanSearch:

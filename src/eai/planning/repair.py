@@ -9,27 +9,29 @@ other edits finds all repairs with fewest edits. Effort is counted and never tim
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import cache
 from itertools import groupby
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.formula import Formula, Not, Or
 from eai.planning.effect_schema import Change
-from eai.planning.flips import Changes, Flips
+from eai.planning.flips import Changes, Flips, left
+from eai.planning.landmarks import Cut, landmarks
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
-from eai.world.operator import Check
 from eai.world.state import State
 
 Plan: TypeAlias = Sequence["Action | None"]
 """The steps of a plan as they are written; None is one that means nothing."""
 
-_EXACT, _WEIGHT = 0.75, 3
-"""The part of the effort that is spent on fewest edits, and the weight of the search that spends the rest."""
+_EXACT, _GREEDY, _WALKING, _UNDOING = 0.75, 0.1, 0.1, 0.0125
+"""The parts of the effort: for fewest edits, for any edits, for the ways through a plan, and for each repair
+that is found to do without some of its edits."""
+
+_WEIGHT = 3
+"""The weight of what a plan lacks in the search for any edits."""
 
 _STATES = 300
 """The states that a planner may reach that finishes a plan."""
@@ -37,6 +39,9 @@ _STATES = 300
 _LOOKS, _START = 1, 3
 """How many actions a planner may look at for a step that may be tried, and how many times as many from the
 start, which it does once a task."""
+
+_WALKS, _ENABLING = 4, Limits(20, looks=2_000)
+"""So many ways through a plan are followed side by side; so much is done to make a step possible."""
 
 _KEPT = 50_000
 """So many states are kept from one plan to the next."""
@@ -75,6 +80,30 @@ class _Course(NamedTuple):
 
     states: tuple[int, ...]
     taken: tuple[int, ...]
+
+
+class _Walk(NamedTuple):
+    """A way through a plan, or through its beginning.
+
+    Attributes:
+        plan: the plan as it is edited.
+        number: the number of the state that it leads to.
+        taken: how many action goals are taken.
+    """
+
+    plan: Edited
+    number: int
+    taken: int
+
+    @property
+    def reached(self) -> tuple[int, int]:
+        """The number of the state that it leads to, and how many action goals are taken."""
+        return self.number, self.taken
+
+    @property
+    def edits(self) -> int:
+        """The number of its edits."""
+        return cost(normal(self.plan)).edits
 
 
 class Told(NamedTuple):
@@ -118,6 +147,7 @@ class Mender:
         self._numbers = {self.initial: 0}
         self._after: dict[tuple[int, Action], tuple[int, bool]] = {}
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
+        self._ways: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
     def mend(self, plan: Plan, effort: Effort) -> tuple[int, tuple[Told, ...] | None]:
         """How many edits every repair of a plan has, and the edits of the smallest that was found, if any.
@@ -133,10 +163,11 @@ class Mender:
         effort.used += exact.effort
         found = [] if exact.repair is None else [exact.repair]
         if exact.repair is None:
-            other = search.run(Effort(effort.limit * (1 - _EXACT)), _WEIGHT)
+            other = search.run(Effort(effort.limit * _GREEDY), _WEIGHT)
             effort.used += other.effort
-            rest = self._finished(plan, int(min(_LOOKS * effort.limit, Limits().looks)))
-            found = [each for each in (other.repair, *rest) if each is not None]
+            rest = self._finished(plan, int(min(_LOOKS * effort.limit, Limits().looks)), effort)
+            repairs = [each for each in (other.repair, *rest) if each is not None]
+            found = [self._undone(each, plan, effort) for each in repairs]
         best = min(found, key=lambda each: cost(each).edits, default=None)
         return exact.at_least, None if best is None else told(best)
 
@@ -146,22 +177,91 @@ class Mender:
         effort.used += found.effort
         return found.at_least
 
-    def _finished(self, plan: Plan, looks: int) -> Iterator[Edited]:
-        """Plans that a planner finds: from where the steps that do not fail lead, and from the start.
+    def _finished(self, plan: Plan, looks: int, effort: Effort) -> Iterator[Edited]:
+        """Plans that a planner finds: from where a plan leads without what fails, or mended; from the start.
 
         On the way on it may look at so many actions.
         """
-        number, taken = 0, 0
-        kept: list[Action] = []
-        for action in plan:
-            after, executed = (_FATAL, False) if action is None else self.after(number, action)
-            if action is not None and after != _FATAL:
-                kept.append(action)
-                number, taken = after, self.takes(taken, action) if executed else taken
-        further = self._way(number, taken, looks)
-        for way in (None if further is None else (*kept, *further), self._whole(_START * looks)):
-            if way is not None:
-                yield normal(_aligned(plan, way))
+        entries = tuple([_Entry(i, action) for i, action in enumerate(plan)])
+        own = Effort(effort.limit * _WALKING)
+        walks = [self._walk(entries, 1, own, mends=False), self._walk(entries, _WALKS, own, mends=True)]
+        effort.used += own.used
+        for walk in dict.fromkeys([each for each in walks if each is not None]):
+            further = self._way(walk.number, walk.taken, looks)
+            if further is not None:
+                kept = [entry.action for entry in walk.plan if entry.action is not None]
+                yield normal(_aligned(plan, (*kept, *further)))
+        whole = self._whole(_START * looks)
+        if whole is not None:
+            yield normal(_aligned(plan, whole))
+
+    def _walk(self, plan: Edited, number: int, effort: Effort, *, mends: bool) -> _Walk | None:
+        """The best way through a plan: what fails is deleted, or what it needs is put before it (``mends``).
+
+        So many are followed side by side; None if the effort does not last.
+        """
+        walks = [_Walk((), 0, 0)]
+        for i, entry in enumerate(plan):
+            found: dict[tuple[int, int], _Walk] = {}
+            for walk in [each for one in walks for each in self._past(one, entry, mends=mends)]:
+                known = found.setdefault(walk.reached, walk)
+                if walk.edits < known.edits:
+                    found[walk.reached] = walk
+            rest = plan[i + 1 :]
+            lacks = [self.lacks(rest, _Course((w.number,), (w.taken,)), effort) for w in found.values()]
+            ranked = sorted(zip(found.values(), lacks, strict=True), key=lambda pair: pair[0].edits + pair[1])
+            walks = [walk for walk, _ in ranked[:number]]
+            if effort.is_exceeded:
+                return None
+        return walks[0]
+
+    def _past(self, walk: _Walk, entry: _Entry, *, mends: bool) -> Iterator[_Walk]:
+        """The ways past an entry: as it stands, or else mended or deleted."""
+        action = entry.action
+        kept = None if action is None else self._followed(walk, (), entry)
+        if kept is not None:
+            yield kept
+            return
+        yield walk._replace(plan=(*walk.plan, entry._replace(action=None)))
+        way = self._enabling(walk.number, action) if mends and action is not None else None
+        mended = None if way is None else self._followed(walk, way, entry)
+        if mended is not None:
+            yield mended
+
+    def _followed(self, walk: _Walk, way: Sequence[Action], entry: _Entry) -> _Walk | None:
+        """A way through a plan that goes on by some actions and a step; None if one of them is impossible."""
+        plan, number, taken = walk
+        for each in (*[_Entry(-1, action) for action in way], entry):
+            if each.action is not None:
+                number, executed = self.after(number, each.action)
+                if number == _FATAL:
+                    return None
+                taken = self.takes(taken, each.action) if executed else taken
+            plan = (*plan, each)
+        return _Walk(plan, number, taken)
+
+    def _enabling(self, number: int, action: Action) -> tuple[Action, ...] | None:
+        """The actions by which the planner makes a step possible, if it finds some; looked for once."""
+        key = number, action
+        if key not in self._ways:
+            operator = self.domain.compiled[action.operator].operator
+            scope = operator.scope(action.arguments)
+            checks = [c.condition for c in operator.checks if c.fault is not FaultKind.ADDITIONAL_STEP]
+            goals = tuple([Subgoal(condition, scope, True) for condition in checks])
+            self._ways[key] = self._planner.reach(self.states[number], goals, self.objects, _ENABLING)
+        return self._ways[key]
+
+    def _undone(self, plan: Edited, original: Plan, effort: Effort) -> Edited:
+        """A repair without the edits that it does without, as far as its part of the effort lasts."""
+        own = Effort(effort.limit * _UNDOING)
+        trials = _with_one_undone(plan, original)
+        while (trial := next(trials, None)) is not None and not own.is_used_up:
+            if cost(trial).edits < cost(plan).edits and self.succeeds(
+                trial, self.course(trial, _Course((0,), (0,)), 0, own)
+            ):
+                plan, trials = trial, _with_one_undone(trial, original)
+        effort.used += own.used
+        return plan
 
     def _whole(self, looks: int) -> tuple[Action, ...] | None:
         """A plan from the start, if the planner finds one; looked for once."""
@@ -259,25 +359,14 @@ class Mender:
             taken.append(met)
         return _Course(tuple(states), tuple(taken))
 
-    def needed(self, plan: Edited) -> list[frozenset[Action]]:
-        """Sets of actions of each of which every repair of a plan inserts one; no two have one in common.
-
-        They are those that reach a goal which does not hold at the start, and which no step can reach.
-        """
+    def needed(self, plan: Edited) -> list[Cut]:
+        """Sets of actions of each of which every repair of a plan inserts one; no two have one in common."""
         state, of = self.initial, self.flips.of
         steps = [entry.action for entry in plan if entry.action is not None]
-        sets: list[frozenset[Action]] = []
-        for goal in self.missed(0):
-            changes = of(goal.formula, goal.scope, state, truth=goal.truth)
-            if not any(self.flips.may_make(step, change) for step in steps for change in changes):
-                sets.append(frozenset(self.flips.actions(changes)))
+        wanted = [of(goal.formula, goal.scope, state, truth=goal.truth) for goal in self.missed(0)]
         untaken = [names for names in self.goal.actions if not any(step.operator in names for step in steps)]
-        sets += [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
-        found: list[frozenset[Action]] = []
-        for each in sorted(sets, key=len):
-            if not any(each & other for other in found):
-                found.append(each)
-        return found
+        taking = [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
+        return landmarks(self.flips, state, steps, wanted, taking)
 
     def lacks(self, plan: Edited, course: _Course, effort: Effort) -> int:
         """How many steps fail and goals are missed where steps that fail are passed over."""
@@ -352,7 +441,7 @@ class _Conflicts:
         for check in operator.checks:
             holds = self._flips.holds(check.condition, scope, state)
             if not holds:
-                found |= self._flips.of(_left(check, operator.checks), scope, state, truth=True)
+                found |= self._flips.of(left(check, operator.checks), scope, state, truth=True)
                 return frozenset(found)
             if check.fault is FaultKind.ADDITIONAL_STEP:
                 found |= self._flips.of(check.condition, scope, state, truth=False)
@@ -409,19 +498,6 @@ class _Conflicts:
         return behind, undoes
 
 
-@cache
-def _left(check: Check, checks: tuple[Check, ...]) -> Formula:
-    """A check without the alternatives that the other checks of the operator deny."""
-    condition = check.condition
-    required = [each.condition for each in checks if each is not check]
-    denied = [each.operand for each in required if isinstance(each, Not)]
-    if not isinstance(condition, Or):
-        return condition
-    return Or(
-        tuple([part for part in condition.operands if part not in denied and Not(part) not in required])
-    )
-
-
 def _aligned(plan: Plan, other: Sequence[Action]) -> Edited:
     """Another plan as an edited one, with fewest edits (Levenshtein 1966)."""
     rows = [[*range(len(other) + 1)]]
@@ -445,6 +521,17 @@ def _aligned(plan: Plan, other: Sequence[Action]) -> Edited:
             j -= 1
             found.append(_Entry(-1, other[j]))
     return tuple(reversed(found))
+
+
+def _with_one_undone(plan: Edited, original: Plan) -> Iterator[Edited]:
+    """The plans that have an inserted step or a deletion less, or one of each."""
+    inserted = [i for i, entry in enumerate(plan) if entry.step < 0]
+    yield from (normal((*plan[:i], *plan[i + 1 :])) for i in inserted)
+    for i, entry in enumerate(plan):
+        if entry.action is None and original[entry.step] is not None:
+            kept = (*plan[:i], entry._replace(action=original[entry.step]), *plan[i + 1 :])
+            yield normal(kept)
+            yield from (normal((*kept[:k], *kept[k + 1 :])) for k in inserted)
 
 
 class _Cost(NamedTuple):
@@ -547,7 +634,7 @@ class _Node(NamedTuple):
     at: int
     lacks: int
     cost: _Cost
-    needed: tuple[frozenset[Action], ...]
+    needed: tuple[Cut, ...]
     fails: bool = False
 
     @property
