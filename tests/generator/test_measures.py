@@ -12,6 +12,7 @@ import pytest
 
 import eai.logic.formula as f
 from by_path import module_at
+from eai.abilities.task import make_task
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.generator.generator import Generator
@@ -26,7 +27,6 @@ from eai.generator.measures import (
     presence,
 )
 from eai.generator.spec import Generated, Spec
-from eai.generator.walk import posed
 from eai.tasks.source import Source
 from eai.world.execution import Action
 from eai.world.state import Fact, Scene, WorldObject
@@ -84,7 +84,8 @@ def test_containers_hidden_things_and_tools_of_a_plan(plan: str, expected: tuple
         for name, *about in (step.split() for step in plan.split("; "))
     ]
     goal = f.Atom("sliced", (f.Constant("apple"),))
-    found = measured(posed("t", "-", scene.state(facts), [goal], steps), domain)
+    task = replace(make_task("t", "-", scene.state(facts), goal), script=tuple(steps))
+    found = measured(task, domain)
     assert tuple(found[each] for each in _MEASURED) == expected
 
 

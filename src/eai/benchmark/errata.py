@@ -173,7 +173,7 @@ class Errata:
             for entry in by_task.get(task_id, ()):
                 if entry.problem is not None:
                     problem = _replaced(problem, entry.problem, entry.id)
-            operators = [names.get(name, name) for name in task.operators]
+            operators = tuple([names.get(name, name) for name in task.operators])
             return type(task)(task_id, library(), operators, task.categories, problem)
 
         return TaskSet(tasks, corrected, tasks.sha256) if by_task else tasks

@@ -80,8 +80,8 @@ def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
     categories = pack.read_json("id2category_2.json")
 
     def build(task_id: str) -> TransitionTask:
-        kinds = [_category(label) for label in categories[task_id]]
-        return TransitionTask(task_id, library, operators[task_id], kinds, problems[task_id])
+        kinds = tuple(map(_category, categories[task_id]))
+        return TransitionTask(task_id, library, tuple(operators[task_id]), kinds, problems[task_id])
 
     tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
     return TaskSet(tasks, tasks.__getitem__, pack.manifest.sha256)

@@ -56,8 +56,8 @@ class TransitionTask:
 
     id: str
     domain: OperatorLibrary
-    operators: Sequence[str]
-    categories: Sequence[Category]
+    operators: tuple[str, ...]
+    categories: tuple[Category, ...]
     problem_text: str
 
     @cached_property
@@ -153,7 +153,8 @@ def _operators(plan: Sequence[Action], exported: Exported, library: OperatorLibr
     return (name for name in library.operators if name in used)
 
 
-def _task_categories(exported: Exported, categories: Mapping[str, Category]) -> list[Category]:
+def _task_categories(exported: Exported, categories: Mapping[str, Category]) -> tuple[Category, ...]:
     """The categories of the predicates in the goal, the most frequent first."""
     atoms = (part for part in walk(exported.problem.goal) if isinstance(part, Atom))
-    return [category for category, _ in Counter(categories[atom.predicate] for atom in atoms).most_common()]
+    counts = Counter(categories[atom.predicate] for atom in atoms)
+    return tuple([category for category, _ in counts.most_common()])
