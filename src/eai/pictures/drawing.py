@@ -14,7 +14,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
-from eai.errors import EaiError, how_to_install
+from eai.errors import needing
 from eai.pictures.tiles import BOTH_WAYS, ONE_WAY, Kind, Tile
 
 if TYPE_CHECKING:
@@ -126,11 +126,9 @@ def image_of(drawing: Drawing) -> Image:
     Raises:
         EaiError: as of `png`.
     """
-    try:
+    with needing("plots", "pictures as PNG need"):
         import matplotlib as mpl
         from PIL import Image, ImageDraw, ImageFont
-    except ImportError as error:
-        raise EaiError(f"pictures as PNG need {error.name}: {how_to_install('plots')}") from error
     folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
     fonts: dict[tuple[int, bool], Any] = {}
     image = Image.new("RGB", (drawing.width, drawing.height), "#ffffff")

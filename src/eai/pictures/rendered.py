@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.task import Task
-from eai.errors import EaiError, InputError, how_to_install
+from eai.errors import InputError, needing
 from eai.pictures.picture import PNG
 from eai.prompts.prompt import Image
 from eai.world.state import State
@@ -19,13 +19,7 @@ VIEWS: tuple[View, ...] = ("head", "near", "top")
 """From where scenes are seen: the robot's head, near the place of work, and from above."""
 
 
-@contextmanager
-def _installed() -> Iterator[None]:
-    """Say of what the block cannot load how to install it."""
-    try:
-        yield
-    except ImportError as error:
-        raise EaiError(f"scenes with bodies need {error.name}: {how_to_install('physics')}") from error
+_installed = partial(needing, "physics", "scenes with bodies need")
 
 
 def photographs_of(

@@ -135,9 +135,8 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        successors = SuccessorGenerator(self.domain, self._carry_out, objects, goal.actions)
         limits = limits or Limits()
-        search = GreedySearch(self.heuristic, successors, limits)
+        search = self._search(objects, goal.actions, limits)
         return _PlanSearch(search, goal, limits).run(Node(initial))
 
     def reach(
@@ -151,11 +150,14 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        search = GreedySearch(
-            self.heuristic, SuccessorGenerator(self.domain, self._carry_out, objects, ()), limits
-        )
-        found = search.search(Node(initial), Target(conditions, 0), limits)
+        found = self._search(objects, (), limits).search(Node(initial), Target(conditions, 0), limits)
         return None if isinstance(found, SearchEnd) else found.plan()
+
+    def _search(
+        self, objects: Sequence[int], actions: Sequence[Sequence[str]], limits: Limits
+    ) -> GreedySearch:
+        successors = SuccessorGenerator(self.domain, self._carry_out, objects, actions)
+        return GreedySearch(self.heuristic, successors, limits)
 
 
 @dataclass(frozen=True, eq=False)

@@ -184,7 +184,7 @@ class Mender:
         """
         entries = tuple([_Entry(i, action) for i, action in enumerate(plan)])
         own = Effort(effort.limit * _WALKING)
-        walks = [self._walk(entries, 1, own, mends=False), self._walk(entries, _WALKS, own, mends=True)]
+        walks = [self._walk(entries, own, mends=mends) for mends in (False, True)]
         effort.used += own.used
         for walk in dict.fromkeys([each for each in walks if each is not None]):
             further = self._way(walk.number, walk.taken, looks)
@@ -195,10 +195,10 @@ class Mender:
         if whole is not None:
             yield normal(_aligned(plan, whole))
 
-    def _walk(self, plan: Edited, number: int, effort: Effort, *, mends: bool) -> _Walk | None:
+    def _walk(self, plan: Edited, effort: Effort, *, mends: bool) -> _Walk | None:
         """The best way through a plan: what fails is deleted, or what it needs is put before it (``mends``).
 
-        So many are followed side by side; None if the effort does not last.
+        Where steps are mended several are followed side by side; None if the effort does not last.
         """
         walks = [_Walk((), 0, 0)]
         for i, entry in enumerate(plan):
@@ -210,20 +210,19 @@ class Mender:
             rest = plan[i + 1 :]
             lacks = [self.lacks(rest, _Course((w.number,), (w.taken,)), effort) for w in found.values()]
             ranked = sorted(zip(found.values(), lacks, strict=True), key=lambda pair: pair[0].edits + pair[1])
-            walks = [walk for walk, _ in ranked[:number]]
+            walks = [walk for walk, _ in ranked[:_WALKS]]
             if effort.is_exceeded:
                 return None
         return walks[0]
 
     def _past(self, walk: _Walk, entry: _Entry, *, mends: bool) -> Iterator[_Walk]:
         """The ways past an entry: as it stands, or else mended or deleted."""
-        action = entry.action
-        kept = None if action is None else self._followed(walk, (), entry)
+        kept = self._followed(walk, (), entry)
         if kept is not None:
             yield kept
             return
         yield walk._replace(plan=(*walk.plan, entry._replace(action=None)))
-        way = self._enabling(walk.number, action) if mends and action is not None else None
+        way = self._enabling(walk.number, entry.action) if mends and entry.action is not None else None
         mended = None if way is None else self._followed(walk, way, entry)
         if mended is not None:
             yield mended
