@@ -169,13 +169,13 @@ def _goals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     lexicon = GoalLexicon(task, benchmark.domain, notation)
     objects = {name: found for name in lexicon.objects if (found := mentions(words, name))}
     goals = []
-    for predicate in lexicon.words:
-        places = mentions(words, predicate.spelling)
-        if predicate.arity == 1 and places:
-            goals += [WrittenGoal(predicate.spelling, (name,)) for name in objects]
-        elif predicate.arity == 2:
+    for predicate, arity in lexicon.words:
+        places = mentions(words, predicate)
+        if arity == 1 and places:
+            goals += [WrittenGoal(predicate, (name,)) for name in objects]
+        elif arity == 2:
             goals += [
-                WrittenGoal(predicate.spelling, (name, other))
+                WrittenGoal(predicate, (name, other))
                 for name, before in objects.items()
                 for other, after in objects.items()
                 if name != other and any(before[0] < place < after[-1] for place in places)

@@ -52,7 +52,7 @@ class _Notation(VirtualHomeGoals):
             return _OF_ANOTHER_TYPE
         return WrittenGoals(
             tuple([each for each in read if isinstance(each, WrittenGoal)]),
-            tuple([each for each in read if isinstance(each, IllFormed)]),
+            tuple([each for each in read if not isinstance(each, WrittenGoal)]),
         )
 
 
@@ -169,7 +169,7 @@ def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
     """
     unique = {_hashable(value): value for value in values}
     names = FIELDS[kind]
-    return [_goal(names, entry) or IllFormed(kind, str(entry)) for entry in unique.values() if len(entry)]
+    return [_goal(names, entry) or (kind, str(entry)) for entry in unique.values() if len(entry)]
 
 
 def _goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:

@@ -15,7 +15,6 @@ from itertools import product, takewhile
 
 from eai.abilities.explanation import Statement
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import Word
 from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
@@ -84,7 +83,7 @@ class TaskFacts:
             if call.name not in self._lexicon.actions:
                 return Reason.UNKNOWN
             return Reason.OTHER if call.name in self._book.requested else Reason.PROCEDURAL
-        if not any(word.spelling == call.name for word in self._lexicon.words):
+        if not any(word == call.name for word, _ in self._lexicon.words):
             return Reason.UNKNOWN
         held = self._holds(call)
         if not any(held):
@@ -96,7 +95,7 @@ class TaskFacts:
     def _holds(self, call: Statement) -> list[bool]:
         """In which states it holds of some objects of these names; nowhere if the domain cannot say."""
         scene, vocabulary, arguments = self._task.scene, self._task.scene.vocabulary, call.arguments or ()
-        predicate = self._words.get(Word(call.name, len(arguments)))
+        predicate = self._words.get((call.name, len(arguments)))
         held = [False] * len(self._states)
         if predicate is None or vocabulary.arity(predicate) != len(arguments):
             return held

@@ -29,8 +29,8 @@ class GoalLexicon:
         self.objects = Counter([names[index] for index in task.relevant])
         self._name_of = {thing.name: name for thing, name in zip(task.scene.objects, names, strict=True)}
         self._symmetric = notation.symmetric
-        self._spelling = {predicate: word.spelling for word, predicate in reversed(tuple(words.items()))}
-        self._arity = {word.spelling: word.arity for word in words}
+        self._spelling = {predicate: word for (word, _), predicate in reversed(tuple(words.items()))}
+        self._arity = dict(self.words)
 
     def kind(self, goal: WrittenGoal) -> GoalKind:
         """State or relation: by the predicate where there is one, else by the number of objects."""

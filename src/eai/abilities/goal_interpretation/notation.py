@@ -141,11 +141,8 @@ class WrittenGoal(NamedTuple):
         return Statement(predicate, None if is_action and not names else names, positive)
 
 
-class IllFormed(NamedTuple):
-    """An entry that is no goal, as text; its kind is that of its section, None if that has none."""
-
-    kind: GoalKind | None
-    text: str
+IllFormed: TypeAlias = tuple[GoalKind | None, str]
+"""An entry that is no goal, as text, after the kind of its section, which is None if that has none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,22 +160,15 @@ class WrittenGoals:
     repairs: tuple[str, ...] = ()
 
 
-class Word(NamedTuple):
-    """A predicate as answers spell it, said of so many objects."""
-
-    spelling: str
-    arity: int
-
+Word: TypeAlias = tuple[str, int]
+"""A predicate as answers spell it, and of how many objects it is said."""
 
 Meaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
 """The meaning of a goal below quantifiers that bind variables of these names; None if it is ill-formed."""
 
 
-class _Conditions(NamedTuple):
-    """The goals of an answer as formulas, in order, and as texts the entries that are none."""
-
-    formulas: tuple[Formula, ...]
-    left_out: tuple[str, ...]
+Conditions: TypeAlias = tuple[tuple[Formula, ...], tuple[str, ...]]
+"""The goals of an answer as formulas, in order, and as texts the entries that are none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,16 +201,15 @@ class GoalNotation(ABC):
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals of an answer, or why there are none."""
 
-    def conditions(self, text: str, meaning: Meaning) -> _Conditions | Unreadable:
+    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
         """The goals of an answer as conditions on its task, or why there are none."""
         read = self.read(text)
         if isinstance(read, Unreadable):
             return read
         meant = [(goal, meaning(goal, frozenset())) for goal in read.goals]
-        return _Conditions(
-            tuple([formula for _, formula in meant if formula is not None]),
-            (*(str(goal) for goal, formula in meant if formula is None), *(e.text for e in read.ill_formed)),
-        )
+        unmeant = [str(goal) for goal, formula in meant if formula is None]
+        formulas = tuple([formula for _, formula in meant if formula is not None])
+        return formulas, (*unmeant, *[entry for _, entry in read.ill_formed])
 
     @abstractmethod
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
@@ -237,8 +226,8 @@ class GoalNotation(ABC):
         """
         vocabulary = domain.vocabulary
         stored = [each for each in vocabulary.predicates if each.visible and not each.static]
-        words = {Word(each.name, each.arity): each.name for each in stored}
-        return words | {Word(each.name, each.arity): each.name for each in vocabulary.derived}
+        words = {(each.name, each.arity): each.name for each in stored}
+        return words | {(each.name, each.arity): each.name for each in vocabulary.derived}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """The name of each object of the scene; several may share one."""
@@ -292,7 +281,7 @@ class JsonGoals(GoalNotation):
             for entry in entries:
                 goal = self._goal(kind, entry)
                 if goal is None:
-                    ill_formed.append(IllFormed(kind, str(entry)))
+                    ill_formed.append((kind, str(entry)))
                 else:
                     goals.append(goal)
         return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
@@ -306,16 +295,14 @@ class JsonGoals(GoalNotation):
         read = [(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries]
         return sorted(read, key=lambda entry: order.index(entry[0]))
 
-    def conditions(self, text: str, meaning: Meaning) -> _Conditions | Unreadable:
+    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
         """The goals of an answer as conditions on its task; they may be nested (`nested`)."""
         entries = self.entries(text)
         if entries is None:
             return _NO_LISTS
         read = [(entry, self._condition(kind, entry, meaning)) for kind, entry in entries]
-        return _Conditions(
-            tuple([formula for _, formula in read if formula is not None]),
-            tuple([str(entry) for entry, formula in read if formula is None]),
-        )
+        formulas = tuple([formula for _, formula in read if formula is not None])
+        return formulas, tuple([str(entry) for entry, formula in read if formula is None])
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as JSON."""
@@ -335,7 +322,7 @@ class JsonGoals(GoalNotation):
         def entry(kind: GoalKind) -> Schema:
             if kind is GoalKind.ACTION:
                 return text(domain.arities)
-            said = [word.spelling for word in spelt if (word.arity < 2) == (kind is GoalKind.STATE)]
+            said = [word for word, arity in spelt if (arity < 2) == (kind is GoalKind.STATE)]
             literal = None if words is None else [*said, *words]
             part = text() if literal is None else text(["not", *literal])
             return listed(either([part, listed(text(literal))]))

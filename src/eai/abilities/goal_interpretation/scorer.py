@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
 from textwrap import shorten
@@ -32,7 +32,7 @@ from eai.abilities.goal_interpretation.notation import (
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
-from eai.logic.choice import BestOverlap, Literal, best_overlap
+from eai.logic.choice import Literal, best_overlap
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
@@ -41,45 +41,18 @@ _WIDTH = 100
 """The most characters that are shown of an ill-formed entry."""
 
 
-class _Hallucination(NamedTuple):
-    """A goal, and the first name in it that means nothing."""
-
-    goal: WrittenGoal
-    name: str
-
-
 class _Stated(NamedTuple):
     """The goals of an answer: how often each is stated that can be compared, and the others.
 
     Attributes:
         known: the well-formed ones whose names all mean something.
-        unknown: the other well-formed ones.
+        unknown: the other well-formed ones, each with the first name in it that means nothing.
         ill_formed: those that are not, each once.
     """
 
     known: dict[WrittenGoal, int]
-    unknown: tuple[_Hallucination, ...]
+    unknown: tuple[tuple[WrittenGoal, str], ...]
     ill_formed: tuple[WrittenGoal, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _GoldGoal:
-    """A goal of a task; its options are sets of conditions, as masks.
-
-    Attributes:
-        kind: its kind, for explanations.
-        text: it in words, for explanations; None for the option that an answer is compared with.
-        best: gives the option that an answer meets best.
-    """
-
-    kind: str
-    text: str | None
-    best: BestOverlap
-
-    @property
-    def is_possible(self) -> bool:
-        """Whether there is an option at all."""
-        return self.best(0) is not None
 
 
 class _GoldGoals:
@@ -87,6 +60,7 @@ class _GoldGoals:
 
     Attributes:
         goals: the goals, in order.
+        best: for each of them, gives the option that an answer meets best.
         stated: how each condition is stated in an answer, in canonical form.
         mask_of: the conditions that are stated in the same way, by that way.
         of_kind: the conditions of each kind, by its name.
@@ -99,13 +73,13 @@ class _GoldGoals:
         self._texts: list[str] = []
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
-        self.goals = tuple(
-            _GoldGoal(each.kind, each.text, best_overlap(each.options, self._number)) for each in alternatives
-        )
+        self.goals = alternatives
+        self.best = [best_overlap(goal.options, self._number) for goal in alternatives]
 
     def chosen(self, said: int) -> list[int]:
         """Of each goal the option that shares most with what is said; 0 where there is none."""
-        return [0 if (best := goal.best(said)) is None else best.conditions for goal in self.goals]
+        found = [best(said) for best in self.best]
+        return [0 if option is None else option.conditions for option in found]
 
     def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
         """The conditions of a set, as they are stated."""
@@ -182,7 +156,7 @@ class GoalInterpretation(Scorer):
             repairs=goals.repairs,
             predicted=found.bit_count() + len(wrong) + len(unknown) + ill_formed,
             ill_formed=ill_formed,
-            hallucinated=tuple([each.name for each in unknown]),
+            hallucinated=tuple([name for _, name in unknown]),
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
@@ -212,9 +186,13 @@ class GoalInterpretation(Scorer):
             goal.text or " and ".join(map(str, self.gold.conditions(option)))
             for goal, option in zip(self.gold.goals, options, strict=True)
         ]
+        are_met = [
+            best(0) is not None and not option & ~met
+            for best, option in zip(self.gold.best, options, strict=True)
+        ]
         return tuple(
-            GoalReport(goal.kind, text, goal.is_possible and not option & ~met, predicates=names_in(text))
-            for goal, text, option in zip(self.gold.goals, texts, options, strict=True)
+            GoalReport(goal.kind, text, is_met, predicates=names_in(text))
+            for goal, text, is_met in zip(self.gold.goals, texts, are_met, strict=True)
         )
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
@@ -268,19 +246,19 @@ class GoalInterpretation(Scorer):
                 known[goal] = known.get(goal, 0) + 1
             else:
                 ill_formed[goal] = None
-        unknown: list[_Hallucination] = []
+        unknown: list[tuple[WrittenGoal, str]] = []
         for goal in [*known]:
             name = lexicon.first_unknown(goal)
             if name is not None:
                 times = min(known.pop(goal), max(1, lexicon.instances(goal)))
-                unknown += [_Hallucination(goal, name)] * times
+                unknown += [(goal, name)] * times
         return _Stated(known, tuple(unknown), tuple(ill_formed))
 
     def _faults(self, goals: WrittenGoals) -> list[IllFormed]:
         """Every entry that is ill-formed, each once."""
         lacking = self._stated(goals).ill_formed
         return [
-            *[IllFormed(self.lexicon.kind(goal), str(goal)) for goal in lacking],
+            *[(self.lexicon.kind(goal), str(goal)) for goal in lacking],
             *dict.fromkeys(goals.ill_formed),
         ]
 
@@ -292,8 +270,8 @@ class GoalInterpretation(Scorer):
 
 def ill_formed_texts(entries: Iterable[IllFormed]) -> Iterator[str]:
     """The ill-formed entries, each once, long ones cut off."""
-    for entry in dict.fromkeys(entries):
-        yield f"left out as ill-formed: {shorten(entry.text, _WIDTH, placeholder=' ...')}"
+    for _, text in dict.fromkeys(entries):
+        yield f"left out as ill-formed: {shorten(text, _WIDTH, placeholder=' ...')}"
 
 
 def wrong_goal_notes(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import GoalNotation, Word, WrittenGoal
+from eai.abilities.goal_interpretation.notation import GoalNotation, WrittenGoal
 from eai.abilities.task import Goal, Task, goal
 from eai.abilities.verdict import Unreadable
 from eai.data.grouping import grouped
@@ -49,12 +49,13 @@ def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -
     read = notation.conditions(text, meaning.formula)
     if isinstance(read, Unreadable):
         return _StatedGoals((), unreadable=read.reason)
-    strange = {formula: tuple(meaning.unknown(formula)) for formula in read.formulas}
+    formulas, left_out = read
+    strange = {formula: tuple(meaning.unknown(formula)) for formula in formulas}
     return _StatedGoals(
         tuple([goal(formula) for formula in strange]),
         tuple([goal(formula) for formula, names in strange.items() if not names]),
         tuple(dict.fromkeys(name for names in strange.values() for name in names)),
-        read.left_out,
+        left_out,
     )
 
 
@@ -81,7 +82,7 @@ class _Meaning:
         terms = tuple([term(name, variables) for name in self._objects(said, variables)])
         if said.is_action:
             return Occurs(said.predicate, terms)
-        atom = Atom(self._predicates.get(Word(said.predicate, len(terms)), said.predicate), terms)
+        atom = Atom(self._predicates.get((said.predicate, len(terms)), said.predicate), terms)
         return atom if said.positive else ~atom
 
     def unknown(self, formula: Formula) -> Iterator[str]:

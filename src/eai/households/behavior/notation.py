@@ -194,7 +194,7 @@ class BehaviorGoals(JsonGoals):
     def words(self, domain: Domain) -> Mapping[Word, str]:
         """The states and relations that goals of the published file speak of; touching is being next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
-        return {Word(name, arity): IN_DOMAIN.get(name, name) for name, arity in arities.items()}
+        return {(name, arity): IN_DOMAIN.get(name, name) for name, arity in arities.items()}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """The instance that each object is; parts of objects are none."""

@@ -67,9 +67,9 @@ class VirtualHomeGoals(GoalNotation):
                     if goal is not None:
                         goals.append(goal)
                     elif entry != _NOTHING:
-                        ill_formed.append(IllFormed(kind, str(entry)))
+                        ill_formed.append((kind, str(entry)))
             elif section is not None:
-                ill_formed.append(IllFormed(kind, str(section)))
+                ill_formed.append((kind, str(section)))
         return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
@@ -87,9 +87,7 @@ class VirtualHomeGoals(GoalNotation):
     def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
         """The three sections; an entry has its fields, and an action a description."""
         words_known = self.words(domain)
-        states, relations = [
-            [word.spelling for word in words_known if word.arity == number] for number in (1, 2)
-        ]
+        states, relations = [[word for word, arity in words_known if arity == number] for number in (1, 2)]
         name = text(words)
         entries = {
             GoalKind.STATE: {"name": name, "state": text(states)},
@@ -102,8 +100,8 @@ class VirtualHomeGoals(GoalNotation):
         """The states that change, and the relations of scene graphs."""
         states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
-            **{Word(state.name, 1): state.name for state in states},
-            **{Word(spelling, 2): predicate for spelling, predicate in PREDICATE_OF_RELATION.items()},
+            **{(state.name, 1): state.name for state in states},
+            **{(spelling, 2): predicate for spelling, predicate in PREDICATE_OF_RELATION.items()},
         }
 
     def names(self, task: Task) -> tuple[str, ...]:
