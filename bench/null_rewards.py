@@ -73,9 +73,9 @@ def all_goals(suite: Suite, task_id: str) -> str:
     notation, task = suite.benchmark.goals, suite.tasks[task_id]
     lexicon = GoalLexicon(task, suite.benchmark.domain, notation)
     said = [
-        WrittenGoal(word.spelling, names)
-        for word in lexicon.words
-        for names in permutations(lexicon.objects, word.arity)
+        WrittenGoal(word, names)
+        for word, arity in lexicon.words
+        for names in permutations(lexicon.objects, arity)
     ]
     if notation.states_actions:
         said += [WrittenGoal(name, is_action=True) for name in lexicon.actions]

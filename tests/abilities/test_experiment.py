@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 
 from abilities.random_records import EXPERIMENTS
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.experiment import Experiment, Feedback
 from eai.errors import InputError
 from eai.world.slips import Notice, Until
 
@@ -16,12 +16,12 @@ from eai.world.slips import Notice, Until
     [
         (Experiment(3, feedback=Feedback.EXPLAINED), "replanning", "replans-3-restart-explained"),
         (
-            Experiment(2, feedback=Feedback.KIND, form=FeedbackForm.CHAT),
+            Experiment(2, feedback=Feedback.KIND, form="chat"),
             "replanning",
             "replans-2-restart-kind-chat",
         ),
         (
-            Experiment(3, World.CONTINUE, Feedback.STATE, slip=0.1, slip_seed=4, until=Until.GOAL),
+            Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=4, until=Until.GOAL),
             "replanning",
             "replans-3-continue-state+slip-0.1-seed-4+until-goal",
         ),

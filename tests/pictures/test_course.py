@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.experiment import Experiment, World
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport, read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
@@ -71,11 +71,11 @@ def test_a_world_that_goes_on_begins_where_the_attempt_before_ended() -> None:
     record = scored(suite, "1", "[]")
     first, last = (Explanation(steps=reports(*part)) for part in (DONE[:1], DONE[1:]))
     attempts = tuple(Attempt("", PlanVerdict(), explanation=each) for each in (first, last))
-    goes_on = replace(record, experiment=Experiment(1, World.CONTINUE), attempts=attempts, explanation=last)
+    goes_on = replace(record, experiment=Experiment(1, "continue"), attempts=attempts, explanation=last)
     start, *rest = told(course_of(goes_on, suite), "robot")
     assert "holds(robot, cup_1)" in start
     assert len(rest) == 2
-    begins_anew = replace(goes_on, experiment=Experiment(1, World.RESTART))
+    begins_anew = replace(goes_on, experiment=Experiment(1, "restart"))
     assert course_of(begins_anew, suite) == ()  # what nobody took cannot be put down
 
 

@@ -13,7 +13,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
 from eai.questions.declaration import _QuestionVerdict, open_questions
-from eai.questions.question import Accept, Form, Kind, Question, questions_content
+from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.shortcuts import entropy_of
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
@@ -47,7 +47,7 @@ QUESTIONS = [
     asked(4, Form.OPEN, ("1", "2")),
     asked(5, Form.OPEN, ("1",)),
     asked(6, Form.OPEN, ("1",)),
-    asked(7, Form.OPEN, ("a", "b"), kind=Kind.BACKWARD, accept=Accept.ANY),
+    asked(7, Form.OPEN, ("a", "b"), kind=Kind.BACKWARD, accept="any"),
 ]
 ANSWERS = {
     "yes_no-0": "yes",

@@ -75,7 +75,7 @@ def test_equal_questions_are_equal_bytes() -> None:
 
 
 def question(
-    form: Form, *answer: str, accept: Accept = Accept.ALL, options: int = 0, question_id: str = "q"
+    form: Form, *answer: str, accept: Accept = "all", options: int = 0, question_id: str = "q"
 ) -> Question:
     return Question(
         id=question_id,
@@ -96,7 +96,7 @@ YES = question(Form.YES_NO, "yes", options=2)
 LETTER = question(Form.CHOICE, "B", options=4)
 FACTS = question(Form.OPEN, "at(robot, box)", "not lit(lamp_1)")
 NOTHING = question(Form.OPEN)
-ANY = question(Form.OPEN, "GO(box)", "GO(ball)", accept=Accept.ANY)
+ANY = question(Form.OPEN, "GO(box)", "GO(ball)", accept="any")
 
 
 @pytest.mark.parametrize(

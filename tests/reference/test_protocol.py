@@ -8,7 +8,7 @@ import pytest
 
 from abilities.action_sequencing.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback, World
+from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
@@ -37,7 +37,7 @@ def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:
-    ours = Experiment(3, World.CONTINUE, Feedback.STATE, slip=0.1, slip_seed=0, until=Until.GOAL)
+    ours = Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=0, until=Until.GOAL)
     assert replace(scripted(0.1), preset=None) == ours
     assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
     assert preset_experiment("", 0.1, 0, 3) is None

@@ -15,7 +15,16 @@ from eai.abilities.record import Origin, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.prompts.prompt import Prompt
 from eai.scoring.reward import Reward
-from eai.scoring.training_data import LeftOut, Rewarded, preference_rows, prompt_rows, rewarded, verified_rows
+from eai.scoring.training_data import (
+    ASKED_OTHERWISE,
+    EXPERIMENT,
+    NO_ANSWER,
+    Rewarded,
+    preference_rows,
+    prompt_rows,
+    rewarded,
+    verified_rows,
+)
 from envs.switches import SWITCHES
 
 PROMPT = Prompt("Do it.", "You are a robot.")
@@ -48,15 +57,15 @@ def record(task_id: str = "both", **told: Any) -> Record:
         (record(), None),
         (record(origin=Origin()), None),
         (record(origin=Origin(prompt_sha256=PROMPT.sha256)), None),
-        (record(origin=Origin(prompt_sha256="0" * 64)), LeftOut.ASKED_OTHERWISE),
-        (record(experiment=Experiment(replans=1)), LeftOut.EXPERIMENT),
-        (record(unanswered="the provider refused"), LeftOut.NO_ANSWER),
-        (record("none"), LeftOut.NO_ANSWER),
-        (record("done"), LeftOut.NO_ANSWER),
+        (record(origin=Origin(prompt_sha256="0" * 64)), ASKED_OTHERWISE),
+        (record(experiment=Experiment(replans=1)), EXPERIMENT),
+        (record(unanswered="the provider refused"), NO_ANSWER),
+        (record("none"), NO_ANSWER),
+        (record("done"), NO_ANSWER),
     ],
 )
-def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: LeftOut | None) -> None:
-    left_out: Counter[LeftOut] = Counter()
+def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: str | None) -> None:
+    left_out: Counter[str] = Counter()
     found = list(rewarded([given, given], suite_reward(), PROMPTS, left_out))
     answer = Rewarded(PROMPT, "switches/action_sequencing/both", "m", HALF, 0.5)
     assert found == ([answer, answer] if why is None else [])

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.experiment import Experiment, Feedback
 from eai.errors import InputError
 from eai.studies.attempts.study import REPLANNING
 from eai.world.slips import Notice, Until
@@ -23,15 +23,15 @@ from eai.world.slips import Notice, Until
         ({"replans": 1, "feedback": "none", "feedback_form": "chat"}, Experiment(1)),
         (
             {"replans": 1, "feedback_form": "chat"},
-            Experiment(1, feedback=Feedback.EXPLAINED, form=FeedbackForm.CHAT),
+            Experiment(1, feedback=Feedback.EXPLAINED, form="chat"),
         ),
         (
             {"replans": 2, "world": "continue"},
-            Experiment(2, World.CONTINUE, Feedback.EXPLAINED, until=Until.GOAL),
+            Experiment(2, "continue", Feedback.EXPLAINED, until=Until.GOAL),
         ),
         (
             {"replans": 2, "world": "continue", "feedback": "state", "until": "done"},
-            Experiment(2, World.CONTINUE, Feedback.STATE),
+            Experiment(2, "continue", Feedback.STATE),
         ),
         ({"slip": 0.1}, Experiment(slip=0.1, slip_seed=7)),
         (

@@ -45,7 +45,7 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-def tried(text: str, protocol: Protocol, replaced: Replaced = Replaced.OPERATOR) -> list[Trial]:
+def tried(text: str, protocol: Protocol, replaced: Replaced = "operator") -> list[Trial]:
     scorer = TransitionModeling(TASK, rules_of(protocol, BuiltInPlanner()))
     return list(try_operators(scorer, scored(scorer, text, protocol), replaced))
 
@@ -95,7 +95,8 @@ OTHER_NAMES = OperatorText("open", "(?x)", "(shut ?x)", "(wide ?x)")
 def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one(
     protocol: Protocol, written: OperatorText, precondition: bool, effect: bool
 ) -> None:
-    for replaced, expected in ((Replaced.PRECONDITION, precondition), (Replaced.EFFECT, effect)):
+    parts: tuple[tuple[Replaced, bool], ...] = (("precondition", precondition), ("effect", effect))
+    for replaced, expected in parts:
         found = tried(answer(written, LIGHT), protocol, replaced)
         assert {each.operator: each.outcome == S for each in found} == {"open": expected, "light": True}
 
@@ -103,7 +104,11 @@ def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_t
 def test_a_trial_says_what_is_wrong_with_what_is_tried() -> None:
     both = OperatorText("open", "(?o)", "(lit ?o)", "(and (wide ?o) (lit ?o))")
     wrong = ("precondition:missing:shut", "precondition:additional:lit", "effect:additional:lit")
-    parts = {Replaced.OPERATOR: wrong, Replaced.PRECONDITION: wrong[:2], Replaced.EFFECT: wrong[2:]}
+    parts: dict[Replaced, tuple[str, ...]] = {
+        "operator": wrong,
+        "precondition": wrong[:2],
+        "effect": wrong[2:],
+    }
     for replaced, expected in parts.items():
         first, second = tried(answer(both, LIGHT), Protocol.STRICT, replaced)
         assert (first.errors, second.errors) == (" ".join(expected), "")

@@ -130,22 +130,6 @@ class Posed(NamedTuple):
     gold: str
 
 
-class Sameness(NamedTuple):
-    """When two answers mean the same: of several answers to a task one counts that means what most do.
-
-    Prose around JSON, white space and the order of keys make no difference, unless it says otherwise.
-
-    Attributes:
-        keys_in_order: whether the keys of objects mean something by their order, as the steps of plans do.
-        lists_are_sets: whether the order of lists means nothing; that of texts in a list does all the same.
-        bare: how an answer begins that is no JSON; empty where it may be any text, None where it is none.
-    """
-
-    keys_in_order: bool = False
-    lists_are_sets: bool = False
-    bare: str | None = ""
-
-
 class OwnTasks(NamedTuple):
     """The tasks of a file that an ability is asked of, instead of a benchmark's.
 
@@ -171,6 +155,9 @@ Form: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
 class SingleTurn:
     """How an ability is asked that takes one question and one answer a task; all parts are pure functions.
 
+    Of several answers to a task one may count that means what most do. Prose around JSON, white space and the
+    order of keys make no difference then, unless the last attributes say otherwise.
+
     Attributes:
         scorers: from a world to what makes the scorer of a task, which reads answers and judges them.
         pose: asks of a task; None where questions are published or rendered from the templates of the
@@ -181,7 +168,9 @@ class SingleTurn:
         features: what a task of its own is like.
         written_by: the command that writes tasks of its own; empty where it is asked of a benchmark's tasks.
         of_operators: whether it is asked of the tasks of published operators, instead of the benchmark's own.
-        sameness: when two answers mean the same.
+        keys_in_order: whether the keys of objects mean something by their order, as the steps of plans do.
+        lists_are_sets: whether the order of lists means nothing; that of texts in a list does all the same.
+        bare: how an answer begins that is no JSON; empty where it may be any text, None where it is none.
     """
 
     scorers: Callable[[AskedWorld], Callable[[Any], Scorer]]
@@ -192,7 +181,9 @@ class SingleTurn:
     features: Callable[[Any], TaskFeatures] | None = None
     written_by: str = ""
     of_operators: bool = False
-    sameness: Sameness = field(default_factory=Sameness)
+    keys_in_order: bool = False
+    lists_are_sets: bool = False
+    bare: str | None = ""
 
 
 @dataclass(frozen=True, slots=True)

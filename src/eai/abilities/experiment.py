@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal, TypeAlias
 
 from eai.abilities.responses import file_name
 from eai.errors import InputError
@@ -14,11 +15,8 @@ SEPARATOR = "+"
 """The separator of the parts of a name or a label."""
 
 
-class World(str, Enum):
-    """Where a further attempt begins: in the initial state again, or where the one before it ended."""
-
-    RESTART = "restart"
-    CONTINUE = "continue"
+World: TypeAlias = Literal["restart", "continue"]
+"""Where a further attempt begins: in the initial state again, or where the one before it ended."""
 
 
 class Feedback(str, Enum):
@@ -35,11 +33,8 @@ class Feedback(str, Enum):
     STATE = "state"
 
 
-class FeedbackForm(str, Enum):
-    """Where feedback stands: at the end of the one question, or as turns of a conversation."""
-
-    PROMPT = "prompt"
-    CHAT = "chat"
+FeedbackForm: TypeAlias = Literal["prompt", "chat"]
+"""Where feedback stands: at the end of the one question, or as turns of a conversation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,9 +66,9 @@ class Experiment:
     """
 
     replans: int = 0
-    world: World = World.RESTART
+    world: World = "restart"
     feedback: Feedback = Feedback.NONE
-    form: FeedbackForm = FeedbackForm.PROMPT
+    form: FeedbackForm = "prompt"
     slip: float = 0.0
     slip_seed: int | None = None
     notice: Notice = Notice.DETECTED
@@ -92,7 +87,7 @@ class Experiment:
         for name in (self.prompt_name, self.scene, self.harness, self.effort):
             if name is not None:
                 file_name(name)
-        if self.feedback is Feedback.STATE and self.world is World.RESTART:
+        if self.feedback is Feedback.STATE and self.world == "restart":
             raise InputError("feedback of the state says nothing in a world that begins anew")
 
     @property
@@ -128,10 +123,9 @@ class Experiment:
     def _carried_out(self) -> Iterator[str]:
         """The parts of the label that say how answers are carried out."""
         if self.acts:
-            chosen: list[Enum] = [self.world, self.feedback]
-            if self.form is not FeedbackForm.PROMPT:
-                chosen.append(self.form)
-            words = "-".join([choice.value for choice in chosen])
+            words = f"{self.world}-{self.feedback.value}"
+            if self.form != "prompt":
+                words += f"-{self.form}"
             yield f"replans-{self.replans}-{words}" if self.replans else "replans-0"
         if self.slip:
             silent = "-silent" if self.notice is Notice.SILENT else ""

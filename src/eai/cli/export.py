@@ -47,7 +47,7 @@ from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping
 from eai.scoring.runs import find_record_files
-from eai.scoring.training_data import LeftOut, Rewarded, Row
+from eai.scoring.training_data import Rewarded, Row
 from eai.tasks.source import ErrataChoice, suite_name
 from eai.tasks.task_files import task_files_in
 from eai.world.domain import Domain
@@ -203,7 +203,7 @@ def sft(
 
     Example: eai export sft scores --domain lamps:lamps --out sft.jsonl
     """
-    left_out = Counter[LeftOut]()
+    left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
     _tell(out, _write(training_data.verified_rows(answers, least), out, form), left_out, as_json=as_json)
 
@@ -224,7 +224,7 @@ def preference(
 
     Example: eai export preference runs --out preference.jsonl
     """
-    left_out = Counter[LeftOut]()
+    left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
     _tell(out, _write(training_data.preference_rows(answers, margin), out, form), left_out, as_json=as_json)
 
@@ -235,7 +235,7 @@ def _answers(
     shaping: Shaping,
     prompt_set: PromptSet,
     data: Path | None,
-    left_out: Counter[LeftOut],
+    left_out: Counter[str],
 ) -> Iterator[Rewarded]:
     """All answers in files of records with what they are worth, those to one suite together."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
@@ -307,9 +307,9 @@ def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
     return _EVAL.format(name=json.dumps(out.resolve().name), tasks="".join(tasks))
 
 
-def _tell(out: Path, number: int, left_out: Counter[LeftOut], *, as_json: bool) -> None:
-    lines = [f"left out: {counted(times, 'record')} {why.value}" for why, times in left_out.items()]
-    made: Json = {"path": str(out), "rows": number, "left_out": {why.value: n for why, n in left_out.items()}}
+def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:
+    lines = [f"left out: {counted(times, 'record')} {why}" for why, times in left_out.items()]
+    made: Json = {"path": str(out), "rows": number, "left_out": {**left_out}}
     tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)
 
 

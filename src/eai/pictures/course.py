@@ -12,7 +12,6 @@ from typing import Protocol as Structure
 from typing import TypeAlias, runtime_checkable
 
 from eai.abilities.codec import sha256_of
-from eai.abilities.experiment import World
 from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
@@ -119,7 +118,7 @@ def _action(step: StepReport, scene: Scene) -> Action:
 def _before(record: Record) -> list[StepReport]:
     """The steps of earlier attempts where the world continues."""
     experiment = record.experiment
-    if experiment is None or experiment.world is not World.CONTINUE:
+    if experiment is None or experiment.world != "continue":
         return []
     return [step for attempt in record.attempts[:-1] for step in _steps(attempt.explanation)]
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Attempt
 from eai.abilities.reports import UNTOLD, formula_text
@@ -53,26 +53,26 @@ class Asker:
         prompt, chosen = self.prompt_of(trial.task.id), trial.experiment
         if not trial.attempts or chosen.feedback is Feedback.NONE:
             return prompt
-        if chosen.form is FeedbackForm.CHAT:
+        if chosen.form == "chat":
             return self._conversation(prompt, trial)
         feedback = self._feedback_on(trial.attempts, chosen) if chosen.feedback is not Feedback.STATE else ""
-        if chosen.world is World.CONTINUE and self.restate is not None:
+        if chosen.world == "continue" and self.restate is not None:
             prompt = self.restate(trial.remaining)
-        elif chosen.world is World.CONTINUE:
+        elif chosen.world == "continue":
             feedback = "\n\n".join([self._now(trial), feedback or self._text("again_continue")])
         return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [feedback])]))
 
     def _conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
         """The first question with all answers and what was said to each; of the state only what it is now."""
         said = [self._reply(number, each, trial.experiment) for number, each in enumerate(trial.attempts, 1)]
-        if trial.experiment.world is World.CONTINUE:
+        if trial.experiment.world == "continue":
             said[-1] = "\n\n".join([part for part in (said[-1], self._now(trial)) if part])
         turns = [Turn(each.response, text) for each, text in zip(trial.attempts, said, strict=True)]
         return replace(prompt, turns=tuple(turns))
 
     def _reply(self, number: int, attempt: Attempt, chosen: Experiment) -> str:
         """The reply to one answer in a conversation."""
-        values = {"world": self._text(chosen.world.value), "again": self._text(f"again_{chosen.world.value}")}
+        values = {"world": self._text(chosen.world), "again": self._text(f"again_{chosen.world}")}
         if chosen.feedback is Feedback.STATE:
             return " ".join(values.values())
         return self._fill("chat", reasons=self._reasons(number, attempt, chosen), **values)
@@ -90,9 +90,9 @@ class Asker:
         ]
         return self._fill(
             "prompt",
-            world=self._text(chosen.world.value),
+            world=self._text(chosen.world),
             attempts="\n\n".join(feedback),
-            again=self._text(f"again_{chosen.world.value}"),
+            again=self._text(f"again_{chosen.world}"),
         )
 
     def _reasons(self, number: int, attempt: Attempt, chosen: Experiment) -> str:

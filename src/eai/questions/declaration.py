@@ -95,7 +95,7 @@ class _QuestionScorer(Scorer):
 
 
 def _explanation(question: Question, repairs: Sequence[str]) -> Explanation:
-    wanted = f"right is {question.accept.value} of {', '.join(question.answer)}"
+    wanted = f"right is {question.accept} of {', '.join(question.answer)}"
     return Explanation(notes=(wanted, *repair_notes(repairs)))
 
 

@@ -6,7 +6,6 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from itertools import product
 
-from eai.questions.question import Accept
 from eai.questions.setting import Item, Setting, listed, some, with_counterparts
 from eai.world.execution import Action
 from eai.world.state import Fact, State
@@ -224,7 +223,7 @@ def _which_action(
         answer,
         wrong,
         answer,
-        Accept.ANY,
+        "any",
         values,
         actions=True,
         yes_no=with_counterparts(answer, wrong, lambda text: text.partition("(")[0]),

@@ -329,7 +329,7 @@ def next_action(setting: Setting, rng: random.Random, number: int) -> Item | Non
         return None
     left = aim.ways.distances_to(aim.is_reached)
     best = {action for action, target in aim.ways.edges[0] if left.get(target) == aim.distance - 1}
-    return _about_actions(setting, aim, best, Accept.ANY)
+    return _about_actions(setting, aim, best, "any")
 
 
 def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
@@ -340,7 +340,7 @@ def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
     numbers = range(len(aim.ways.actions))
     fewer = [aim.ways.within([other for other in numbers if other != n]) for n in numbers]
     needed = {n for n, ways in enumerate(fewer) if not any(map(aim.facts.issubset, ways.gained))}
-    return _about_actions(setting, aim, needed, Accept.ALL)
+    return _about_actions(setting, aim, needed, "all")
 
 
 class _Aim:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -56,11 +56,8 @@ class Form(str, Enum):
     OPEN = "open"
 
 
-class Accept(str, Enum):
-    """Whether an answer has to name all of the gold answers, or any one of them."""
-
-    ALL = "all"
-    ANY = "any"
+Accept: TypeAlias = Literal["all", "any"]
+"""Whether an answer has to name all of the gold answers, or any one of them."""
 
 
 class Question(BaseModel):
@@ -97,7 +94,7 @@ class Question(BaseModel):
     options: Annotated[int, Field(ge=0)] = 0
     prompt: Annotated[str, Field(min_length=1)]
     answer: tuple[str, ...]
-    accept: Accept = Accept.ALL
+    accept: Accept = "all"
     shortcuts: Mapping[str, Annotated[float, Field(ge=0, le=1)]] = Field(default_factory=dict)
 
 
@@ -156,12 +153,12 @@ def grade(question: Question, text: str) -> _Graded:
     wanted = {_plain(each) for each in question.answer}
     found = _read(question.form, text)
     if found is None:
-        missed = min(len(wanted), 1) if question.accept is Accept.ANY else len(wanted)
+        missed = min(len(wanted), 1) if question.accept == "any" else len(wanted)
         return _Graded(False, Confusion(0, 0, missed), readable=False)
     parts, repairs = found
     given = set(map(_plain, parts))
     right = len(given & wanted)
-    if question.accept is Accept.ANY:
+    if question.accept == "any":
         exact = right == len(given) == 1
         missed = 0 if right else 1
     else:
@@ -172,7 +169,7 @@ def grade(question: Question, text: str) -> _Graded:
 
 def gold_text(question: Question) -> str:
     """A right answer, as a model would write it."""
-    parts = question.answer[:1] if question.accept is Accept.ANY else question.answer
+    parts = question.answer[:1] if question.accept == "any" else question.answer
     if question.form is not Form.OPEN:
         return parts[0]
     return "[" + ", ".join([f'"{part}"' for part in parts]) + "]"

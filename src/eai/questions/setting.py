@@ -343,7 +343,7 @@ class Item:
     right: Sequence[str]
     wrong: Sequence[str]
     answer: Sequence[str]
-    accept: Accept = Accept.ALL
+    accept: Accept = "all"
     values: Mapping[str, str] = field(default_factory=dict)
     formulas: tuple[f.Formula, ...] = ()
     about: Mapping[str, Sequence[str]] = field(default_factory=dict)

@@ -204,7 +204,7 @@ class Writer:
                     [f"{letter}. {text}" for letter, text in zip(LETTERS, shown, strict=True)]
                 )
                 answer = (LETTERS[right or 0],)
-        accept = item.accept if form is Form.OPEN else Accept.ALL
+        accept = item.accept if form is Form.OPEN else "all"
         values = self._values(draft, cell, choices, accept)
         question = Question(
             id=f"{cell.kind.value}-{form.value}-{turn}",
@@ -228,7 +228,7 @@ class Writer:
         operators = item.operators
         if item.actions and posed is not None:
             operators = {text.partition("(")[0] for text in posed.shown}
-        form = "any" if accept is Accept.ANY else cell.form.value
+        form = "any" if accept == "any" else cell.form.value
         return {
             "objects": _objects(setting),
             "facts": _facts(setting, item, operators),

@@ -206,9 +206,9 @@ def _compared(
 
 def _mixed(written: OperatorText, gold: OperatorText, replaced: Replaced) -> OperatorText:
     match replaced:
-        case Replaced.PRECONDITION:
+        case "precondition":
             return replace(gold, precondition=written.precondition)
-        case Replaced.EFFECT:
+        case "effect":
             return replace(gold, effect=written.effect)
         case _:
             return written

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
-from eai.abilities.declaration import Sameness, declaration_of
+from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
@@ -50,23 +50,23 @@ def majority(answers: Sequence[str], ability: Ability) -> int:
 def meaning(text: str, ability: Ability) -> str | None:
     """An answer without what does not matter, so that equal answers are equal texts; None if unreadable.
 
-    What does not matter is declared by the ability (`Sameness`).
+    What does not matter is declared by the ability (`SingleTurn`).
     """
-    same = declaration_of(ability).asked.sameness
-    found = find_json(text, lambda value: _text(value, same) if isinstance(value, Pairs | list) else None)
+    asked = declaration_of(ability).asked
+    found = find_json(text, lambda value: _text(value, asked) if isinstance(value, Pairs | list) else None)
     if found is not None:
         return found[0]
-    start = -1 if same.bare is None else text.find(same.bare)
+    start = -1 if asked.bare is None else text.find(asked.bare)
     return _spaced(text[start:]) if start >= 0 else None
 
 
-def _text(value: object, same: Sameness) -> str:
+def _text(value: object, asked: SingleTurn) -> str:
     if isinstance(value, Pairs):
-        members = [f"{json.dumps(key)}:{_text(each, same)}" for key, each in value.members]
-        return "{" + ",".join(members if same.keys_in_order else sorted(members)) + "}"
+        members = [f"{json.dumps(key)}:{_text(each, asked)}" for key, each in value.members]
+        return "{" + ",".join(members if asked.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
-        elements = [_text(each, same) for each in value]
-        is_set = same.lists_are_sets and not _is_tuple(value)
+        elements = [_text(each, asked) for each in value]
+        is_set = asked.lists_are_sets and not _is_tuple(value)
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_spaced(value) if isinstance(value, str) else value)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from enum import Enum
 from typing import NamedTuple
 
 from eai.abilities.record import Record
@@ -50,16 +49,14 @@ class Rewarded(NamedTuple):
     worth: float
 
 
-class LeftOut(str, Enum):
-    """Why a record is not used, in words."""
-
-    NO_ANSWER = "without an answer, or with nothing to earn"
-    EXPERIMENT = "of experiments, which ask other questions"
-    ASKED_OTHERWISE = "answering another prompt than is exported"
+NO_ANSWER = "without an answer, or with nothing to earn"
+EXPERIMENT = "of experiments, which ask other questions"
+ASKED_OTHERWISE = "answering another prompt than is exported"
+"""Why a record is not used."""
 
 
 def rewarded(
-    records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[LeftOut]
+    records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[str]
 ) -> Iterator[Rewarded]:
     """The answers in records of one suite with what they are worth now, and the prompts they answer.
 
@@ -67,16 +64,16 @@ def rewarded(
     """
     for record in records:
         if record.experiment is not None and not record.experiment.is_plain:
-            left_out[LeftOut.EXPERIMENT] += 1
+            left_out[EXPERIMENT] += 1
             continue
         worth = None if record.unanswered is not None else reward(record.task_id, record.response)
         if worth is None:
-            left_out[LeftOut.NO_ANSWER] += 1
+            left_out[NO_ANSWER] += 1
             continue
         prompt = prompts[record.task_id]
         asked = None if record.origin is None else record.origin.prompt_sha256
         if asked not in (None, prompt.sha256):
-            left_out[LeftOut.ASKED_OTHERWISE] += 1
+            left_out[ASKED_OTHERWISE] += 1
             continue
         task = reward.suite.reference(record.task_id)
         yield Rewarded(prompt, task, record.model, record.response, worth)

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from eai.abilities.goal_test import StateTest
 from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.search import (
-    ExplorationEnd,
     ExplorationLimits,
     GoalProgress,
     Outcome,
@@ -159,11 +158,11 @@ def test_alternatives_are_all_followed() -> None:
 def test_the_limits_end_the_search_visibly() -> None:
     made = program([[GO], [OPEN], [CLOSE], [OPEN]])
     outcome = run(made, limits=ExplorationLimits(attempts=2))
-    assert (outcome.end, outcome.attempts, outcome.success) == (ExplorationEnd.ATTEMPTS, 2, False)
-    assert run(made, limits=ExplorationLimits(attempts=4)).end is ExplorationEnd.COMPLETE
+    assert (outcome.end, outcome.attempts, outcome.success) == ("attempts", 2, False)
+    assert run(made, limits=ExplorationLimits(attempts=4)).end == "complete"
     dear = program([[GO], [OPEN], [CLOSE], [OPEN]], effort=5)
-    assert run(dear, limits=ExplorationLimits(effort=15)).end is ExplorationEnd.EFFORT
-    assert run(dear, limits=ExplorationLimits(effort=21)).end is ExplorationEnd.COMPLETE
+    assert run(dear, limits=ExplorationLimits(effort=15)).end == "effort"
+    assert run(dear, limits=ExplorationLimits(effort=21)).end == "complete"
 
 
 def test_choices_that_meet_in_one_state_do_not_multiply() -> None:

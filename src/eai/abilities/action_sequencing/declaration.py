@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import (
     AskedWorld,
     Form,
-    Sameness,
     SingleTurn,
     goal_shares,
     on_trajectories,
@@ -68,7 +67,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 ACTION_SEQUENCING = on_trajectories(
     Ability.ACTION_SEQUENCING,
-    SingleTurn(_scorers, form=_form, sameness=Sameness(keys_in_order=True, bare=None)),
+    SingleTurn(_scorers, form=_form, keys_in_order=True, bare=None),
     "Action sequencing",
     "actions",
     PlanVerdict,

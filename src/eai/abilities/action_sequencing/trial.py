@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from eai.abilities.action_sequencing.notation import Course
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.experiment import Experiment, World
+from eai.abilities.experiment import Experiment
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.record import Attempt
 from eai.abilities.task import Task
@@ -63,12 +63,12 @@ class Trial:
     @property
     def done(self) -> tuple[Action, ...]:
         """The actions that have been executed in the world in which the next attempt begins."""
-        return self.episode.trajectory.executed if self.experiment.world is World.CONTINUE else ()
+        return self.episode.trajectory.executed if self.experiment.world == "continue" else ()
 
     @property
     def remaining(self) -> Task:
         """The task as the next attempt finds it: from the present state, what is still to be done."""
-        if self.experiment.world is World.RESTART:
+        if self.experiment.world == "restart":
             return self.task
         return replace(
             self.task, initial=self.episode.state, goals=remaining_goals(self.task, _names(self.done))
@@ -82,7 +82,7 @@ class Trial:
         """
         if self.over:
             raise ValueError(f"the trial of {self.task.id} is over")
-        if self.attempts and self.experiment.world is World.RESTART:
+        if self.attempts and self.experiment.world == "restart":
             self.episode = self.begin()
         start = len(self.episode.trajectory.steps)
         assessment = self.scorer.assess_course(text, self.carry_out)

@@ -14,7 +14,6 @@ from eai.abilities.declaration import (
     AskedWorld,
     Form,
     MetricColumn,
-    Sameness,
     SingleTurn,
     counts_outcome,
     error_outcome,
@@ -125,7 +124,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
-    asked=SingleTurn(_scorers, form=_form, sameness=Sameness(lists_are_sets=True, bare=None)),
+    asked=SingleTurn(_scorers, form=_form, lists_are_sets=True, bare=None),
     title="Goal interpretation",
     short="goals",
     verdict=GoalVerdict,

@@ -16,7 +16,6 @@ from eai.abilities.declaration import (
     AskedWorld,
     Form,
     MetricColumn,
-    Sameness,
     SingleTurn,
     goal_shares,
     on_trajectories,
@@ -132,7 +131,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 SUBGOAL_DECOMPOSITION = replace(
     on_trajectories(
         Ability.SUBGOAL_DECOMPOSITION,
-        SingleTurn(_scorers, form=_form, sameness=Sameness(bare=None)),
+        SingleTurn(_scorers, form=_form, bare=None),
         "Subgoal decomposition",
         "subgoals",
         SubgoalVerdict,

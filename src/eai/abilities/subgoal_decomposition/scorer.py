@@ -19,11 +19,9 @@ from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.search import (
     Branch,
-    ExplorationEnd,
     ExplorationLimits,
     GoalProgress,
     Outcome,
-    Watched,
     search,
 )
 from eai.abilities.task import GoalKind, Task
@@ -131,9 +129,9 @@ class SubgoalDecomposition(Scorer):
         return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting)
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
-        initial, limits = self.task.initial, self._limits
-        goal = Watched(self._goal, self.goals.all_over_time) if self.goals.watches else self._goal
-        return search(self.domain, initial, compiled.program, goal, limits)
+        on_course = self.goals.all_over_time if self.goals.watches else None
+        program = compiled.program
+        return search(self.domain, self.task.initial, program, self._goal, self._limits, on_course)
 
     def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
         branch, best = outcome.reported, self._with_most_goals(outcome)
@@ -150,7 +148,7 @@ class SubgoalDecomposition(Scorer):
             goals_satisfied=reached,
             goals_elsewhere=best is not branch,
             errors=kinds,
-            search=outcome.end.value,
+            search=outcome.end,
             attempts=outcome.attempts,
             refined=branch.refined,
             added_actions=len(executed(branch)) - branch.refined,
@@ -198,8 +196,8 @@ class SubgoalDecomposition(Scorer):
         notes = [category_of(outcome).value, *repair_notes(compiled.repairs)]
         notes += _left_out(compiled)
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
-        if outcome.end is not ExplorationEnd.COMPLETE:
-            notes.append(f"the search was ended: {outcome.end.value}")
+        if outcome.end != "complete":
+            notes.append(f"the search was ended: {outcome.end}")
         error = error_of(branch, self.domain, self.task.scene)
         steps = step_reports(self.task, self.domain, branch.trajectory)
         if error is not None and error.step is not None:

@@ -18,9 +18,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from functools import cache
-from typing import NamedTuple
+from typing import Literal, NamedTuple, TypeAlias
 
 from typing_extensions import assert_never
 
@@ -120,7 +119,7 @@ class GoalProgress:
         return met_by_now and (self._at_end is None or self._at_end(final))
 
 
-class Watched:
+class _Watched:
     """Progress with a goal on the whole course besides: of its past nothing may be forgotten.
 
     Pasts are numbered, equal ones alike, so that no two branches meet that have come different ways. For one
@@ -290,13 +289,8 @@ class ExplorationLimits:
     effort: int = 100_000
 
 
-class ExplorationEnd(str, Enum):
-    """Why a search ended."""
-
-    COMPLETE = "complete"
-    ATTEMPTS = "attempts"
-    BRANCHES = "branches"
-    EFFORT = "effort"
+ExplorationEnd: TypeAlias = Literal["complete", "attempts", "branches", "effort"]
+"""Why a search ended: it has seen all, or has come to one of its limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -323,17 +317,32 @@ class Outcome:
 
 
 def search(
-    domain: Domain, initial: State, program: Program, goal: GoalProgress | Watched, limits: ExplorationLimits
+    domain: Domain,
+    initial: State,
+    program: Program,
+    goal: GoalProgress,
+    limits: ExplorationLimits,
+    on_course: Callable[[Trajectory], bool] | None = None,
 ) -> Outcome:
-    """Carry out a program of subgoals in all ways."""
-    return _Search(domain, program, goal, limits).run(Branch(Past(initial)))
+    """Carry out a program of subgoals in all ways.
+
+    Args:
+        domain: the world.
+        initial: where it begins.
+        program: the subgoals.
+        goal: what is to be reached.
+        limits: how much the search may do.
+        on_course: whether what is asked of a whole course besides holds on it; None asks for nothing.
+    """
+    watched = goal if on_course is None else _Watched(goal, on_course)
+    return _Search(domain, program, watched, limits).run(Branch(Past(initial)))
 
 
 class _Search:
     """The state of one search."""
 
     def __init__(
-        self, domain: Domain, program: Program, goal: GoalProgress | Watched, limits: ExplorationLimits
+        self, domain: Domain, program: Program, goal: GoalProgress | _Watched, limits: ExplorationLimits
     ) -> None:
         self._domain = domain
         self._program = program
@@ -342,7 +351,7 @@ class _Search:
         self._waiting: list[list[Branch]] = [[] for _ in program]
         self._attempts = Effort(limits.attempts)
         self._effort = Effort(limits.effort)
-        self._end = ExplorationEnd.COMPLETE
+        self._end: ExplorationEnd = "complete"
         self._is_cut = False
         self._successful: list[Branch] = []
         self._executable: list[Branch] = []
@@ -357,7 +366,7 @@ class _Search:
             self._waiting[number] = []
             for branch in self._followed(waiting, instruction):
                 self._run(branch, instruction)
-                if self._end is not ExplorationEnd.COMPLETE:
+                if self._end != "complete":
                     return self._outcome(branch)
         return self._outcome(start)
 
@@ -374,8 +383,8 @@ class _Search:
                 return _without_twins(waiting, _NONE)
 
     def _outcome(self, fallback: Branch) -> Outcome:
-        if self._is_cut and self._end is ExplorationEnd.COMPLETE and not self._successful:
-            self._end = ExplorationEnd.BRANCHES
+        if self._is_cut and self._end == "complete" and not self._successful:
+            self._end = "branches"
         if self._successful:
             reported = min(self._successful, key=_errors)
         else:
@@ -478,7 +487,7 @@ class _Search:
 
     def _is_exhausted(self) -> bool:
         if self._attempts.is_used_up:
-            self._end = ExplorationEnd.ATTEMPTS
+            self._end = "attempts"
         elif self._effort.is_used_up:
-            self._end = ExplorationEnd.EFFORT
-        return self._end is not ExplorationEnd.COMPLETE
+            self._end = "effort"
+        return self._end != "complete"

@@ -18,7 +18,6 @@ from eai.abilities.declaration import (
     AskedWorld,
     Form,
     MetricColumn,
-    Sameness,
     SingleTurn,
     counts_outcome,
     error_outcome,
@@ -277,7 +276,7 @@ def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
 
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
-    asked=SingleTurn(_scorers, form=_form, of_operators=True, sameness=Sameness(bare="(:action")),
+    asked=SingleTurn(_scorers, form=_form, of_operators=True, bare="(:action"),
     title="Transition modeling",
     short="operators",
     verdict=OperatorVerdict,

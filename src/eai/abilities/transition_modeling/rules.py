@@ -13,8 +13,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import ClassVar, Literal, NamedTuple, TypeAlias
 
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
@@ -102,16 +101,12 @@ def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> Planner
     return task if isinstance(task, PlannerResult) else planner.solve(task)
 
 
-class Replaced(str, Enum):
-    """The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
+Replaced: TypeAlias = Literal["operator", "precondition", "effect"]
+"""The part of a gold operator that the answer's replaces, where one operator is tried among gold ones.
 
-    With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has
-    unbound variables.
-    """
-
-    OPERATOR = "operator"
-    PRECONDITION = "precondition"
-    EFFECT = "effect"
+With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has unbound
+variables.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,13 +290,13 @@ def _checked(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...
 def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> WrittenOperator:
     """An operator of an answer, of which only what is to replace the gold one's is its own."""
     own = written.action
-    if replaced is Replaced.OPERATOR or own is None:
+    if replaced == "operator" or own is None:
         return written
-    if replaced is Replaced.PRECONDITION:
+    if replaced == "precondition":
         action = replace(gold, precondition=own.precondition)
     else:
         action = replace(gold, effect=own.effect)
-    unread = tuple(each for each in written.unread if each.place == f"{replaced.value} of {written.name}")
+    unread = tuple(each for each in written.unread if each.place == f"{replaced} of {written.name}")
     return replace(written, action=action, unread=unread)
 
 

@@ -72,7 +72,7 @@ class TransitionModeling(Scorer):
         return self._verdict(self._rules.unanswered(self.task))
 
     def plan_one_at_a_time(
-        self, text: str, replaced: Replaced = Replaced.OPERATOR
+        self, text: str, replaced: Replaced = "operator"
     ) -> Mapping[str, PlannerResult | None]:
         """The result of each operator that is asked for, as the answer has it, among gold operators.
 

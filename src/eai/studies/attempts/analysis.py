@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from statistics import fmean
 
 from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
+from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.record import Record
 from eai.data.grouping import grouped
 from eai.results.breakdown import outcome
@@ -54,7 +54,7 @@ class Arm:
     @property
     def control(self) -> Experiment:
         """The same without a word."""
-        return replace(self.experiment, feedback=Feedback.NONE, form=FeedbackForm.PROMPT)
+        return replace(self.experiment, feedback=Feedback.NONE, form="prompt")
 
     def records(self, attempts: int) -> list[Record]:
         """Those of all seeds, as they would be after so many attempts."""

@@ -50,14 +50,14 @@ class _Attempts(Variation):
     world: World = option(
         "Where further attempts begin: restart (in the initial state), or continue (where the "
         "one before ended).",
-        World.RESTART,
+        "restart",
     )
     feedback: Feedback | None = option(
         "What a model is told of failures: explained (if not given), kind, state, or none: the same question."
     )
     feedback_form: FeedbackForm = option(
         "Where it is told: prompt (at the end of the question), or chat (as turns of a conversation).",
-        FeedbackForm.PROMPT,
+        "prompt",
     )
     slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
     slip_seed: int = option("The seed of the slips.", 0)
@@ -111,12 +111,12 @@ class _Attempts(Variation):
         feedback = self.feedback or (Feedback.EXPLAINED if self.replans else Feedback.NONE)
         if feedback is not Feedback.NONE and not self.replans:
             raise InputError(f"attempts.feedback {feedback.value}: there is none without attempts.replans")
-        continues = self.world is World.CONTINUE and bool(self.replans)
+        continues = self.world == "continue" and bool(self.replans)
         experiment = Experiment(
             self.replans,
-            World.CONTINUE if continues else World.RESTART,
+            "continue" if continues else "restart",
             feedback,
-            FeedbackForm.PROMPT if feedback is Feedback.NONE else self.feedback_form,
+            "prompt" if feedback is Feedback.NONE else self.feedback_form,
             self.slip,
             self.slip_seed if self.slip else None,
             self.slip_notice if self.slip else Notice.DETECTED,

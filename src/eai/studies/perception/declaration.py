@@ -13,7 +13,6 @@ from eai.abilities.declaration import (
     AskedWorld,
     MetricColumn,
     Posed,
-    Sameness,
     SingleTurn,
     error_outcome,
     label_of,
@@ -114,7 +113,7 @@ _FACTS = {"facts.precision": "Precision", "facts.recall": "Recall", "facts.f1": 
 
 SCENE_GRAPH = AbilityDeclaration(
     ability=Ability("scene_graph"),
-    asked=SingleTurn(_scorers, _pose, _pictures, sameness=Sameness(lists_are_sets=True, bare=None)),
+    asked=SingleTurn(_scorers, _pose, _pictures, lists_are_sets=True, bare=None),
     title="Scene graphs",
     short="scene",
     verdict=SceneGraphVerdict,

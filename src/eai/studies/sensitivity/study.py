@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from itertools import product
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 from pydantic import BeforeValidator
 
@@ -84,7 +84,7 @@ def tried(
 
 
 def try_operators(
-    scorer: TransitionModeling, record: Record, replaced: Replaced = Replaced.OPERATOR
+    scorer: TransitionModeling, record: Record, replaced: Replaced = "operator"
 ) -> Iterator[Trial]:
     """Try each operator that a task asks for, as the record's answer has it.
 
@@ -97,7 +97,7 @@ def try_operators(
     for operator, result in results.items():
         yield Trial(
             **beginning_of(record),
-            replaced=replaced.value,
+            replaced=replaced,
             operator=operator,
             outcome=NOT_WRITTEN if result is None else result.outcome.value,
             categories=" ".join(category.value for category in scorer.task.categories),
@@ -109,7 +109,7 @@ def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
     """The errors in the tried part of each operator."""
     if not isinstance(record.verdict, OperatorVerdict):
         return {}
-    sides = [side for side in ("precondition", "effect") if replaced.value in (side, Replaced.OPERATOR.value)]
+    sides = [side for side in ("precondition", "effect") if replaced in (side, "operator")]
     return {
         report.name: tuple(
             dict.fromkeys(
@@ -148,10 +148,10 @@ def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[T
         solved = Counter(trial.operator for trial in lines if trial.outcome == _SOLVED)
         order = sorted(tried, key=lambda name: (solved[name] / tried[name], name))
         for model, of_model in by_model(lines).items():
-            for replaced in Replaced:
-                found = [trial for trial in of_model if trial.replaced == replaced.value]
+            for replaced in get_args(Replaced):
+                found = [trial for trial in of_model if trial.replaced == replaced]
                 if found:
-                    yield (*suite, model, replaced.value), found, order
+                    yield (*suite, model, replaced), found, order
 
 
 _KEY = (*SUITE, MODEL, "replaced")
@@ -244,7 +244,7 @@ class _Choices(Options):
 
     replace: Annotated[tuple[Replaced, ...], BeforeValidator(several)] = option(
         "What of a gold operator is the model's: operator, precondition or effect; several with commas.",
-        (Replaced.OPERATOR,),
+        ("operator",),
     )
     planner: PlannerChoice = option("What finds plans: auto, fast_downward or built_in.", PlannerChoice.AUTO)
 
@@ -271,14 +271,14 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 def _figures(tables: Sequence[Table], ways: Sequence[Replaced]) -> Figures:
     for suite, rows in rows_of(tables[0]).items():
         for way in ways:
-            of_way = [row for row in rows if row["replaced"] == way.value]
-            label = f"percent solved with the model's {way.value}"
+            of_way = [row for row in rows if row["replaced"] == way]
+            label = f"percent solved with the model's {way}"
             shown = [row for row in of_way if row["category"] == OVERALL]
             models = draw_matrix(shown, ("operator",), "solved", label, zeros=True)
-            yield of_suite(suite, way.value, models)
+            yield of_suite(suite, way, models)
             shown = [row for row in of_way if row["model"] == of_way[0]["model"]]
             categories = draw_matrix(shown, ("operator",), "solved", label, across="category", zeros=True)
-            yield of_suite(suite, f"{way.value}-categories", categories)
+            yield of_suite(suite, f"{way}-categories", categories)
 
 
 SENSITIVITY = Study(
