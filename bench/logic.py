@@ -103,10 +103,7 @@ def states(count: int) -> list[Facts]:
 
 
 def actions(count: int) -> list[TakenAction]:
-    return [
-        TakenAction("grab", (NAMES[i % 10],)) if i % 3 else TakenAction("pour", (NAMES[i % 10], "cup.1"))
-        for i in range(count)
-    ]
+    return [("grab", (NAMES[i % 10],)) if i % 3 else ("pour", (NAMES[i % 10], "cup.1")) for i in range(count)]
 
 
 def evaluate(formula: Formula, states: list[Facts], actions: list[TakenAction]) -> bool:

@@ -24,7 +24,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
-from eai.pddl.files import read_domain_file
+from eai.pddl.files import domain_in, read_text
 from eai.pddl.val import VALID, installed_val, verdict_in
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -115,7 +115,7 @@ def untold(suite: Suite, task_id: str) -> int:
 def tried(domain: Path, problems: list[Path]) -> tuple[str, str]:
     """What came of a domain: a word, and details."""
     try:
-        read_domain_file(domain)
+        domain_in(read_text(domain), domain)
     except InputError as error:
         return "refused", str(error)
     reason = "none is beside it"

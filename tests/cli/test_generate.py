@@ -13,7 +13,6 @@ from eai.benchmark.benchmark import Benchmark
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator
 from eai.generator.prior import Prior
-from eai.generator.sets import Prints
 from eai.generator.spec import Outcome
 from eai.pddl.val import VALID
 
@@ -143,7 +142,7 @@ def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     whole = Generator.task
     calls = [0]
 
-    def task(generator: Generator, seed: str, known: Collection[Prints]) -> Outcome:
+    def task(generator: Generator, seed: str, known: Collection[tuple[str, str]]) -> Outcome:
         calls[0] += 1
         if calls[0] > 6:
             raise KeyboardInterrupt

@@ -23,7 +23,7 @@ from eai.errors import DataError
 from eai.generator.goals import Proposals
 from eai.generator.prior import Pattern, kinds_of
 from eai.generator.sets import fingerprint_of, seeds_of
-from eai.generator.spec import LENGTHS, Forms, Generated, Reason, Tier
+from eai.generator.spec import LENGTHS, Generated, Reason, Tier
 from eai.generator.walk import Walk, lower_bound
 from eai.logic.traversal import walk
 from eai.pddl.val import VALID, installed_val
@@ -238,7 +238,7 @@ def test_tiers_are_lengths_of_certificates(like: str, tier: Tier) -> None:
 
 def test_all_shapes_of_goals_are_made() -> None:
     shapes = {
-        type(goal.formula).__name__ for each in tasks("behavior", 60, Forms.ALL) for goal in each.task.goals
+        type(goal.formula).__name__ for each in tasks("behavior", 60, "all") for goal in each.task.goals
     }
     assert {"Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs"} <= shapes
 

@@ -11,7 +11,6 @@ import pytest
 import eai.logic.formula as f
 from eai.generator.goals import Proposals
 from eai.generator.prior import Pattern, Prior
-from eai.generator.spec import Forms
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from generator.worlds import NOTHING_IS_USUAL
 
@@ -38,7 +37,7 @@ def drawn(
     """All goals of some shapes that are proposed for a scene with so many things of each kind."""
     objects = [WorldObject(f"{kind}_{n}", kind) for kind, number in things.items() for n in range(number)]
     known = prior(patterns, dict.fromkeys(shapes, 1), several)
-    proposals = Proposals.for_scene(Scene(VOCABULARY, objects, None), known, Forms.DATA, actions=False)
+    proposals = Proposals.for_scene(Scene(VOCABULARY, objects, None), known, "data", actions=False)
     rng = random.Random(0)
     return {goal for goal in (proposals.goal(rng) for _ in range(DRAWN)) if goal is not None}
 

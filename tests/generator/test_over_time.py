@@ -23,7 +23,6 @@ from eai.generator.prior import Kind
 from eai.generator.spec import Generated, TaskKind
 from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.trace import TakenAction
 from eai.planning.planner import Planner
 from eai.tasks.source import Source
 from eai.world.execution import Action, Step, Trajectory, execute
@@ -102,7 +101,7 @@ def naively(
         )
         for state in states
     ]
-    taken = [TakenAction(a.operator, tuple(things[i].name for i in a.arguments)) for a in actions]
+    taken = [(a.operator, tuple(things[i].name for i in a.arguments)) for a in actions]
     return Naive(tuple(seen), tuple(taken)).on(task.goals[-1].formula, 0, len(seen) - 1, {})
 
 

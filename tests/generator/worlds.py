@@ -42,7 +42,7 @@ HOUSEHOLDS = ("virtualhome", "behavior")
 def generator(
     like: str,
     tier: Tier = Tier.DATA,
-    forms: Forms = Forms.DATA,
+    forms: Forms = "data",
     *,
     actions: bool = False,
     kind: TaskKind = TaskKind.PLAIN,
@@ -53,13 +53,13 @@ def generator(
 
 
 @cache
-def outcomes(like: str, number: int = 40, forms: Forms = Forms.DATA) -> tuple[Outcome, ...]:
+def outcomes(like: str, number: int = 40, forms: Forms = "data") -> tuple[Outcome, ...]:
     """The outcomes of so many seeds."""
     made = generator(like, forms=forms)
     return tuple([made.task(seed) for seed in islice(seeds_of("test", 1), number)])
 
 
-def tasks(like: str, number: int = 40, forms: Forms = Forms.DATA) -> list[Generated]:
+def tasks(like: str, number: int = 40, forms: Forms = "data") -> list[Generated]:
     return [each for each in outcomes(like, number, forms) if isinstance(each, Generated)]
 
 

@@ -61,7 +61,7 @@ def _lines(problem: Problem) -> Iterator[str]:
     yield f"(define (problem {problem.name})"
     yield f"  (:domain {problem.domain})"
     yield "  (:objects"
-    yield from (f"    {thing.name} - {thing.category}" for thing in problem.objects)
+    yield from (f"    {name} - {category}" for name, category in problem.objects)
     yield "  )"
     yield "  (:init"
     yield from (f"    {print_condition(fact)}" for fact in problem.init)

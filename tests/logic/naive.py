@@ -65,7 +65,7 @@ class Naive:
                 return self.states[i].holds(predicate, self.objects(arguments, binding))
             case Occurs(action, arguments):
                 taken = self.actions[i] if i < len(self.actions) else None
-                return taken == TakenAction(action, self.objects(arguments, binding))
+                return taken == (action, self.objects(arguments, binding))
             case Equals(left, right):
                 a, b = self.objects((left, right), binding)
                 return a == b

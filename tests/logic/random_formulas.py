@@ -120,11 +120,11 @@ def traces(draw: st.DrawFn) -> tuple[list[Facts], list[TakenAction]]:
         )
 
     states = [Facts(draw(st.frozensets(ground(PREDICATES), max_size=8)), SCENE) for _ in range(length)]
-    actions = [TakenAction(*draw(ground(ACTIONS))) for _ in range(length - 1)]
+    actions = [draw(ground(ACTIONS)) for _ in range(length - 1)]
     return states, actions
 
 
 def trace(*texts: str) -> Trace:
     """Names of true atoms and actions by turns: ``trace("p q", "GRAB", "")``."""
     states = [Facts(frozenset((name, ()) for name in text.split()), SCENE) for text in texts[::2]]
-    return Trace(states, [TakenAction(text) for text in texts[1::2]])
+    return Trace(states, [(text, ()) for text in texts[1::2]])

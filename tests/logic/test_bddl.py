@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import InputError, ParseError
-from eai.logic.bddl import Declaration, parse_problem
+from eai.logic.bddl import parse_problem
 from eai.logic.formula import (
     And,
     Atom,
@@ -92,10 +92,10 @@ def test_problem() -> None:
     problem = parse_problem(PROBLEM)
     assert (problem.name, problem.domain) == ("sorting_0", "igibson")
     assert problem.objects == (
-        Declaration("cup.n.01_1", "cup.n.01"),
-        Declaration("cup.n.01_2", "cup.n.01"),
-        Declaration("shelf.n.01_1", "shelf.n.01"),
-        Declaration("agent.n.01_1", "agent.n.01"),
+        ("cup.n.01_1", "cup.n.01"),
+        ("cup.n.01_2", "cup.n.01"),
+        ("shelf.n.01_1", "shelf.n.01"),
+        ("agent.n.01_1", "agent.n.01"),
     )
     assert problem.init[1] == Not(Atom("dusty", (Constant("cup.n.01_2"),)))
     assert len(problem.init) == 3

@@ -190,7 +190,7 @@ def test_shadowed_variables_take_the_inner_value() -> None:
 
 def test_many_objects_do_not_matter_to_rare_actions() -> None:
     names = tuple((f"o.{i}", "thing") for i in range(2000))
-    path = Trace([Facts(frozenset(), names)] * 2, [TakenAction("POUR", ("o.7", "o.9"))])
+    path = Trace([Facts(frozenset(), names)] * 2, [("POUR", ("o.7", "o.9"))])
     signature = Signature({}, {"POUR": 2})
     assert holds(parse("exists x. (exists y. (POUR(x, y)))", signature).formula, path)
     assert not holds(parse("exists x. (POUR(x, x))", signature).formula, path)
@@ -199,7 +199,7 @@ def test_many_objects_do_not_matter_to_rare_actions() -> None:
 
 PATH = Trace(
     [Facts(frozenset(), SCENE)] * 4,
-    [TakenAction("POUR", ("a", "b")), TakenAction("POUR", ("c", "b")), TakenAction("GRAB", ("a",))],
+    [("POUR", ("a", "b")), ("POUR", ("c", "b")), ("GRAB", ("a",))],
 )
 
 

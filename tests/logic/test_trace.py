@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eai.errors import InputError
-from eai.logic.trace import TakenAction, Trace, positions_in
+from eai.logic.trace import Trace, positions_in
 from logic.naive import Facts
 from logic.random_formulas import SCENE, trace
 
@@ -14,7 +14,7 @@ def test_numbers_of_states_and_actions_must_fit() -> None:
     with pytest.raises(InputError, match="0 states"):
         Trace([])
     with pytest.raises(InputError, match="one action between two states"):
-        Trace([Facts(frozenset(), ())], [TakenAction("GRAB")])
+        Trace([Facts(frozenset(), ())], [("GRAB", ())])
 
 
 def test_masks_have_one_bit_for_each_position() -> None:
@@ -30,10 +30,10 @@ def test_masks_have_one_bit_for_each_position() -> None:
 def test_participants_are_the_arguments_that_occur() -> None:
     state = Facts(frozenset(), SCENE)
     actions = [
-        TakenAction("POUR", ("a", "b")),
-        TakenAction("POUR", ("c", "b")),
-        TakenAction("POUR", ("d",)),
-        TakenAction("GRAB", ("e",)),
+        ("POUR", ("a", "b")),
+        ("POUR", ("c", "b")),
+        ("POUR", ("d",)),
+        ("GRAB", ("e",)),
     ]
     path = Trace([state] * 5, actions)
     assert path.participants("POUR", 0) == {"a", "c", "d"}

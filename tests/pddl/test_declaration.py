@@ -31,17 +31,17 @@ def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     source: PddlDomain, problem: PddlProblem
 ) -> None:
     declaration = DeclaredDomain(source)
-    domain, found = declaration.domain, declaration.problem(problem)
+    domain, (initial, goals) = declaration.domain, declaration.problem(problem)
     original = Executor(source, problem)
-    exported = export(domain, found.initial, found.goals)
+    exported = export(domain, initial, goals)
     again = Executor(exported.domain, exported.problem)
     declared = {predicate.name for predicate in source.predicates}
-    goal = all(domain.holds(part, found.initial) for part in found.goals)
+    goal = all(domain.holds(part, initial) for part in goals)
     assert goal == original.holds(problem.goal, original.initial, {})
     assert goal == again.holds(exported.problem.goal, again.initial, {})
     for action in _actions(domain.arities, len(source.constants)):
         names = tuple(source.constants[i].name for i in action.arguments)
-        outcome = attempt(domain, Past(found.initial), action)
+        outcome = attempt(domain, Past(initial), action)
         engine = None if isinstance(outcome, Fault) else exported.state(outcome)
         expected = reached(original.successor(original.initial, PlanStep(action.operator, names)), declared)
         assert (None if engine is None else reached(engine, declared)) == expected
@@ -79,7 +79,7 @@ def zoo() -> DeclaredDomain:
 
 
 def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDomain) -> None:
-    initial = zoo.problem(PROBLEM).initial
+    initial, _ = zoo.problem(PROBLEM)
     kinds = {thing.name: thing.category for thing in initial.scene.objects}
     assert kinds == {
         "agent": "keeper",
@@ -96,7 +96,7 @@ def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDom
 
 
 def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: DeclaredDomain) -> None:
-    initial = zoo.problem(PROBLEM).initial
+    initial, _ = zoo.problem(PROBLEM)
     index = initial.scene.index
     assert isinstance(
         attempt(zoo.domain, Past(initial), Action("feed", (index["sam"], index["pool"]))), State
@@ -116,7 +116,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declare
 
 
 def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
-    initial = zoo.problem(PROBLEM).initial
+    initial, _ = zoo.problem(PROBLEM)
     index = initial.scene.index
     after = attempt(zoo.domain, Past(initial), Action("feed", (index["sam"], index["pool"])))
     assert isinstance(after, State)
@@ -124,12 +124,9 @@ def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
 
 
 def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
-    declared = zoo.problem(PROBLEM)
-    (goal,) = declared.goals
-    assert not zoo.domain.holds(goal, declared.initial)
-    fed = declared.initial.scene.state(
-        [("fed", (1,)), ("fed", (2,)), ("is-animal", (1,)), ("is-animal", (2,))]
-    )
+    initial, (goal,) = zoo.problem(PROBLEM)
+    assert not zoo.domain.holds(goal, initial)
+    fed = initial.scene.state([("fed", (1,)), ("fed", (2,)), ("is-animal", (1,)), ("is-animal", (2,))])
     assert zoo.domain.holds(goal, fed)
 
 

@@ -21,7 +21,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.execute import DerivedPredicates, Executor, PlanFlaw, PlanStep, _Evaluation
+from eai.pddl.execute import DerivedPredicates, Executor, PlanStep, _Evaluation
 from eai.pddl.model import PddlAxiom, type_of
 from eai.pddl.reader import read_action, read_domain, read_problem
 from pddl.random_pddl import OBJECTS, atoms, formulas
@@ -55,18 +55,18 @@ def fact(predicate: str, *names: str) -> Atom:
     [
         (("go hall attic",), None),
         (("light hall", "go hall attic"), None),
-        ((), PlanFlaw(0, "goal not reached")),
-        (("go attic hall",), PlanFlaw(0, "the precondition of (go attic hall) does not hold")),
+        ((), (0, "goal not reached")),
+        (("go attic hall",), (0, "the precondition of (go attic hall) does not hold")),
         (
             ("go hall attic", "go hall attic"),
-            PlanFlaw(1, "the precondition of (go hall attic) does not hold"),
+            (1, "the precondition of (go hall attic) does not hold"),
         ),
-        (("fly hall",), PlanFlaw(0, "no operator fly")),
-        (("go hall",), PlanFlaw(0, "go takes 2 objects")),
-        (("go hall k",), PlanFlaw(0, "k is no room")),
+        (("fly hall",), (0, "no operator fly")),
+        (("go hall",), (0, "go takes 2 objects")),
+        (("go hall k",), (0, "k is no room")),
     ],
 )
-def test_plans(steps: tuple[str, ...], flaw: PlanFlaw | None) -> None:
+def test_plans(steps: tuple[str, ...], flaw: tuple[int, str] | None) -> None:
     assert EXECUTOR.flaw(plan(*steps)) == flaw
 
 

@@ -19,7 +19,7 @@ from eai.logic.formula import (
 )
 from eai.pddl.check import check_domain, check_problem
 from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.export import Exported, ExportOptions, export
+from eai.pddl.export import Exported, export
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_effect, write_formula, write_problem
@@ -167,7 +167,7 @@ def test_checks_are_preconditions_and_names_are_pddls() -> None:
     assert write_formula(exported.problem.goal) == "(red a_1)"
     assert exported.step(Action("Check It", (2,))) == PlanStep("check_it", ("a_1-2",))
     assert exported.action(PlanStep("check_it", ("a_1-2",))) == Action("Check It", (2,))
-    asked = export(domain(CHECKED), initial, (), options=ExportOptions(additional_steps=False))
+    asked = export(domain(CHECKED), initial, (), additional_steps=False)
     assert write_formula(asked.domain.actions[0].precondition) == "(and (big ?x) (clear ?x))"
 
 
@@ -262,7 +262,7 @@ def test_invisible_predicates_can_be_left_out() -> None:
         (Add(MEMORY(X)), When(MEMORY(X), (Add(RED(X)),)), Add(BIG(X))),
     )
     toy = domain(use)
-    exported = export(toy, SCENE.state([("memory", (1,))]), (), options=ExportOptions(invisible=False))
+    exported = export(toy, SCENE.state([("memory", (1,))]), (), invisible=False)
     text = write_domain(exported.domain) + write_problem(exported.problem)
     assert "memory" not in text
     assert "recalled" not in text
@@ -272,7 +272,7 @@ def test_invisible_predicates_can_be_left_out() -> None:
 def test_an_effect_that_depends_on_an_invisible_predicate_does_not_happen() -> None:
     effects = (ForEach(Y, MEMORY(Y), (Add(RED(Y)),)), When(MEMORY(X), (Add(BIG(X)),), (Delete(LIT()),)))
     toy = Domain("toy", VOCABULARY, (Operator("recall", (X,), (), effects, "recall the object"),))
-    exported = export(toy, SCENE.state([]), (), options=ExportOptions(invisible=False))
+    exported = export(toy, SCENE.state([]), (), invisible=False)
     (action,) = exported.domain.actions
     assert write_effect(action.effect) == "(not (lit))"
 

@@ -21,7 +21,7 @@ from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep
-from eai.pddl.fast_downward import FastDownward, Seats, machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, machine_memory_mib, seat
 from eai.pddl.model import PddlAction
 from eai.pddl.planning import PlannerOutcome, PlanningTask, TieredPlanner
 from eai.pddl.reader import read_domain, read_problem
@@ -222,7 +222,7 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
     def work(number: int) -> int:
         nonlocal running, most
-        with Seats(3, tmp_path).taken():
+        with seat(3, tmp_path):
             with lock:
                 running += 1
                 most = max(most, running)
@@ -238,12 +238,12 @@ def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> 
 
 def test_a_seat_is_given_back_by_whoever_fails(tmp_path: Path) -> None:
     def fail() -> None:
-        with Seats(1, tmp_path).taken():
+        with seat(1, tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         fail()
-    with Seats(1, tmp_path).taken():
+    with seat(1, tmp_path):
         pass
 
 

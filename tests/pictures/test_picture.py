@@ -15,7 +15,7 @@ from eai.errors import InputError
 from eai.pictures.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
 from eai.pictures.picture import Clutter, images_in, picture_of, picture_words
 from eai.pictures.scene_graph import ReadGraph, SceneGraph
-from eai.pictures.tiles import Kind, tiles_of
+from eai.pictures.tiles import tiles_of
 from eai.studies.perception.errors import perception_errors
 from eai.tasks.source import Source
 from pictures.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
@@ -61,7 +61,7 @@ def test_tiles_say_all_and_nothing_else() -> None:
     tiles = tiles_of(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
     robot = tiles[0]
-    assert (robot.name, robot.kind) == ("robot", Kind.AGENT)
+    assert (robot.name, robot.kind) == ("robot", "agent")
     assert [tile.name for tile in robot.zones["holds"]] == ["lamp_2"]
     (table,) = [tile for tile in tiles if tile.name == "table_1"]
     (box,) = table.zones["on"]

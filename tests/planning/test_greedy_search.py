@@ -2,7 +2,7 @@ from __future__ import annotations
 
 from eai.logic.formula import Atom, Constant, Not
 from eai.planning.additive_heuristic import AdditiveHeuristic
-from eai.planning.greedy_search import GreedySearch, Target
+from eai.planning.greedy_search import GreedySearch
 from eai.planning.planner import _Agenda, alone
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.subgoal import Subgoal
@@ -53,14 +53,14 @@ def test_what_could_not_be_reached_comes_first_the_next_time() -> None:
 
 def test_a_search_ends_at_its_target_or_with_its_effort() -> None:
     search = GreedySearch(HEURISTIC, SUCCESSORS, Limits(1_000))
-    dropped = Target((CARRIED, HELD.negated, LIT), 0)
-    found = search.search(START, dropped, FEW)
+    dropped = (CARRIED, HELD.negated, LIT)
+    found = search.search(START, dropped, 0, FEW)
     assert isinstance(found, Node)
     assert len(found.plan()) == 4
-    assert search.search(START, dropped, Limits(2)) is SearchEnd.STATES
-    assert search.search(START, Target((FIXED,), 0), Limits(1_000)) is SearchEnd.UNREACHABLE
+    assert search.search(START, dropped, 0, Limits(2)) is SearchEnd.STATES
+    assert search.search(START, (FIXED,), 0, Limits(1_000)) is SearchEnd.UNREACHABLE
     for limits in (Limits(0), Limits(1_000, looks=3)):
-        assert GreedySearch(HEURISTIC, SUCCESSORS, limits).search(START, dropped, FEW) is SearchEnd.STATES
+        assert GreedySearch(HEURISTIC, SUCCESSORS, limits).search(START, dropped, 0, FEW) is SearchEnd.STATES
 
 
 def test_a_denied_atom_is_a_goal_too() -> None:

@@ -4,7 +4,7 @@ import pytest
 
 from eai.benchmark.registry import find_benchmark
 from eai.logic.formula import Variable
-from eai.planning.role import SpatialRoles, role_of, spatial_roles
+from eai.planning.role import role_of, spatial_predicates
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, Role
@@ -55,10 +55,10 @@ def test_otherwise_effects_tell_the_role(effects: tuple[Effect, ...], role: Role
     ],
 )
 def test_households_say_where_things_are(name: str, held: tuple[str, ...], supports: set[str]) -> None:
-    roles = spatial_roles(find_benchmark(name).domain)
-    assert (roles.held, {*roles.supports}) == (held, supports)
+    found, put = spatial_predicates(find_benchmark(name).domain)
+    assert (found, {*put}) == (held, supports)
 
 
 def test_a_world_in_which_nothing_is_put_has_no_supports() -> None:
     without = toy.DOMAIN.with_operators(without=[each.name for each in toy.DOMAIN.operators])
-    assert spatial_roles(without) == SpatialRoles((), ())
+    assert spatial_predicates(without) == ((), ())

@@ -16,7 +16,8 @@ from eai.errors import DataError, InputError
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward
-from eai.pddl.files import read_domain_file, read_problem_file
+from eai.pddl.files import domain_in, read_problem_file, read_text
+from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.planning.planner import Planner
@@ -33,6 +34,10 @@ NAMES = sorted(path.name for path in FOLDER.iterdir())
 PROBLEMS = [
     (path.parent.name, path.stem) for path in sorted(FOLDER.glob("*/*.pddl")) if path.stem != "domain"
 ]
+
+
+def domain_of(file: Path) -> PddlDomain:
+    return domain_in(read_text(file), file)
 
 
 def opened(name: str) -> tuple[Domain, dict[str, Task]]:
@@ -70,7 +75,7 @@ def test_fast_downward_solves_the_files_and_what_they_are_exported_as_again(name
         pytest.skip(str(error))
     domain, tasks = opened(name)
     task = tasks[problem]
-    source = read_domain_file(FOLDER / name / "domain.pddl").domain
+    source = domain_of(FOLDER / name / "domain.pddl")
     as_written = read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem
     found = planner.solve(PlanningTask(source, as_written))
     assert found.outcome is PlannerOutcome.SOLVED, found.detail
@@ -87,7 +92,7 @@ def test_fast_downward_solves_the_files_and_what_they_are_exported_as_again(name
 def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
     domain, tasks = opened(name)
     task = tasks[problem]
-    source = read_domain_file(FOLDER / name / "domain.pddl").domain
+    source = domain_of(FOLDER / name / "domain.pddl")
     executor = Executor(source, read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem)
     exported = export(domain, task.initial, ())
     declared = {predicate.name for predicate in source.predicates}
@@ -143,7 +148,7 @@ def test_val_agrees_on_plans_and_mutants_of_them(name: str, problem: str) -> Non
         pytest.skip(str(error))
     domain, tasks = opened(name)
     task, rng = tasks[problem], random.Random(problem)
-    source = read_domain_file(FOLDER / name / "domain.pddl").domain
+    source = domain_of(FOLDER / name / "domain.pddl")
     as_written = read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem
     found = tuple(find_plan(task, Planner(domain)).plan)
     assert found
@@ -369,7 +374,7 @@ def test_types_in_choice_constants_of_problems_commas_and_any_case_are_read(tmp_
 
 def test_engine_and_pddl_agree_on_types_in_choice(tmp_path: Path) -> None:
     domain, task = odd(tmp_path)
-    source = read_domain_file(tmp_path / "d.pddl").domain
+    source = domain_of(tmp_path / "d.pddl")
     executor = Executor(source, read_problem_file(tmp_path / "p.pddl", source).problem)
     names = [thing.name for thing in task.scene.objects]
     for x, y in product(range(5), repeat=2):

@@ -114,7 +114,7 @@ NUMBERS = count()
     ],
 )
 def test_what_breaks_a_law_of_simulators_is_found(domain: Domain, defect: str | None) -> None:
-    found = {str(each) for each in check(domain, [toy.initial()])}
+    found = {*check(domain, [toy.initial()])}
     assert found == set() if defect is None else defect in found
 
 
@@ -124,12 +124,12 @@ def test_a_state_beside_the_outcome_is_found() -> None:
             return declared
 
     found = check(replace(toy.DOMAIN, begin=Late), [toy.initial()])
-    assert "GO: the simulator's state is not that which its outcome tells" in {*map(str, found)}
+    assert "GO: the simulator's state is not that which its outcome tells" in found
 
 
 def test_what_is_not_measured_follows_the_declaration() -> None:
-    found = {each.problem for each in check(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))}
-    assert "the simulator decides lit, which is to follow the declaration" in found
+    found = check(LAMP_LIGHTS, [toy.initial()], measured=("at", "holding"))
+    assert any("the simulator decides lit, which is to follow the declaration" in each for each in found)
     moved = world(lambda before, action, after: with_facts(after, ["at(lamp, hall)"]))
     assert check(moved, [toy.initial()], measured=("at",)) == ()
 

@@ -40,7 +40,7 @@ def check_benchmark(benchmark: Benchmark, source: Source) -> tuple[list[Finding]
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
-    found = [Finding(domain.name, str(defect)) for defect in check(domain, starts)]
+    found = [Finding(domain.name, defect) for defect in check(domain, starts)]
     kinds = {thing.category for task in tasks.values() for thing in task.scene.objects}
     for subject, formulas in _formulas(domain):
         for kind in dict.fromkeys(chain.from_iterable(map(_kinds, formulas))):

@@ -20,7 +20,7 @@ from eai.generator import sets
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import Measure
 from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Reason, Spec, Split, TaskKind, Tier
-from eai.pddl.export import ExportOptions, ProblemSource, export_problems
+from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
 from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
 from eai.tasks.task_lines import written
@@ -34,8 +34,7 @@ def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]
     Raises:
         DomainError: a goal is about more than the end, of which PDDL says nothing.
     """
-    source = ProblemSource("task", task.initial, tuple([goal.formula for goal in task.goals]))
-    (exported,) = export_problems(domain, [source], ExportOptions())
+    exported = export(domain, task.initial, [goal.formula for goal in task.goals])
     return val_verdict(val, exported.domain, exported.problem, [exported.step(action) for action in plan])
 
 
@@ -51,7 +50,7 @@ def generate_tasks(
     held_out: Annotated[
         HeldOut,
         flag("What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes."),
-    ] = HeldOut.GOALS,
+    ] = "goals",
     against: Annotated[
         list[Path] | None,
         flag(
@@ -70,9 +69,7 @@ def generate_tasks(
             metavar="SIZE",
         ),
     ] = Tier.DATA,
-    forms: Annotated[
-        Forms, flag("Shapes of goals: those of the data set, or all equally often.")
-    ] = Forms.DATA,
+    forms: Annotated[Forms, flag("Shapes of goals: those of the data set, or all equally often.")] = "data",
     actions: Annotated[
         bool, flag("Also ask for actions to be taken, where the data set does.", "--actions")
     ] = False,

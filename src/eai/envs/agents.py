@@ -23,7 +23,7 @@ from eai.envs.game import Game, Stage
 from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
-from eai.planning.greedy_search import GreedySearch, Target
+from eai.planning.greedy_search import GreedySearch
 from eai.planning.planner import Planner, PlanningGoal, alone
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
@@ -328,7 +328,7 @@ class _Greedy(_Explorer):
         self._visited: set[State] = set()
         goal = planning_goal(game.task)
         self._actions = goal.actions
-        self._target = Target(subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
+        self._target = (subgoals_of(goal.conditions, game.task.scene), len(goal.actions))
 
     def _to_goals(self, limits: Limits = _GOAL) -> Sequence[Action]:
         """The action that seems best, if all that the goals name and do not have yet has been seen."""
@@ -341,11 +341,11 @@ class _Greedy(_Explorer):
         met = len(game.task.goals) - len(remaining_goals(game.task, game.taken))
         node: PlanNode = Node(game.state, met)
         costs: dict[Action, float] = {}
-        for action in search.estimate(node, self._target)[1][:_BREADTH]:
+        for action in search.estimate(node, *self._target)[1][:_BREADTH]:
             after = successors.successor(node, action)
             if after is not None:
                 been = _DETOUR * (after.state in self._visited)
-                costs[action] = search.estimate(after, self._target)[0] + been
+                costs[action] = search.estimate(after, *self._target)[0] + been
         return [min(costs, key=costs.__getitem__)] if costs else ()
 
 

@@ -20,9 +20,7 @@ from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.measures import needed_by
 from eai.generator.prior import (
-    Combination,
     Kind,
-    Nesting,
     Pattern,
     Patterns,
     Prior,
@@ -126,8 +124,8 @@ class _Census:
         self._needed: defaultdict[str, set[str]] = defaultdict(set)
         self._forms: Counter[str] = Counter()
         self._paired: dict[Pattern, None] = {}
-        self._nestings: dict[Nesting, None] = {}
-        self._combinations: dict[Combination, None] = {}
+        self._nestings: dict[tuple[str, str, str], None] = {}
+        self._combinations: dict[tuple[str, str, str], None] = {}
         self._alone: Counter[tuple[str, str]] = Counter()
         self._accompanied: Counter[tuple[str, str]] = Counter()
         self._actions: Counter[tuple[str, ...]] = Counter()
@@ -169,10 +167,10 @@ class _Census:
         relations = [p for p in wanted if len(p.categories) == 2]
         for (relation, (_, thing), _), (place, (moved, _), _) in product(relations, repeat=2):
             if thing == moved:
-                self._nestings[Nesting(relation, thing, place)] = None
+                self._nestings[relation, thing, place] = None
         for (state, (thing,), _), (relation, (moved, place), _) in product(states, relations):
             if thing == moved:
-                self._combinations[Combination(state, relation, place)] = None
+                self._combinations[state, relation, place] = None
         for state, (thing,), _ in (p for p in states if p.truth):
             served = any(thing == place for _, (_, place), _ in relations)
             (self._accompanied if served else self._alone)[state, thing] += 1

@@ -21,11 +21,10 @@ from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
 from eai.generator.hazards import guarded, guards_of, may_occur
 from eai.generator.measures import Measure, difficulty_model, measured
-from eai.generator.prior import Prior, Theme, clash, is_idle, subjects_of
-from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_more_of_a_kind
+from eai.generator.prior import Pattern, Prior, Theme, clash, is_idle, subjects_of
+from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
 from eai.generator.sets import (
     SHARES,
-    Prints,
     bases_of,
     fingerprint,
     fingerprint_of,
@@ -179,7 +178,7 @@ class Generator:
         if not self._bases:
             raise InputError(
                 f"no public task of {self.benchmark.name} is of split {self.spec.split.value} "
-                f"by {self.spec.held_out.value}"
+                f"by {self.spec.held_out}"
             )
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
         self._objections = _Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
@@ -208,7 +207,7 @@ class Generator:
             more = _OFFERS * (offers + bool(self._hiding.places(task)))
             yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
 
-    def task(self, seed: str, known: Collection[Prints] = ()) -> Outcome:
+    def task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> Outcome:
         """The task of a seed: the same on every machine; none if its fingerprints are known."""
         self._made += 1
         if self._made % _RENEWED == 0:
@@ -344,21 +343,19 @@ class Generator:
                 walk.state = before
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
-            after = self._hiding.hide(
-                self._free_planner, self._usage.original(walk.state), place.relation, *names
-            )
+            start = self._usage.original(walk.state)
+            after = self._hiding.hide(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.state(after.scene, after.facts()), frozenset({after.scene.index[names[0]]})
         return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
 
-    def _place(self, base: Task, rng: random.Random) -> tuple[Place | None, Sequence[int]]:
+    def _place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
         """Where something is to be put out of sight, and what into what; often nothing is."""
         places = self._hiding.places(base) if self.prior.several and rng.random() < _HIDDEN else ()
         if not places:
             return None, ()
         place = rng.choice(places)
-        kinds = (place.thing, place.container)
-        return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in kinds]
+        return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in place.categories]
 
     def _held(self, state: State) -> set[int]:
         """The objects in hands."""
@@ -459,7 +456,7 @@ class Generator:
 
 
 def generate(
-    generator: Generator, seeds: Iterator[str], number: int, known: set[Prints]
+    generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
 ) -> Iterator[Outcome]:
     """So many tasks by seeds in order, and what was rejected on the way.
 

@@ -48,13 +48,13 @@ class Proposals:
         """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
         usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
         patterns = kept(usual, lambda pattern: _can_say(pattern, scene, prior))
-        shapes = dict.fromkeys(_SHAPES, 1) if forms is Forms.ALL else prior.forms
+        shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.forms
         shapes = {
             shape: n for shape, n in shapes.items() if shape in _SHAPES or (actions and shape == "Occurs")
         }
         if not _countable(patterns, scene, prior):
             shapes = {shape: n for shape, n in shapes.items() if shape not in _COUNTED}
-        paired = frozenset[Pattern]() if forms is Forms.ALL else prior.paired
+        paired = frozenset[Pattern]() if forms == "all" else prior.paired
         return Proposals(prior, scene, shapes, patterns, paired)
 
     def about(self, kinds: Collection[str]) -> Proposals:

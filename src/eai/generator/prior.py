@@ -74,10 +74,10 @@ def _is_strange(literal: _Literal, other: _Literal, scene: Scene, prior: Prior) 
         return False
     moved, place = other.terms
     if len(literal.terms) < 2:
-        combined = Combination(literal.predicate, other.predicate, _category(place, scene))
+        combined = (literal.predicate, other.predicate, _category(place, scene))
         return any(mask & moved for mask in literal.terms) and combined not in prior.combinations
     thing, its_place = literal.terms
-    nesting = Nesting(literal.predicate, _category(its_place, scene), other.predicate)
+    nesting = (literal.predicate, _category(its_place, scene), other.predicate)
     if its_place & moved and nesting not in prior.nestings:
         return True
     kind = _category(thing, scene)
@@ -140,22 +140,6 @@ class Kind(NamedTuple):
     category: str
 
 
-class Nesting(NamedTuple):
-    """That something is to be in a relation to a thing of a category that is to be in another to a third."""
-
-    relation: str
-    category: str
-    place: str
-
-
-class Combination(NamedTuple):
-    """That a thing is to be in a state and in a relation to a thing of a category."""
-
-    state: str
-    relation: str
-    category: str
-
-
 @dataclass(frozen=True)
 class Theme:
     """A theme: goals that belong together, as the tasks of one title are about them.
@@ -183,8 +167,10 @@ class Prior:
         themes: what the tasks of a title are about, by title.
         forms: how often goals have each shape, by the name of the formula's class.
         paired: the literals that goals say of pairs, "each into one of its own".
-        nestings: what is wanted of things that are moved and others moved to, as a box that is filled.
-        combinations: which states and places are wanted of one thing.
+        nestings: what is wanted of things that are moved and others moved to, as a box that is filled: a
+            relation to a thing, the category of that, and its own relation to a third one.
+        combinations: which states and places are wanted of one thing: a state, a relation, and the category
+            of the other thing in it.
         needy: the states, with the category of the thing, that are wanted only together with a relation of
             something else to it.
         actions: how often each choice of actions is a goal.
@@ -205,8 +191,8 @@ class Prior:
     themes: Mapping[str, Theme]
     forms: Mapping[str, int]
     paired: frozenset[Pattern]
-    nestings: frozenset[Nesting]
-    combinations: frozenset[Combination]
+    nestings: frozenset[tuple[str, str, str]]
+    combinations: frozenset[tuple[str, str, str]]
     needy: frozenset[tuple[str, str]]
     actions: Mapping[tuple[str, ...], int]
     operators: frozenset[str]

@@ -21,7 +21,7 @@ from eai.logic.traversal import walk
 from eai.pddl.check import check_problem
 from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
 from eai.pddl.model import PddlProblem, TypedName
-from eai.tasks.problem_world import DeclaredWorld, Posed, ProblemWorld
+from eai.tasks.problem_world import DeclaredWorld, ProblemWorld
 from eai.tasks.source import Source
 from eai.world.condition import Readings
 from eai.world.state import State
@@ -92,31 +92,30 @@ def _worlds(ending: str, benchmark: Benchmark, source: Source) -> list[ProblemWo
 
 
 def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
-    posed = world.pose(file.problem)
+    initial, meaning = world.pose(file.problem)
     readings = Readings(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
-        meaning = _meaning(each, posed, file, _line(file.text, each))
-        if not readings.holds(meaning, {}, posed.initial):
+        meant = _meant(meaning(each), initial, file, _line(file.text, each))
+        if not readings.holds(meant, {}, initial):
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
             raise InputError(f"{file.path}: line {_line(file.text, each)}: {expected}")
     asked = file.problem.goal
     parts = asked.operands if isinstance(asked, f.And) else (asked,)
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
-    goals = list(dict.fromkeys([_meaning(part, posed, file, line) for part in parts]))
+    goals = list(dict.fromkeys([_meant(meaning(part), initial, file, line) for part in parts]))
     if not goals:
         raise InputError(f"{file.path}: expected a goal")
-    return make_task(name, _instruction(goals, posed.initial, benchmark), posed.initial, *goals)
+    return make_task(name, _instruction(goals, initial, benchmark), initial, *goals)
 
 
-def _meaning(formula: f.Formula, posed: Posed, file: ProblemFile, line: int) -> f.Formula:
+def _meant(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """The meaning of what stands on a line, of which all is there: the agent of a problem may not be."""
-    meaning = posed.meaning(formula)
     try:
-        check_goal(meaning, posed.initial.scene)
+        check_goal(formula, initial.scene)
     except InputError as error:
         raise InputError(f"{file.path}: line {line}: {error}") from error
-    return meaning
+    return formula
 
 
 def _instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmark) -> str:
@@ -145,7 +144,7 @@ def _read(path: Path, world: ProblemWorld) -> ProblemFile:
         problem = PddlProblem(
             name=read.name,
             domain=read.domain,
-            objects=tuple([TypedName(thing.name, thing.category) for thing in read.objects]),
+            objects=tuple([TypedName(*each) for each in read.objects]),
             initial=tuple([each for each in read.init if isinstance(each, f.Atom)]),
             denied=tuple(_denied(text, read.init)),
             goal=read.goal,

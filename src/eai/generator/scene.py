@@ -9,7 +9,7 @@ import random
 import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain, count
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
@@ -27,14 +27,6 @@ from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
 """The limits of the search for putting a thing somewhere."""
-
-
-class Place(NamedTuple):
-    """Where something may be put out of sight: a relation to a thing that can be shut, by category."""
-
-    relation: str
-    thing: str
-    container: str
 
 
 class Hiding:
@@ -59,31 +51,32 @@ class Hiding:
         opened = {kind.category for kind in prior.kinds if kind.operator in opening}
         usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
         self._places = [
-            Place(pattern.predicate, *pattern.categories)
+            pattern
             for pattern in dict.fromkeys(usual)
             if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
             if pattern.categories[0] in prior.taken and pattern.categories[1] in opened
         ]
 
-    def places(self, task: Task) -> list[Place]:
-        """Where things could be in the scene of a task of which its title wants something else."""
+    def places(self, task: Task) -> list[Pattern]:
+        """Where things could be in the scene of a task of which its title wants something else.
+
+        Each is a relation to a thing that can be shut.
+        """
         here = {thing.category for thing in task.scene.objects}
         theme = self._prior.themes[task.title]
         return [
             place
             for place in self._places
-            if {place.thing, place.container} <= here and self._is_wanted_elsewhere(place, theme)
+            if here.issuperset(place.categories) and self._is_wanted_elsewhere(place, theme)
         ]
 
-    def _is_wanted_elsewhere(self, place: Place, theme: Theme) -> bool:
+    def _is_wanted_elsewhere(self, place: Pattern, theme: Theme) -> bool:
         """Whether a title wants something of a kind of thing besides that it be in a place."""
-        wanted = [
-            p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (place.thing,)
-        ]
+        thing = place.categories[0]
+        wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
         usual = [p for p in wanted if p.truth and self._prior.used.issuperset(p.categories[1:])]
         asked = (*usual, *chain(*theme.endings))
-        there = Pattern(place.relation, (place.thing, place.container), truth=True)
-        return any(place.thing in pattern.categories for pattern in asked if pattern != there)
+        return any(thing in pattern.categories for pattern in asked if pattern != place)
 
     def hide(self, planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
         """A state with a thing out of sight, by actions however unusual; None if no way is found."""

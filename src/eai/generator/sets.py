@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from itertools import count, islice
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
@@ -54,13 +54,6 @@ def seeds_of(split: str, seed: int, secret: str | None = None) -> Iterator[str]:
             yield f"{split}-{hashlib.sha256(hidden.encode()).hexdigest()[:16]}"
 
 
-class Prints(NamedTuple):
-    """The digests that distinguish tasks: of its goals, and of its scene."""
-
-    goals: str
-    scene: str
-
-
 def goals_fingerprint(goals: Iterable[f.Formula], scene: Scene) -> str:
     """The fingerprint of goals: equal if they ask for the same of objects of the same categories."""
     categories = {thing.name: thing.category for thing in scene.objects}
@@ -81,13 +74,13 @@ def _scene_fingerprint(initial: State, goals: Iterable[f.Formula]) -> str:
     return _digest(sorted(facts))
 
 
-def fingerprint(goals: Sequence[f.Formula], initial: State) -> Prints:
-    """The fingerprints of goals, and of the scene in which they are to be reached."""
-    return Prints(goals_fingerprint(goals, initial.scene), _scene_fingerprint(initial, goals))
+def fingerprint(goals: Sequence[f.Formula], initial: State) -> tuple[str, str]:
+    """The fingerprints of goals, and of the scene in which they are to be reached, which tell tasks apart."""
+    return goals_fingerprint(goals, initial.scene), _scene_fingerprint(initial, goals)
 
 
-def fingerprint_of(task: Task) -> Prints:
-    """Both fingerprints of a task."""
+def fingerprint_of(task: Task) -> tuple[str, str]:
+    """Both fingerprints of a task: of its goals, and of its scene."""
     return fingerprint([goal.formula for goal in task.goals], task.initial)
 
 
@@ -115,7 +108,7 @@ def _split_at(place: float) -> Split:
 
 def split_of_goals(goals: Sequence[f.Formula], scene: Scene, held_out: HeldOut) -> Split:
     """The split to which a task with these goals belongs, whatever their objects are called."""
-    if held_out is HeldOut.PAIRS:
+    if held_out == "pairs":
         literals = [pattern for goal in goals for pattern in patterns_of(goal, scene)]
         splits = {split_of(f"pair {_pair(pattern, scene)}") for pattern in literals}
         if splits:
@@ -134,10 +127,10 @@ def bases_of(tasks: Sequence[Task], split: Split, held_out: HeldOut) -> Sequence
 
     Titles and scenes are few, so that splits get their share of them, in the order of their hashes.
     """
-    if split is Split.ALL or held_out not in (HeldOut.TITLES, HeldOut.SCENES):
+    if split is Split.ALL or held_out not in ("titles", "scenes"):
         return tasks
-    keys = [task.title if held_out is HeldOut.TITLES else task.id for task in tasks]
-    ranked = sorted(set(keys), key=lambda key: _hash(f"{held_out.value} {key}"))
+    keys = [task.title if held_out == "titles" else task.id for task in tasks]
+    ranked = sorted(set(keys), key=lambda key: _hash(f"{held_out} {key}"))
     splits = {key: _split_at((rank + 0.5) / len(ranked)) for rank, key in enumerate(ranked)}
     return [task for task, key in zip(tasks, keys, strict=True) if splits[key] is split]
 
@@ -164,13 +157,13 @@ def overlap_of(tasks: Sequence[Task], known: Sequence[Task], domain: Domain) -> 
     ``solved_by_lookup``: those that are solved by the plan of the known task with the most similar goals.
     """
     prints = set(map(fingerprint_of, known))
-    goals = {each.goals for each in prints}
+    known_goals = {goals for goals, _ in prints}
     table = LookupTable(known, domain)
     found = list(map(fingerprint_of, tasks))
     return {
         "tasks": len(tasks),
         "same": sum(each in prints for each in found),
-        "same_goals": sum(each.goals in goals for each in found),
+        "same_goals": sum(goals in known_goals for goals, _ in found),
         "solved_by_lookup": sum(map(table.solves, tasks)),
     }
 

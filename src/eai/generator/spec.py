@@ -11,7 +11,7 @@ import random
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
@@ -82,11 +82,8 @@ def tier_of(steps: int) -> Tier:
     return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
 
 
-class Forms(str, Enum):
-    """Which shapes goals have: those of the data set, as often as there, or all, equally often."""
-
-    DATA = "data"
-    ALL = "all"
+Forms: TypeAlias = Literal["data", "all"]
+"""Which shapes goals have: those of the data set, as often as there, or all, equally often."""
 
 
 class TaskKind(str, Enum):
@@ -124,17 +121,14 @@ class Split(str, Enum):
     TEST = "test"
 
 
-class HeldOut(str, Enum):
-    """The property that splits do not share."""
+HeldOut: TypeAlias = Literal["goals", "pairs", "titles", "scenes"]
+"""The property that splits do not share.
 
-    GOALS = "goals"
-    """All goals of a task together, objects known by kind."""
-    PAIRS = "pairs"
-    """A predicate with a kind of thing: each task of a later split asks for one that no earlier split has."""
-    TITLES = "titles"
-    """Goals, and the titles of public tasks: what belongs together."""
-    SCENES = "scenes"
-    """Goals, and the public tasks from whose scenes those of new ones are made."""
+``goals``: all goals of a task together, objects known by kind. ``pairs``: a predicate with a kind of thing;
+each task of a later split asks for one that no earlier split has. ``titles``: goals, and the titles of public
+tasks, that is, what belongs together. ``scenes``: goals, and the public tasks from whose scenes those of new
+ones are made.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +157,7 @@ class Spec:
     like: str
     data_sha256: str
     tier: Tier = Tier.DATA
-    forms: Forms = Forms.DATA
+    forms: Forms = "data"
     actions: bool = False
     kind: TaskKind = TaskKind.PLAIN
     by_place: bool = False
@@ -172,7 +166,7 @@ class Spec:
     difficulty: tuple[float, float] | None = None
     at_least: tuple[tuple[Measure, int], ...] = ()
     split: Split = Split.ALL
-    held_out: HeldOut = HeldOut.GOALS
+    held_out: HeldOut = "goals"
     disturbances: int = 4
     version: int = VERSION
 

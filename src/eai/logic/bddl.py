@@ -36,20 +36,15 @@ _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpa
 
 
 @dataclass(frozen=True, slots=True)
-class Declaration:
-    """An object of a problem with its category (a synset such as ``candle.n.01``)."""
-
-    name: str
-    category: str
-
-
-@dataclass(frozen=True, slots=True)
 class Problem:
-    """An activity definition: its objects in the order of the file, initial facts and goal."""
+    """An activity definition: its initial facts, its goal, and its objects in the order of the file.
+
+    An object is a name and its category, a synset such as ``candle.n.01``.
+    """
 
     name: str
     domain: str
-    objects: tuple[Declaration, ...]
+    objects: tuple[tuple[str, str], ...]
     init: tuple[f.Formula, ...]
     goal: f.Formula
 
@@ -81,7 +76,7 @@ class _BddlReader:
     def problem(self) -> Problem:
         """The problem that the whole text defines."""
         domains: list[str] = []
-        objects: list[tuple[Declaration, ...]] = []
+        objects: list[tuple[tuple[str, str], ...]] = []
         facts: list[tuple[f.Formula, ...]] = []
         goals: list[f.Formula] = []
         for token in ("(", "define", "(", "problem"):
@@ -117,16 +112,16 @@ class _BddlReader:
         self._next += 1
         return keyword
 
-    def _declarations(self) -> tuple[Declaration, ...]:
+    def _declarations(self) -> tuple[tuple[str, str], ...]:
         """Names, a hyphen and their category, any number of times; the parenthesis behind is taken."""
-        found: list[Declaration] = []
+        found: list[tuple[str, str]] = []
         while self._tokens[self._next] != ")":
             names = [self._word("a name or ')'")]
             while self._tokens[self._next] != "-":
                 names.append(self._word("a name or '-'"))
             self._take("-")
             category = self._word()
-            found += [Declaration(name, category) for name in names]
+            found += [(name, category) for name in names]
         self._take(")")
         return tuple(found)
 

@@ -6,8 +6,7 @@ Sets of positions are bit masks: bit i stands for position i.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from eai.errors import InputError
 
@@ -24,12 +23,8 @@ class _Interpretation(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class TakenAction:
-    """An action that was taken, with its objects."""
-
-    name: str
-    arguments: tuple[str, ...] = ()
+TakenAction: TypeAlias = tuple[str, tuple[str, ...]]
+"""An action that was taken, and its objects."""
 
 
 class Trace:
@@ -58,9 +53,9 @@ class Trace:
         self._atoms: dict[tuple[str, tuple[str, ...]], int] = {}
         self._domains: dict[str | None, frozenset[str]] = {}
         self._actions: dict[str, dict[tuple[str, ...], int]] = {}
-        for position, action in enumerate(actions):
-            occurrences = self._actions.setdefault(action.name, {})
-            occurrences[action.arguments] = occurrences.get(action.arguments, 0) | 1 << position
+        for position, (name, arguments) in enumerate(actions):
+            occurrences = self._actions.setdefault(name, {})
+            occurrences[arguments] = occurrences.get(arguments, 0) | 1 << position
 
     def atom(self, predicate: str, arguments: tuple[str, ...]) -> int:
         """The positions at which an atom holds."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
@@ -25,14 +24,6 @@ from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
-
-
-@dataclass(frozen=True, slots=True)
-class _DeclaredProblem:
-    """A problem: the state in which plans start, and the goal's conjuncts."""
-
-    initial: State
-    goals: tuple[f.Formula, ...]
 
 
 class DeclaredDomain:
@@ -69,8 +60,8 @@ class DeclaredDomain:
         vocabulary = Vocabulary((*stored, *kinds), tuple(defined.values()))
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
-    def problem(self, problem: m.PddlProblem) -> _DeclaredProblem:
-        """A problem of the domain."""
+    def problem(self, problem: m.PddlProblem) -> tuple[State, tuple[f.Formula, ...]]:
+        """A problem of the domain: the state in which plans start, and the goal's conjuncts."""
         items = (*self._source.constants, *problem.objects)
         things = [WorldObject(item.name, item.type) for item in items]
         index = {thing.name: i for i, thing in enumerate(things)}
@@ -87,7 +78,7 @@ class DeclaredDomain:
             if name in self._types.predicates
         ]
         goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
-        return _DeclaredProblem(scene.state([*facts, *kinds]), goals)
+        return scene.state([*facts, *kinds]), goals
 
     def _defined(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
         """The derived predicate of these axioms, over the parameters of the first."""
@@ -212,13 +203,9 @@ def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
             return f"{_place(left, names)} and {_place(right, names)} are not the same"
         case _:
             text = write_formula(condition).replace("{", "{{").replace("}", "}}")
-            words = (f"{{{w[1:]}}}" if w[:1] == "?" and w[1:] in names else w for w in _words(text))
-            return f"{''.join(words)} does not hold"
-
-
-def _words(text: str) -> list[str]:
-    """The text cut at spaces and parentheses, with these."""
-    return re.split(r"([\s()])", text)
+            words = re.split(r"([\s()])", text)
+            filled = [f"{{{w[1:]}}}" if w[:1] == "?" and w[1:] in names else w for w in words]
+            return f"{''.join(filled)} does not hold"
 
 
 def _in_words(atom: f.Atom, names: set[str]) -> str:

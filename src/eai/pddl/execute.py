@@ -273,17 +273,6 @@ class PlanStep:
         return " ".join((self.action, *self.arguments))
 
 
-@dataclass(frozen=True, slots=True)
-class PlanFlaw:
-    """Why a plan is none.
-
-    ``step`` counts from 0, and is the length of the plan if only the goal is missed.
-    """
-
-    step: int
-    reason: str
-
-
 class Executor:
     """Executes plans of one domain and problem.
 
@@ -306,15 +295,18 @@ class Executor:
         """The state at the start."""
         return frozenset(self._problem.initial)
 
-    def flaw(self, plan: Sequence[PlanStep]) -> PlanFlaw | None:
-        """The flaw of a plan, or None if it can be executed and ends in a state with the goal."""
+    def flaw(self, plan: Sequence[PlanStep]) -> tuple[int, str] | None:
+        """The step at which a plan is none, with the reason; None if it ends in a state with the goal.
+
+        Steps count from 0; where only the goal is missed, it is the length of the plan.
+        """
         state = self.initial
         for index, step in enumerate(plan):
             result = self.successor(state, step)
             if isinstance(result, str):
-                return PlanFlaw(index, result)
+                return index, result
             state = result
-        return None if self.holds(self._problem.goal, state, {}) else PlanFlaw(len(plan), "goal not reached")
+        return None if self.holds(self._problem.goal, state, {}) else (len(plan), "goal not reached")
 
     def successor(self, state: PddlState, step: PlanStep) -> PddlState | str:
         """The state after a step, or in words why it cannot be taken."""

@@ -7,7 +7,7 @@ are to be left out; so exported operators lead from state to state as the engine
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -115,21 +115,6 @@ REQUIREMENTS = (":adl", ":derived-predicates")
 
 
 @dataclass(frozen=True, slots=True)
-class ExportOptions:
-    """How a domain is exported.
-
-    Attributes:
-        additional_steps: an action that is not needed any more is not applicable. The engine skips such
-            actions, so their effects, where they would have any, must not be made.
-        invisible: predicates that no text may mention are exported too. Without them a check asks for less,
-            and what depends on them does not happen.
-    """
-
-    additional_steps: bool = True
-    invisible: bool = True
-
-
-@dataclass(frozen=True, slots=True)
 class ProblemSource:
     """A problem to be exported.
 
@@ -208,21 +193,34 @@ def export(
     *,
     name: str = "task",
     objects: int | None = None,
-    options: ExportOptions | None = None,
+    additional_steps: bool = True,
+    invisible: bool = True,
 ) -> Exported:
-    """A domain with one problem.
+    """A domain with one problem: as `export_problems`, by the attributes of a `ProblemSource`.
 
     Raises:
         DomainError: a goal is not about one state, or uses what is not declared.
     """
     source = ProblemSource(name, initial, tuple(goals), objects)
-    return export_problems(domain, (source,), options or ExportOptions())[0]
+    return export_problems(domain, (source,), additional_steps=additional_steps, invisible=invisible)[0]
 
 
 def export_problems(
-    domain: Domain, sources: Sequence[ProblemSource], options: ExportOptions
+    domain: Domain,
+    sources: Sequence[ProblemSource],
+    *,
+    additional_steps: bool = True,
+    invisible: bool = True,
 ) -> tuple[Exported, ...]:
     """A domain with several problems, which share it.
+
+    Args:
+        domain: the domain.
+        sources: the problems.
+        additional_steps: an action that is not needed any more is not applicable. The engine skips such
+            actions, so their effects, where they would have any, must not be made.
+        invisible: predicates that no text may mention are exported too. Without them a check asks for less,
+            and what depends on them does not happen.
 
     Raises:
         DomainError: a goal is not about one state, or uses what is not declared.
@@ -230,9 +228,10 @@ def export_problems(
     glossary = Glossary(domain.vocabulary)
     for source in sources:
         glossary.use_types(source.initial.scene, source.kept)
-    hidden = frozenset() if options.invisible else hidden_predicates(domain.vocabulary)
+    hidden = frozenset[str]() if invisible else hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
-    written = [_operator(each, operators, glossary, hidden, options) for each in domain.operators]
+    left_out = () if additional_steps else (FaultKind.ADDITIONAL_STEP,)
+    written = [_operator(each, operators, glossary, hidden, left_out) for each in domain.operators]
     things = [_things(glossary, source.initial.scene) for source in sources]
     goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
@@ -284,17 +283,13 @@ def _operator(
     names: PddlNames,
     glossary: Glossary,
     hidden: frozenset[str],
-    options: ExportOptions,
+    left_out: Collection[FaultKind],
 ) -> m.PddlAction:
-    """The operator, as yet without a memory of having been taken."""
+    """The operator without the checks of some kinds, as yet without a memory of having been taken."""
     conditions = ConditionWriter(glossary)
     parameters = conditions.parameters(operator.parameters)
     scope: dict[str, f.Term] = dict(zip([p.name for p in operator.parameters], parameters, strict=True))
-    asked = [
-        check.condition
-        for check in operator.checks
-        if options.additional_steps or check.fault is not FaultKind.ADDITIONAL_STEP
-    ]
+    asked = [check.condition for check in operator.checks if check.fault not in left_out]
     if operator.tries:
         asked.append(_some_try(operator))
     try:

@@ -3,7 +3,7 @@
 Every call works in a private temporary folder, which is removed whatever happens, so any number of calls
 may run at once. Both processes (translator and search) run under the operating system's limits of CPU time
 and memory, and are killed with everything that they started when the call is interrupted. Processes that plan
-together share room for planners through a folder (`Seats`).
+together share room for planners through a folder (`seat`).
 """
 
 from __future__ import annotations
@@ -34,34 +34,22 @@ _PAUSE = 0.05
 """Seconds until a seat is looked for again; a call of a planner takes longer."""
 
 
-@dataclass(frozen=True, slots=True)
-class Seats:
-    """So many planners at a time, in all processes that share a folder; who ends gives its seat back.
-
-    Attributes:
-        number: how many.
-        folder: the folder.
-    """
-
-    number: int
-    folder: Path
-
-    @contextmanager
-    def taken(self) -> Iterator[None]:
-        """Wait for a seat, and keep it during the block."""
-        locks = [FileLock(self.folder / f"seat-{i}.lock", timeout=0) for i in range(self.number)]
-        while True:
-            for lock in locks:
-                try:
-                    lock.acquire()
-                except Timeout:
-                    continue
-                try:
-                    yield
-                finally:
-                    lock.release()
-                return
-            time.sleep(_PAUSE)
+@contextmanager
+def seat(number: int, folder: Path) -> Iterator[None]:
+    """Wait for one of so many seats in all processes that share a folder, and keep it during the block."""
+    locks = [FileLock(folder / f"seat-{i}.lock", timeout=0) for i in range(number)]
+    while True:
+        for lock in locks:
+            try:
+                lock.acquire()
+            except Timeout:
+                continue
+            try:
+                yield
+            finally:
+                lock.release()
+            return
+        time.sleep(_PAUSE)
 
 
 def machine_memory_mib() -> int:
@@ -123,7 +111,8 @@ class FastDownward:
         version: that of the wheel; it belongs into every report, for it decides the numbers.
         cpu_seconds: how long each of the two processes of a call may compute.
         memory_mib: how much memory each of them may use.
-        seats: how many calls there may be at a time; any number if None.
+        seats: how many calls there may be at a time, and the folder through which processes share them; any
+            number if None.
         remark: what its name says besides, where the limits are not the usual ones.
     """
 
@@ -131,7 +120,7 @@ class FastDownward:
     version: str
     cpu_seconds: int
     memory_mib: int
-    seats: Seats | None = None
+    seats: tuple[int, Path] | None = None
     remark: str = ""
 
     @classmethod
@@ -158,8 +147,8 @@ class FastDownward:
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
-        seat = nullcontext() if self.seats is None else self.seats.taken()
-        with seat, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
+        turn = nullcontext() if self.seats is None else seat(*self.seats)
+        with turn, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
             return self._solve_in(Path(folder), task)
 
     def _solve_in(self, folder: Path, task: PlanningTask) -> PlannerResult:

@@ -49,19 +49,6 @@ _EXPECTED = {
 
 
 @dataclass(frozen=True, slots=True)
-class DomainFile:
-    """A domain that was read, and its text."""
-
-    domain: PddlDomain
-    path: Path
-    text: str
-
-    def line(self, word: str) -> int:
-        """The line on which a word stands first, or 1."""
-        return self.text.count("\n", 0, _offset(self.text, word, 0)) + 1
-
-
-@dataclass(frozen=True, slots=True)
 class ProblemFile:
     """A problem that was read, and its text."""
 
@@ -70,17 +57,12 @@ class ProblemFile:
     text: str
 
 
-def read_domain_file(path: Path) -> DomainFile:
-    """The domain in a file.
+def domain_in(text: str, path: Path) -> PddlDomain:
+    """The domain in a text that was found in a file.
 
     Raises:
-        InputError: it cannot be read, or is no sound domain of a fragment that is understood.
+        InputError: it is no sound domain of a fragment that is understood.
     """
-    return domain_in(read_text(path), path)
-
-
-def domain_in(text: str, path: Path) -> DomainFile:
-    """The domain in a text that was found in a file; raises likewise."""
     try:
         group = _read_group(text)
         _check(text, group, _DOMAIN, _declared(group))
@@ -88,7 +70,7 @@ def domain_in(text: str, path: Path) -> DomainFile:
         refuse(text, [each for each in check_domain(domain) if each.offence is not OF_PROBLEMS])
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
-    return DomainFile(domain, path, text)
+    return domain
 
 
 def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
@@ -217,6 +199,11 @@ def refuse(text: str, findings: Sequence[PddlFinding]) -> None:
             expected = _EXPECTED.get(finding.offence, "{}").format(finding.name)
             place = _offset(text, name, start)
             raise error_at(text, place, finding.offence, f"{expected} ({finding.place})")
+
+
+def line_of(text: str, word: str) -> int:
+    """The line on which a word stands first, or 1."""
+    return text.count("\n", 0, _offset(text, word, 0)) + 1
 
 
 def _offset(text: str, word: str, start: int) -> int:

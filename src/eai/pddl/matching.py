@@ -97,19 +97,13 @@ class OperatorMatch:
     additional_any: bool = False
 
 
-class _GoldSide(NamedTuple):
-    """One side of a gold operator, its clauses as they compare, and the number of its literals."""
-
-    clause: Clause
-    wanted: tuple[str, ...]
-    size: int
-
-
 class _Side(NamedTuple):
-    """One side of both operators."""
+    """One side of both operators; of the gold one also its clauses as they compare, and how many literals."""
 
     ours: Clause
-    gold: _GoldSide
+    gold: Clause
+    wanted: tuple[str, ...]
+    size: int
 
 
 class _Found(NamedTuple):
@@ -219,12 +213,12 @@ def _called(term: f.Term, names: Renaming) -> str:
 
 
 @lru_cache(_REMEMBERED)
-def _gold_sides(gold: m.PddlAction) -> tuple[_GoldSide, ...]:
-    """Both sides of a gold operator, with which many answers are compared."""
+def _gold_sides(gold: m.PddlAction) -> tuple[tuple[Clause, tuple[str, ...], int], ...]:
+    """Both sides of a gold operator, with which many answers are compared, as `_Side` has them."""
     names = {parameter.name: parameter.name for parameter in gold.parameters}
     return tuple(
         [
-            _GoldSide(clause, tuple([_canonical(part, names) for part in _parts_of(clause)]), _size(clause))
+            (clause, tuple([_canonical(part, names) for part in _parts_of(clause)]), _size(clause))
             for clause in (condition_clause(gold.precondition), effect_clause(gold.effect))
         ]
     )
@@ -233,19 +227,21 @@ def _gold_sides(gold: m.PddlAction) -> tuple[_GoldSide, ...]:
 def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
     own = condition_clause(predicted.precondition), effect_clause(predicted.effect)
-    sides = [_Side(*pair) for pair in zip(own, _gold_sides(gold), strict=True)]
+    sides = [_Side(ours, *theirs) for ours, theirs in zip(own, _gold_sides(gold), strict=True)]
     renamings = _renamings(predicted, gold)
-    wanted = sum(len(side.gold.wanted) for side in sides)
+    wanted = sum(len(side.wanted) for side in sides)
     renaming, found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
     precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in found]
-    wanted = sum(side.gold.size for side in sides)
-    _, matched = _best(sides, renamings, _match_side_literals, int, wanted)
+    wanted = sum(side.size for side in sides)
+    _, matched = _best(
+        sides, renamings, lambda side, renaming: _match_literals(side.ours, side.gold, renaming), int, wanted
+    )
     of_precondition, of_effect = [
-        _LiteralMatch(number, _size(side.ours) - number, side.gold.size - number)
+        _LiteralMatch(number, _size(side.ours) - number, side.size - number)
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
-    ours, theirs = sides[0].ours, sides[0].gold.clause
+    ours, theirs = sides[0].ours, sides[0].gold
     alternatives = isinstance(theirs, f.Or), isinstance(ours, f.Or) and len(_clauses(ours, theirs)) > 1
     return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed, *alternatives)
 
@@ -277,9 +273,9 @@ def _best(
 
 def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
     """The clauses of one side, each gold one paired with an identical one of the answer."""
-    left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold.clause)]
+    left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold)]
     found = _Found([], [], [])
-    for part, same in zip(_parts_of(side.gold.clause), side.gold.wanted, strict=True):
+    for part, same in zip(_parts_of(side.gold), side.wanted, strict=True):
         partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
             found.missing.append(part)
@@ -309,10 +305,6 @@ def _renamings(predicted: m.PddlAction, gold: m.PddlAction) -> list[Renaming]:
         candidates.append((agreeing, {a.name: b.name for a, b in pairs}))
     most = max(agreeing for agreeing, _ in candidates)
     return [renaming for agreeing, renaming in candidates if agreeing == most]
-
-
-def _match_side_literals(side: _Side, renaming: Renaming) -> int:
-    return _match_literals(side.ours, side.gold.clause, renaming)
 
 
 def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:

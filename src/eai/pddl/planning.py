@@ -137,6 +137,5 @@ def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> P
         return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
     if flaw is None:
         return PlannerResult(PlannerOutcome.SOLVED, tuple(plan), source)
-    return PlannerResult(
-        PlannerOutcome.CRASH, detail=f"{source}: step {flaw.step} of its plan: {flaw.reason}"
-    )
+    step, reason = flaw
+    return PlannerResult(PlannerOutcome.CRASH, detail=f"{source}: step {step} of its plan: {reason}")

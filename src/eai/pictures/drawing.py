@@ -7,7 +7,7 @@ widths are known without measuring.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import wrap
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
 from eai.errors import needing
-from eai.pictures.tiles import BOTH_WAYS, ONE_WAY, Kind, Tile
+from eai.pictures.tiles import BOTH_WAYS, ONE_WAY, Owner, Tile
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -30,9 +30,9 @@ _TEXT_COLUMNS = 34
 """How wide the lines of a tile are, in characters, unless its name is wider."""
 
 _INK = "#1a1a1a"
-_FILLS = {Kind.AGENT: "#fff3d6", Kind.OBJECT: "#ffffff", Kind.OTHER: "#f0f0f0"}
-_STROKES = {Kind.AGENT: "#b36b00", Kind.OBJECT: "#20456e", Kind.OTHER: "#8a8a8a"}
-_LINES = {Kind.AGENT: 2, Kind.OBJECT: 1, Kind.OTHER: 1}
+_FILLS: Mapping[Owner, str] = {"agent": "#fff3d6", "object": "#ffffff", "other": "#f0f0f0"}
+_STROKES: Mapping[Owner, str] = {"agent": "#b36b00", "object": "#20456e", "other": "#8a8a8a"}
+_LINES: Mapping[Owner, int] = {"agent": 2, "object": 1, "other": 1}
 _ZONE_FILL, _ZONE_STROKE = "#e8eff7", "#9db4cd"
 _MARK_FILL, _MARK_STROKE = "#dcefdc", "#3f7d3f"
 _EMPTY = "(empty)"
@@ -187,7 +187,7 @@ def _zone(label: str, within: Sequence[Tile], most: int) -> Drawing:
     top = _PAD + TEXT_SIZE + 5
     content = _packed([_box(tile, most - 2 * _PAD) for tile in within], most - 2 * _PAD)
     shapes: list[_Shape] = [
-        _Text(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES[Kind.OBJECT])
+        _Text(_PAD, _PAD - 2, label if within else f"{label} {_EMPTY}", TEXT_SIZE, _STROKES["object"])
     ]
     width = max(content.width, text_width(f"{label} {_EMPTY}", TEXT_SIZE)) + 2 * _PAD
     height = top + content.height + (_PAD if within else 0)
@@ -222,9 +222,9 @@ def _flow(boxes: Sequence[Drawing], most: int, gap: int = _GAP) -> Drawing:
 def _legend(most: int) -> Drawing:
     """The legend of a picture."""
     samples = [
-        (_swatch(Kind.OBJECT), "object"),
-        (_swatch(Kind.AGENT), "the one who acts"),
-        (_swatch(Kind.OTHER), "another object"),
+        (_swatch("object"), "object"),
+        (_swatch("agent"), "the one who acts"),
+        (_swatch("other"), "another object"),
         (_mark("state"), "holds of it"),
         (_frame(_ZONE_FILL, _ZONE_STROKE), "what lies here is in this relation to the object around it"),
         (_words(f"relation {ONE_WAY} x:"), "it is in this relation to x"),
@@ -234,7 +234,7 @@ def _legend(most: int) -> Drawing:
     return _flow([_flow([sample, _words(text)], most, 7) for sample, text in samples], most, 18)
 
 
-def _swatch(kind: Kind) -> Drawing:
+def _swatch(kind: Owner) -> Drawing:
     return _frame(_FILLS[kind], _STROKES[kind], 4, _LINES[kind])
 
 

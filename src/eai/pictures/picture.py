@@ -144,7 +144,7 @@ def _others(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutte
     state, scene = task.initial, task.scene
     said = {index for fact in words.holding(state, range(len(scene.objects))) for index in fact.arguments}
     near = 0
-    for name in words.roles.supports:
+    for name in words.supports:
         relation = state.relation(words.stored[name])
         for index in shown:
             near |= relation.column(index)

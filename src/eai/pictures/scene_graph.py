@@ -12,7 +12,7 @@ import eai.logic.formula as f
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.task import Task
 from eai.abilities.wording import Wording, subjects
-from eai.planning.role import SpatialRoles, spatial_roles
+from eai.planning.role import spatial_predicates
 from eai.world.derived import meaning
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Vocabulary
@@ -171,10 +171,14 @@ class SceneWords:
         self.stored: Mapping[str, str] = {name: form for name, form in forms.items() if form is not None}
 
     @cached_property
-    def roles(self) -> SpatialRoles:
-        """The predicates that say where things are, of those described."""
-        roles = spatial_roles(self.wording.domain)
-        return SpatialRoles(self._described(roles.held), self._described(roles.supports))
+    def held(self) -> tuple[str, ...]:
+        """The described predicates that say what is in a hand."""
+        return self._described(spatial_predicates(self.wording.domain)[0])
+
+    @cached_property
+    def supports(self) -> tuple[str, ...]:
+        """The described predicates that say in, on or under what things are."""
+        return self._described(spatial_predicates(self.wording.domain)[1])
 
     @cached_property
     def arities(self) -> Mapping[str, int]:

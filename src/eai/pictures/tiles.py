@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
+from typing import Literal, TypeAlias
 
 from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, Supports
 
@@ -16,12 +16,8 @@ BOTH_WAYS, ONE_WAY = "\N{LEFT RIGHT ARROW}", "\N{RIGHTWARDS ARROW}"
 """Between a relation and the other object: it holds in both directions, or in one."""
 
 
-class Kind(str, Enum):
-    """The owner of a tile: the agent, an object that the task is about, or another one."""
-
-    AGENT = "agent"
-    OBJECT = "object"
-    OTHER = "other object"
+Owner: TypeAlias = Literal["agent", "object", "other"]
+"""The owner of a tile: the agent, an object that the task is about, or another one."""
 
 
 @dataclass(slots=True)
@@ -30,14 +26,14 @@ class Tile:
 
     Attributes:
         name: its name.
-        kind: what it is.
+        kind: whose it is.
         marks: what is said of it alone.
         lines: its relations to others, each a line.
         zones: the tiles that lie in it, by the relation in which they do.
     """
 
     name: str
-    kind: Kind
+    kind: Owner
     marks: list[str] = field(default_factory=list)
     lines: list[str] = field(default_factory=list)
     zones: dict[str, list[Tile]] = field(default_factory=dict)
@@ -58,12 +54,12 @@ def tiles_of(
         agent: the name of the acting object, if there is one.
         others: the names of objects that the task is not about.
     """
-    hands, doer = [words.spelling(name) for name in words.roles.held], agent or HANDS
+    hands, doer = [words.spelling(name) for name in words.held], agent or HANDS
     tiles: dict[str, Tile] = {}
     if hands or doer in graph.names:
-        tiles[doer] = Tile(doer, Kind.AGENT, zones={hand: [] for hand in hands})
+        tiles[doer] = Tile(doer, "agent", zones={hand: [] for hand in hands})
     for name in graph.names:
-        tiles.setdefault(name, Tile(name, Kind.OTHER if name in others else Kind.OBJECT))
+        tiles.setdefault(name, Tile(name, "other" if name in others else "object"))
     placed = _placed(graph, words, agent, hands)
     for name, fact in placed.items():
         holder = doer if fact.predicate in hands else fact.arguments[1]
@@ -81,7 +77,7 @@ def _placed(
     graph: SceneGraph, words: SceneWords, agent: str | None, hands: Sequence[str]
 ) -> dict[str, NamedFact]:
     """For each object in another one, or in a hand, the fact that says so: of several the innermost."""
-    names = {words.spelling(name) for name in words.roles.supports}
+    names = {words.spelling(name) for name in words.supports}
     supporting = [fact for fact in graph.facts if fact.predicate in names]
     below: dict[str, list[NamedFact]] = {}
     for fact in supporting:

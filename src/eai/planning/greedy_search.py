@@ -26,18 +26,6 @@ _UNEXPANDED, _EXPANDED = 0, 1
 """The states not yet expanded come first."""
 
 
-class Target(NamedTuple):
-    """The target of a search.
-
-    Attributes:
-        subgoals: closed conditions that shall hold at the end.
-        taken: how many of the action goals shall have been taken.
-    """
-
-    subgoals: tuple[Subgoal, ...]
-    taken: int
-
-
 class GreedySearch:
     """Searches in one domain, as long as there are states left to spend.
 
@@ -67,21 +55,30 @@ class GreedySearch:
         """The estimates from a state; what undoes one of the kept conditions costs more."""
         return Estimates(self.heuristic, node.state, self.successors.objects, kept, self._looks)
 
-    def search(self, start: PlanNode, target: Target, limits: Limits) -> PlanNode | SearchEnd:
-        """Look for a way from a node to a target; where there is none, say why the search ended.
+    def search(
+        self, start: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
+    ) -> PlanNode | SearchEnd:
+        """Look for a way from a node to its target; where there is none, say why the search ended.
 
         All applicable actions are tried, where the preferred ones lead nowhere, if it is to be thorough.
+
+        Args:
+            start: the node.
+            subgoals: closed conditions that shall hold at the end.
+            taken: how many of the action goals shall have been taken.
+            limits: how much to do.
         """
         if self.is_over:
             return SearchEnd.STATES
         effort = Effort(min(limits.states, self.effort.limit - self.effort.used))
-        found = _Run(self, start, target, effort, thorough=limits.thorough).search()
+        found = _Run(self, start, (subgoals, taken), effort, thorough=limits.thorough).search()
         self.effort.used += effort.used
         return found
 
-    def estimate(self, node: PlanNode, target: Target) -> tuple[float, tuple[Action, ...]]:
-        """How far a state looks from the target, and its preferred actions."""
-        subgoals, taken = target
+    def estimate(
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int
+    ) -> tuple[float, tuple[Action, ...]]:
+        """How far a state looks from the target of `search`, and its preferred actions."""
         estimates = self.estimates(node, subgoals)
         preferred = _PreferredOperators(self.heuristic, estimates)
         total = 0.0
@@ -109,7 +106,13 @@ class _Run:
     """The state of one search."""
 
     def __init__(
-        self, searches: GreedySearch, start: PlanNode, target: Target, effort: Effort, *, thorough: bool
+        self,
+        searches: GreedySearch,
+        start: PlanNode,
+        target: tuple[tuple[Subgoal, ...], int],
+        effort: Effort,
+        *,
+        thorough: bool,
     ) -> None:
         self._searches = searches
         self._successors = searches.successors
@@ -148,7 +151,7 @@ class _Run:
     def _reach(self, node: PlanNode) -> PlanNode | None:
         """Estimate a state that was reached and queue it; the node itself if the target is reached in it."""
         self._effort.used += 1
-        ahead, preferred = self._searches.estimate(node, self._target)
+        ahead, preferred = self._searches.estimate(node, *self._target)
         if ahead == 0.0:
             return node
         cost = ahead + _STEP_COST * (node.depth - self._start.depth)

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 from eai.logic.formula import Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.greedy_search import GreedySearch, Target
+from eai.planning.greedy_search import GreedySearch
 from eai.planning.search import Limits, Node, SearchEnd, SearchResult
 from eai.planning.subgoal import Subgoal, subgoals_of
 from eai.planning.successor_generator import CarryOut, PlanNode, SuccessorGenerator
@@ -150,7 +150,7 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        found = self._search(objects, (), limits).search(Node(initial), Target(conditions, 0), limits)
+        found = self._search(objects, (), limits).search(Node(initial), conditions, 0, limits)
         return None if isinstance(found, SearchEnd) else found.plan()
 
     def _search(
@@ -172,7 +172,6 @@ class _PlanSearch:
         """Search until there is a plan, nothing is left, or the limits are reached."""
         goals = subgoals_of(self.goal.conditions, start.state.scene)
         agenda = _Agenda(self.search, goals)
-        everything = Target(goals, len(self.goal.actions))
         node, limits, effort = start, _FIRST, self.search.effort
         while not self._is_reached(node):
             further = agenda.advance(node, limits)
@@ -184,7 +183,7 @@ class _PlanSearch:
                 node, limits = start, _FIRST
             else:
                 limits = Limits(_MORE * limits.states)
-                found = self.search.search(start, everything, limits)
+                found = self.search.search(start, goals, len(self.goal.actions), limits)
                 if found is SearchEnd.UNREACHABLE:
                     return SearchResult(found, states=effort.used)
                 node = node if isinstance(found, SearchEnd) else found
@@ -225,7 +224,7 @@ class _Agenda:
             pending.append(_NEXT_ACTION)
         for i in self._nearest_first(node, pending):
             if i == _NEXT_ACTION:
-                found = self._reach(node, Target(kept, node.met + 1), limits)
+                found = self._reach(node, kept, node.met + 1, limits)
             else:
                 found = self._achieve(node, self._goals[i], kept, limits)
             if found is not None:
@@ -275,7 +274,7 @@ class _Agenda:
             part = self._next_part(node, goal, kept, limits)
             if part is None:
                 whole = replace(limits, states=_WHOLE * limits.states)
-                return self._reach(node, Target((*kept, goal), node.met), whole)
+                return self._reach(node, (*kept, goal), node.met, whole)
             node = part
             if self._search.estimates(node).to(goal) == 0.0:
                 return node
@@ -301,11 +300,13 @@ class _Agenda:
             if costs[i] > _FAR:
                 found = self._achieve(node, parts[i], held, limits)
             elif costs[i] > 0.0:
-                found = self._reach(node, Target((*held, parts[i]), node.met), limits)
+                found = self._reach(node, (*held, parts[i]), node.met, limits)
             if found is not None:
                 return found
         return None
 
-    def _reach(self, node: PlanNode, target: Target, limits: Limits) -> PlanNode | None:
-        found = self._search.search(node, target, limits)
+    def _reach(
+        self, node: PlanNode, subgoals: tuple[Subgoal, ...], taken: int, limits: Limits
+    ) -> PlanNode | None:
+        found = self._search.search(node, subgoals, taken, limits)
         return None if isinstance(found, SearchEnd) else found

@@ -6,7 +6,6 @@ From the roles follows which predicates say where things are: how they are put, 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from eai.logic.formula import Term
 from eai.planning.effect_schema import EffectSchema, effect_schemas
@@ -57,21 +56,11 @@ def _takes(changes: list[EffectSchema]) -> bool:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class SpatialRoles:
-    """The stored predicates that say where things are.
+def spatial_predicates(domain: Domain) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The stored predicates that say where things are, in the order of a domain's operators.
 
-    Attributes:
-        held: that something is in a hand, said of the agent and it, or of it alone.
-        supports: that something is at the place where it was put: in, on, under another one.
-    """
-
-    held: tuple[str, ...]
-    supports: tuple[str, ...]
-
-
-def spatial_roles(domain: Domain) -> SpatialRoles:
-    """The spatial predicates of a domain, in the order of its operators.
+    First those that say that something is in a hand, of the agent and it, or of it alone. Then those that say
+    that something is at the place where it was put: in, on, under another one.
 
     What an operator that takes something says of it then, and another operator ends, is that it is held. What
     an operator says of a held thing and another one, and ends that it is held, is where the thing is. What an
@@ -94,8 +83,8 @@ def spatial_roles(domain: Domain) -> SpatialRoles:
         released = {e.atom.arguments[-1] for e in of_one if not e.adds and e.atom.predicate in held}
         found = [name for name, first, second in _pairs(of_one) if first in released and second != AGENT]
         supports |= dict.fromkeys(found)
-    return SpatialRoles(
-        tuple([name for name in held if name in shown]), tuple([name for name in supports if name in shown])
+    return tuple([name for name in held if name in shown]), tuple(
+        [name for name in supports if name in shown]
     )
 
 

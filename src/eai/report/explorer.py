@@ -212,7 +212,7 @@ class ExplorerData:
         zones: list[Json] = [
             [self._text(label), [self._tile(each) for each in within]] for label, within in tile.zones.items()
         ]
-        return self._part("tiles", [name, tile.kind.name.lower(), marks, lines, zones])
+        return self._part("tiles", [name, tile.kind, marks, lines, zones])
 
     def _operator(self, operator: OperatorReport) -> int:
         """Name, status, the sides with what is matched, additional and missing, and offences."""

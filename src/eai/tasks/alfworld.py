@@ -96,7 +96,7 @@ def _domain(text: str, path: Path) -> m.PddlDomain:
     """
     empty = {f"{name.lower()}_comma" for name in _COMMA.findall(text)}
     text = _COMMA.sub(r"- \1_comma ", text).replace("(:types", f"(:types {' '.join(sorted(empty))} ", 1)
-    domain = domain_in(text, path).domain
+    domain = domain_in(text, path)
     types = tuple([each for each in domain.types if each.name not in empty])
     actions = [replace(each, precondition=_without(each.precondition, empty)) for each in domain.actions]
     return replace(domain, types=types, actions=tuple(actions))
@@ -121,15 +121,15 @@ def _task(
     names = _names(problem)
     said = {name for atom in problem.initial if atom.predicate != _KINDS for name in objects(atom)}
     said = {names[name] for name in said.union(objects(problem.goal))}
-    declared = declaration.problem(_renamed(problem, names))
+    initial, goals = declaration.problem(_renamed(problem, names))
     asked = _ASKED.search(game["grammar"])
     return Task(
         id=task_id,
         title=path.parent.parent.name.partition("-")[0],
         instruction=f"{asked[1].strip()}." if asked else "",
-        initial=declared.initial,
-        goals=tuple(map(goal, dict.fromkeys(declared.goals))),
-        relevant=tuple([i for i, each in enumerate(declared.initial.scene.objects) if each.name in said]),
+        initial=initial,
+        goals=tuple(map(goal, dict.fromkeys(goals))),
+        relevant=tuple([i for i, each in enumerate(initial.scene.objects) if each.name in said]),
     )
 
 

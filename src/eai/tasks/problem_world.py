@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import Protocol, TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
@@ -16,7 +16,7 @@ from eai.logic.rewriting import with_terms
 from eai.logic.traversal import with_parts
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
-from eai.pddl.files import DomainFile, ProblemFile, read_domain_file, read_problem_file
+from eai.pddl.files import ProblemFile, domain_in, line_of, read_problem_file, read_text
 from eai.pddl.glossary import Glossary, PddlNames
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
 from eai.pddl.writer import write_formula
@@ -35,25 +35,22 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
     Raises:
         InputError: a file cannot be read; the message names it, the line and what was expected.
     """
-    read = read_domain_file(domain_file)
-    declaration = _declare(read)
-    files = [read_problem_file(path, read.domain) for path in _problem_paths(domain_file, problems)]
+    text = read_text(domain_file)
+    domain = domain_in(text, domain_file)
+    try:
+        declaration = DeclaredDomain(domain)
+    except DomainError as error:
+        named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
+        raise InputError(f"{domain_file}: line {line_of(text, f'({named}')}: {error}") from error
+    files = [read_problem_file(path, domain) for path in _problem_paths(domain_file, problems)]
     names = Counter(file.problem.name for file in files)
     tasks: dict[str, Task] = {}
     for file in files:
         name = file.problem.name if names[file.problem.name] == 1 else file.path.stem
         tasks[name] = _task(name, file, declaration)
-    texts = [read.text, *(f"{name}\0{file.text}" for name, file in zip(tasks, files, strict=True))]
+    texts = [text, *(f"{name}\0{file.text}" for name, file in zip(tasks, files, strict=True))]
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
     return declaration.domain, TaskSet(tasks, tasks.__getitem__, digest)
-
-
-def _declare(read: DomainFile) -> DeclaredDomain:
-    try:
-        return DeclaredDomain(read.domain)
-    except DomainError as error:
-        named = next((p.name for p in read.domain.predicates if f" {p.name} " in str(error)), "")
-        raise InputError(f"{read.path}: line {read.line(f'({named}')}: {error}") from error
 
 
 def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
@@ -67,28 +64,20 @@ def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
 
 
 def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
-    declared = declaration.problem(file.problem)
-    wanted = "; ".join(write_formula(each) for each in declared.goals)
+    initial, goals = declaration.problem(file.problem)
+    wanted = "; ".join(map(write_formula, goals))
     return Task(
         id=name,
         title=name,
         instruction=f"Reach a state in which all of this holds: {wanted}",
-        initial=declared.initial,
-        goals=tuple(map(goal, dict.fromkeys(declared.goals))),
-        relevant=tuple(range(len(declared.initial.scene.objects))),
+        initial=initial,
+        goals=tuple(map(goal, dict.fromkeys(goals))),
+        relevant=tuple(range(len(initial.scene.objects))),
     )
 
 
-class Posed(NamedTuple):
-    """A problem in the world of a benchmark.
-
-    Attributes:
-        initial: the state at the start.
-        meaning: from a condition of the problem to the formula that it means.
-    """
-
-    initial: State
-    meaning: Callable[[f.Formula], f.Formula]
+Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
+"""From a condition of a problem to the formula that it means in the world of a benchmark."""
 
 
 class ProblemWorld(Protocol):
@@ -98,8 +87,8 @@ class ProblemWorld(Protocol):
     def header(self) -> PddlDomain:
         """The names that they may use."""
 
-    def pose(self, problem: PddlProblem) -> Posed:
-        """A problem that uses no others."""
+    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
+        """The state at the start of a problem that uses no others, and what its conditions mean."""
 
 
 def header_of(
@@ -170,7 +159,7 @@ class DeclaredWorld:
         header = replace(world.header, constants=tuple(constants), predicates=predicates)
         return replace(world, header=header, kinds=kinds, performed=performed, order=order)
 
-    def pose(self, problem: PddlProblem) -> Posed:
+    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
         """A problem of these names."""
         spelt = {item.name: self._named(item) for item in (*self.header.constants, *problem.objects)}
         scene = Scene(
@@ -186,7 +175,7 @@ class DeclaredWorld:
             if self.domain.vocabulary.stored(name) is not None
         ]
         names = {word: thing.name for word, thing in spelt.items()}
-        return Posed(scene.state(facts), lambda formula: self._meaning(formula, names))
+        return scene.state(facts), lambda formula: self._meaning(formula, names)
 
     def _named(self, item: TypedName) -> WorldObject:
         if item.name == AGENT.name and self.agent is not None:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
         Or,
         Variable,
     )
-    from eai.world.conformance import Defect, check
+    from eai.world.conformance import check
     from eai.world.derived import Computed, Defined, Lookup, is_a
     from eai.world.domain import Domain, Simulator
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
@@ -71,7 +71,6 @@ __all__ = [
     "Check",
     "Computed",
     "Constant",
-    "Defect",
     "Defined",
     "Delete",
     "Domain",

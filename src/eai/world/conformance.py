@@ -19,7 +19,6 @@ from __future__ import annotations
 import random
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
 
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.ltl_printer import print_ltl
@@ -33,17 +32,6 @@ from eai.world.state import State, change
 from eai.world.vocabulary import Vocabulary
 
 
-@dataclass(frozen=True, slots=True)
-class Defect:
-    """Something that a domain does not keep to: an operator or predicate, and what is wrong with it."""
-
-    subject: str
-    problem: str
-
-    def __str__(self) -> str:
-        return f"{self.subject}: {self.problem}"
-
-
 def check(
     domain: Domain,
     states: Iterable[State],
@@ -51,8 +39,8 @@ def check(
     seed: int = 0,
     steps: int = 200,
     measured: Collection[str] | None = None,
-) -> tuple[Defect, ...]:
-    """All defects of a domain and its simulator; none if they conform.
+) -> tuple[str, ...]:
+    """All defects of a domain and its simulator, each in words behind its operator; none if they conform.
 
     Args:
         domain: the domain.
@@ -71,31 +59,31 @@ def check(
 
 def _walk(
     domain: Domain, initial: State, rng: random.Random, steps: int, follow: AbstractSet[str]
-) -> Iterator[Defect]:
+) -> Iterator[str]:
     """Try random actions, keep those that are possible, and compare what happens with what must."""
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
-        yield Defect(domain.name, "a state belongs to another vocabulary")
+        yield f"{domain.name}: a state belongs to another vocabulary"
         return
     simulator, twin = domain.begin(initial), domain.begin(initial)
     if lost := set(initial.facts()).difference(simulator.state.facts()):
-        yield Defect(domain.name, f"the simulator begins without {min(lost).predicate} of the initial state")
+        yield f"{domain.name}: the simulator begins without {min(lost).predicate} of the initial state"
     past = Past(simulator.state)
     for _ in range(steps):
         action = _random_action(domain.operators, initial, rng)
         before = _fingerprint(past.state)
         outcome, again = attempt(domain, past, action), attempt(domain, past, action)
         if outcome != again:
-            yield Defect(action.operator, "the same action in the same state has two outcomes")
+            yield f"{action.operator}: the same action in the same state has two outcomes"
         if _fingerprint(past.state) != before:
-            yield Defect(action.operator, "trying the action changed the state in which it was tried")
+            yield f"{action.operator}: trying the action changed the state in which it was tried"
         if isinstance(outcome, Fault):
             yield from _fault(domain, past, action, outcome)
             continue
         after = simulator.act(action, outcome)
         if twin.act(action, outcome) != after:
-            yield Defect(action.operator, "the simulator makes two outcomes of equal worlds and actions")
+            yield f"{action.operator}: the simulator makes two outcomes of equal worlds and actions"
         if _fingerprint(simulator.state) != (before if isinstance(after, Fault) else _fingerprint(after)):
-            yield Defect(action.operator, "the simulator's state is not that which its outcome tells")
+            yield f"{action.operator}: the simulator's state is not that which its outcome tells"
         if isinstance(after, State):
             yield from _simulated(domain, past.state, action, outcome, after, follow)
             past = past.then(after)
@@ -103,13 +91,13 @@ def _walk(
 
 def _simulated(
     domain: Domain, before: State, action: Action, declared: State, after: State, follow: AbstractSet[str]
-) -> Iterator[Defect]:
+) -> Iterator[str]:
     """The laws that a simulator has broken in carrying an action out."""
     for effect in _brought_about(domain, before, action, declared):
         if not domain.holds(effect, after, _arguments(domain, action)):
-            yield Defect(action.operator, f"carried out without bringing about {print_ltl(effect)}")
+            yield f"{action.operator}: carried out without bringing about {print_ltl(effect)}"
     for name in sorted(change(declared, after).predicates & follow):
-        yield Defect(action.operator, f"the simulator decides {name}, which is to follow the declaration")
+        yield f"{action.operator}: the simulator decides {name}, which is to follow the declaration"
 
 
 def _arguments(domain: Domain, action: Action) -> dict[str, int]:
@@ -132,23 +120,23 @@ def _fingerprint(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary, state.tuples))
 
 
-def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator[Defect]:
+def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator[str]:
     if not describe(fault, domain, action, past.state.scene):
-        yield Defect(action.operator, "a failure has no reason")
+        yield f"{action.operator}: a failure has no reason"
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
-        yield Defect(action.operator, "a wrong order comes without the earlier state, or the other way round")
+        yield f"{action.operator}: a wrong order comes without the earlier state, or the other way round"
     if fault.earlier is not None and not 0 <= fault.earlier <= past.number:
-        yield Defect(action.operator, "the history rule points outside the trajectory")
+        yield f"{action.operator}: the history rule points outside the trajectory"
     if fault.kind is FaultKind.ADDITIONAL_STEP:
         yield from _needed(domain, past.state, action)
 
 
-def _needed(domain: Domain, before: State, action: Action) -> Iterator[Defect]:
+def _needed(domain: Domain, before: State, action: Action) -> Iterator[str]:
     """The changes that an action which counts as an additional step would still make."""
     compiled = domain.compiled[action.operator]
     after = compiled.apply(before, compiled.bind(before, action.arguments))
     for effect in _brought_about(domain, before, action, after):
-        yield Defect(action.operator, f"an additional step that would bring about {print_ltl(effect)}")
+        yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
 
 
 def _intended(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.logic.formula import Atom, Variable
-from eai.logic.trace import TakenAction, Trace
+from eai.logic.trace import Trace
 from eai.world.condition import Readings
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
@@ -165,10 +165,7 @@ def timeline(trajectory: Trajectory) -> Trace:
     """The states of a trajectory and the actions between them, as temporal formulas ask for them, by name."""
     scene = trajectory.states[0].scene
     atoms = _Atoms(scene)
-    actions = [
-        TakenAction(a.operator, tuple([scene.objects[i].name for i in a.arguments]))
-        for a in trajectory.executed
-    ]
+    actions = [(a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed]
     return Trace([_Seen(state, atoms) for state in trajectory.states], actions)
 
 

@@ -17,7 +17,7 @@ from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, Verdict
-from eai.pddl.fast_downward import FastDownward, Seats
+from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import (
@@ -325,7 +325,7 @@ def test_the_terms_of_planners_are_told_where_they_are_not_the_usual_ones(tmp_pa
         shared = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(None, memory, tmp_path))
         assert isinstance(shared, FastDownward)
         assert (shared.cpu_seconds, shared.memory_mib) == (200, limit)
-        assert shared.seats == Seats(seats, tmp_path)
+        assert shared.seats == (seats, tmp_path)
 
 
 def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:

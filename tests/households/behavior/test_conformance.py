@@ -26,7 +26,7 @@ def defects(domain: Domain, states: Iterable[State], steps: int) -> set[str]:
         f"{side}_GRASP: an additional step that would bring about in_{side.lower()}_hand(x)"
         for side in ("LEFT", "RIGHT")
     }
-    return {*map(str, check(domain, states, steps=steps))} - (known if domain in REFERENCES else set())
+    return {*check(domain, states, steps=steps)} - (known if domain in REFERENCES else set())
 
 
 @BOTH

@@ -28,7 +28,7 @@ def problems(domain: Domain) -> set[str]:
         for operator in domain.operators
         if any(each.fault is FaultKind.ADDITIONAL_STEP for each in operator.checks)
     ]
-    return {str(defect) for each in alone for defect in check(each, states, steps=100)}
+    return {defect for each in alone for defect in check(each, states, steps=100)}
 
 
 def test_it_conforms() -> None:

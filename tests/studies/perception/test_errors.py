@@ -19,8 +19,8 @@ def test_what_there_is_to_perceive() -> None:
     assert TRUTH.facts == tuple(
         sorted(map(fact, ALL), key=lambda each: WORDS.wording.predicates.index(each[0]))
     )
-    assert WORDS.roles.held == ("holds",)
-    assert {*WORDS.roles.supports} == {"in", "on"}
+    assert WORDS.held == ("holds",)
+    assert {*WORDS.supports} == {"in", "on"}
 
 
 @pytest.mark.parametrize(

@@ -131,7 +131,7 @@ def test_no_circle_is_seen_and_no_object_named_that_is_not(name: str, data_store
     words, planner = scene_words(benchmark), Planner(benchmark.domain)
     for task in tasks:
         graph = perceive(task, words, ALL_KINDS)
-        supports = Supports(frozenset(words.spelling(each) for each in words.roles.supports))
+        supports = Supports(frozenset(words.spelling(each) for each in words.supports))
         for fact in graph.facts:
             assert not supports.closes(fact)
             supports.add(fact)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.pddl.fast_downward import FastDownward, Seats, machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, machine_memory_mib
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms, TieredPlanner
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
@@ -53,7 +53,5 @@ def _authority(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
     if terms.memory_mib is not None and memory < planner.memory_mib:
         planner = replace(planner, memory_mib=memory)
         remark += f" ({memory} MiB)"
-    seats = None
-    if terms.folder is not None:
-        seats = Seats(max(1, memory // planner.memory_mib), terms.folder)
+    seats = None if terms.folder is None else (max(1, memory // planner.memory_mib), terms.folder)
     return replace(planner, seats=seats, remark=remark)

@@ -20,7 +20,7 @@ from eai.abilities.transition_modeling.extraction import Memory, Readings, Writt
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, ErrorReport, add
 from eai.pddl.check import Declarations, PddlFinding, check_action
-from eai.pddl.execute import Executor, PlanFlaw, PlanStep
+from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
@@ -29,7 +29,7 @@ from eai.world.fault import FaultKind
 
 def plan_flaw(
     task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
-) -> PlanFlaw | None:
+) -> tuple[int, str] | None:
     """Why the gold operators cannot execute a plan from the start of the task to its goal; None if they can.
 
     Each parameter of a gold operator stands for the object that the step has for the parameter of that name;
@@ -77,7 +77,7 @@ class Judgement:
         literals: literals matched, additional and missing, by side; None where the rules do not count them.
         planning: what the planner made of them.
         plan_works: whether its plan works with the gold operators; None where the rules do not ask.
-        plan_flaw: why it does not; None if it does, or there is no plan.
+        plan_flaw: the step at which it does not, and why; None if it does, or there is no plan.
         repairs: the names of the repairs that reading made.
         repaired: those of them that were made of single operators, by operator.
         matches: how the operators that are asked for compare with the gold ones; none where rules do not say.
@@ -88,7 +88,7 @@ class Judgement:
     operators: tuple[OperatorReport, ...]
     planning: PlannerResult
     plan_works: bool | None = None
-    plan_flaw: PlanFlaw | None = None
+    plan_flaw: tuple[int, str] | None = None
     literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
     repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

@@ -160,8 +160,9 @@ def _notes(judgement: Judgement) -> Iterator[str]:
     if judgement.plan_works:
         yield "the plan works with the data set's operators"
     elif flaw is not None:
-        step = f"step {flaw.step + 1}: " if flaw.step < len(planning.plan) else ""
-        yield f"the plan does not work with the data set's operators: {step}{flaw.reason}"
+        number, reason = flaw
+        step = f"step {number + 1}: " if number < len(planning.plan) else ""
+        yield f"the plan does not work with the data set's operators: {step}{reason}"
 
 
 def _sides(report: OperatorReport, match: OperatorMatch | None) -> Iterator[str]:

@@ -18,7 +18,7 @@ from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.transition_modeling.declaration import Category
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
-from eai.pddl.export import Exported, ExportOptions, ProblemSource, export_problems
+from eai.pddl.export import Exported, ProblemSource, export_problems
 from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, effect_atoms
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import operator_text, write_problem
@@ -96,7 +96,7 @@ def declared_tasks(
         ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _conditions(task)))
         for task_id, task in asked.items()
     ]
-    exported = export_problems(domain, sources, ExportOptions(invisible=False))
+    exported = export_problems(domain, sources, invisible=False)
     known = {**default_categories(exported[0].domain), **(categories or {})}
     library = OperatorLibrary(
         header=replace(exported[0].domain, actions=()),

@@ -22,13 +22,14 @@ from eai.households.behavior.convert import AGENT_CATEGORY
 from eai.households.behavior.evidence import load_evidence
 from eai.households.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
 from eai.households.behavior.tasks import RELATIONS, BehaviorTask, build_task
-from eai.logic.bddl import Declaration, Problem
+from eai.logic.bddl import Problem
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import walk
 from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.writer import write_problem
-from eai.tasks.problem_world import Posed, ProblemWorld, header_of
+from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
 from eai.tasks.source import TaskSet
+from eai.world.state import State
 
 _ROOM = "inroom"
 
@@ -55,7 +56,7 @@ class _Activities:
         rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
         self.header = header_of("behavior", (*self._kinds, AGENT_CATEGORY, "room"), rooms, arities)
 
-    def pose(self, problem: PddlProblem) -> Posed:
+    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
         """A problem of these names."""
         known = self._records.get(problem.name)
         things = tuple([self._thing(item, known) for item in problem.objects if item.type != AGENT_CATEGORY])
@@ -69,7 +70,7 @@ class _Activities:
             problem=Problem(
                 problem.name,
                 problem.domain,
-                tuple([Declaration(item.name, item.type) for item in problem.objects]),
+                tuple([(item.name, item.type) for item in problem.objects]),
                 problem.initial,
                 problem.goal,
             ),
@@ -78,7 +79,7 @@ class _Activities:
         )
         names = {thing.instance: thing.name for thing in things}
         initial = build_task(record, load_evidence()).initial
-        return Posed(initial, lambda formula: _meaning(formula, names))
+        return initial, lambda formula: _meaning(formula, names)
 
     def _thing(self, item: TypedName, known: BehaviorRecord | None) -> BehaviorObject:
         """An object: that of the data set's problem if it is there, else the usual one of its category."""
@@ -140,7 +141,7 @@ def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
 def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
     """The problem of reaching some ground conditions about the instances of a problem file."""
     problem = record.problem
-    categories = {each.name: each.category for each in problem.objects}
+    categories = dict(problem.objects)
     named = {name for goal in goals for name in _named(goal)}
     predicates = {atom.predicate for goal in goals for atom in _atoms(goal)}
     helping = {category for name in predicates for category in _HELPERS.get(name, ())}
@@ -205,14 +206,14 @@ class _PlanningProblems:
         """Categories by spelling."""
         return {each.name.replace(".", "_"): each.name for each in self.activities.header.types}
 
-    def pose(self, problem: PddlProblem) -> Posed:
+    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
         """A problem of these names."""
         categories = {**self._categories, _AGENT: AGENT_CATEGORY}
         things = [_spelt_out(each, categories[each.type]) for each in problem.objects]
         names = {each.name: thing.name for each, thing in zip(problem.objects, things, strict=True)}
         initial = tuple([_renamed(fact, names) for fact in problem.initial if fact.predicate != _SAME])
         goal = rename_objects(problem.goal, names)
-        posed = self.activities.pose(
+        state, meaning = self.activities.pose(
             replace(
                 problem,
                 name=f"{problem.name}_0",  # the first of the definitions of an activity
@@ -221,7 +222,7 @@ class _PlanningProblems:
                 goal=goal,
             )
         )
-        return Posed(posed.initial, lambda formula: posed.meaning(_as_activities_say(formula, names)))
+        return state, lambda formula: meaning(_as_activities_say(formula, names))
 
 
 def _spelt_out(thing: TypedName, category: str) -> TypedName:

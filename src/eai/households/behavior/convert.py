@@ -99,17 +99,17 @@ class _Converter:
 
     def _objects(self, task_id: str, problem: Problem) -> Iterator[Sequence[object]]:
         """The objects, in the order that problem and prompt share; the prompt knows their names."""
-        declared = [each for each in problem.objects if each.category != AGENT_CATEGORY]
+        declared = [each for each in problem.objects if each[1] != AGENT_CATEGORY]
         named = _objects_of_prompt(self._prompts[task_id])
-        if [each.category for each in declared] != [each["category"] for each in named]:
+        if [category for _, category in declared] != [each["category"] for each in named]:
             raise DataError(f"{task_id}: its prompt lists other objects than its problem")
         states = self._states[task_id]
-        for instance, thing in zip(declared, named, strict=True):
+        for (instance, category), thing in zip(declared, named, strict=True):
             model = _model_of(thing["name"])
             kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
-            if _states_by_taxonomy(kind) != set(states[instance.name]):
-                raise DataError(f"{task_id}: {instance.name} can be in other states than {kind.synset}")
-            yield thing["name"], instance.name, instance.category, model, kind.synset, kind.abilities
+            if _states_by_taxonomy(kind) != set(states[instance]):
+                raise DataError(f"{task_id}: {instance} can be in other states than {kind.synset}")
+            yield thing["name"], instance, category, model, kind.synset, kind.abilities
 
 
 def _kinds(node: Mapping[str, Any]) -> Iterator[tuple[str, _Kind]]:

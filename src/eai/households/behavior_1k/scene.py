@@ -79,8 +79,8 @@ class _Activity:
 
         A name that ends in ``_*`` means whatever others of a kind the simulator's scene has: here none.
         """
-        declared = (each for each in self.problem.objects if each.category != AGENT)
-        return {each.name: each.category for each in declared if not each.name.endswith(ANY_OTHER)}
+        declared = self.problem.objects
+        return {name: kind for name, kind in declared if kind != AGENT and not name.endswith(ANY_OTHER)}
 
     def facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
         """The positive facts at the start that are not about the agent, by predicate and names."""

@@ -12,12 +12,12 @@ from eai.benchmark.benchmark import Benchmark
 from eai.logic.choice import count_options, options
 from eai.logic.formula import Formula
 from eai.logic.traversal import objects
-from eai.pddl.export import ExportOptions, ProblemSource, export_problems
+from eai.pddl.export import ProblemSource, export_problems
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import write_domain, write_problem
-from eai.planning.role import spatial_roles
+from eai.planning.role import spatial_predicates
 from eai.world.domain import Domain
 from eai.world.relation import bits
 
@@ -81,7 +81,7 @@ def make_problem(
             domain, problem = operators, read_problem(benchmark.problem_of(task, goals))
         else:
             source = ProblemSource(task.id, task.initial, goals, _concerned(task, goals, benchmark.domain))
-            exported = export_problems(benchmark.domain, (source,), ExportOptions())[0]
+            exported = export_problems(benchmark.domain, (source,))[0]
             domain, problem = exported.domain, exported.problem
         outcome = planner.solve(PlanningTask(domain, problem)).outcome
         made = Problem(task.id, write_domain(domain), write_problem(problem), outcome, attempt + 1, source)
@@ -111,7 +111,7 @@ def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[P
     sources = [each.source for each in problems if each.source is not None]
     if not sources:
         return list(problems)
-    together = export_problems(benchmark.domain, sources, ExportOptions())
+    together = export_problems(benchmark.domain, sources)
     return [
         replace(each, domain=write_domain(exported.domain), text=write_problem(exported.problem))
         for each, exported in zip(problems, together, strict=True)
@@ -121,7 +121,7 @@ def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[P
 def _concerned(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
     """The objects that a task is about, those that its goals name, and what these are in or on: a mask."""
     scene, initial = task.scene, task.initial
-    supports = [initial.relation(name) for name in spatial_roles(domain).supports]
+    supports = [initial.relation(name) for name in spatial_predicates(domain)[1]]
     pending = [*task.relevant, *[scene.index[name] for goal in goals for name in objects(goal)]]
     found = 0
     while pending:

@@ -105,7 +105,7 @@ class _Believer:
         words = self._words
         forms = {each.name for each in self._task.scene.vocabulary.predicates if each.single}
         single = {words.spelling(name) for name, form in words.stored.items() if form in forms}
-        supports = Supports(frozenset(words.spelling(name) for name in words.roles.supports))
+        supports = Supports(frozenset(words.spelling(name) for name in words.supports))
         for fact in facts:
             if words.predicates[fact.predicate] not in words.stored:
                 continue

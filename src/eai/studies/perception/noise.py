@@ -118,7 +118,7 @@ class _Look:
         self._holding = {
             words.named(fact, self._names) for fact in words.holding(task.initial, true_of_these)
         }
-        supports = [words.spelling(name) for name in words.roles.supports]
+        supports = [words.spelling(name) for name in words.supports]
         self._supports = Supports(frozenset(supports))
 
     def graph(self) -> SceneGraph:
@@ -151,7 +151,7 @@ class _Look:
         """Facts that do not hold, about objects of which something is said; what is in a hand is felt."""
         known, added = set(seen), list[NamedFact]()
         words = self._words
-        predicates = [words.spelling(name) for name in words.stored if name not in words.roles.held]
+        predicates = [words.spelling(name) for name in words.stored if name not in words.held]
         for fact in visible:
             draw = self._draw("more", str(fact))
             if draw.random() >= self._noise.unnecessary:
