@@ -117,7 +117,7 @@ def told(suite: Suite, seen: Mapping[str, Seen]) -> None:
     print(f"seen: things {share(things)}, facts {share(facts)}")
     believed = perceiving(suite.benchmark, {i: each.graph for i, each in seen.items()})
     book = open_planned_book(believed, Ability.ACTION_SEQUENCING, limits=Limits(200))
-    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in seen]
+    verdicts = [suite.score(task_id, book[task_id].text) for task_id in seen]
     won = Rate(sum(isinstance(v, PlanVerdict) and bool(v.success) for v in verdicts), len(verdicts))
     print(f"planner that knows what is seen: {share(won)}")
 

@@ -48,7 +48,7 @@ def gold_plans(name: str) -> list[Plan]:
     suite, found = open_suite(name, Ability.ACTION_SEQUENCING), []
     book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
     for task_id in suite.task_ids:
-        scorer, text = cast("ActionSequencing", suite.scorer(task_id)), book.gold(task_id).text
+        scorer, text = cast("ActionSequencing", suite.scorer(task_id)), book[task_id].text
         written = scorer.notation.read(text)
         actions = scorer.resolve(written) if isinstance(written, WrittenPlan) else None
         if isinstance(actions, tuple) and getattr(scorer.score(text), "success", False):

@@ -202,7 +202,7 @@ def operators(size: int, _: Path) -> Work:
     start = w.Scene(made.vocabulary, {"robot": "robot", "house": "house"}, agent="robot").state([])
     goal = " and ".join(f"{each.name}(house)" for each in done)
     benchmark = Benchmark("chores", made, given(make_task("all", "Do all chores.", start, goal)))
-    gold = open_answer_book(benchmark, OPERATORS).gold("all").text
+    gold = open_answer_book(benchmark, OPERATORS)["all"].text
     return scoring(benchmark, OPERATORS, json.loads(gold))
 
 

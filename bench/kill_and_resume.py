@@ -64,7 +64,7 @@ def make_work(kind: str, tasks: int) -> Work:
     believed, trials = None, None
     if kind == "pipeline":
         book = open_answer_book(suite.benchmark, Ability.GOAL_INTERPRETATION)
-        stated = {task_id: book.gold(task_id).text for task_id in task_ids}
+        stated = {task_id: book[task_id].text for task_id in task_ids}
         believed = believe(("oracle", stated), suite.benchmark, suite.source)
     prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)
     asked = {task_id: prompts[task_id] for task_id in task_ids}

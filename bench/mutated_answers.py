@@ -48,9 +48,9 @@ def _in_homes(ability: Ability, book: AnswerBook) -> Maker:
         case Ability.ACTION_SEQUENCING:
             return lambda dice, i: virtualhome_plan(dice, tasks[i])
         case Ability.GOAL_INTERPRETATION:
-            return lambda dice, i: virtualhome_goals(dice, tasks[i], book.gold(i).parts)
+            return lambda dice, i: virtualhome_goals(dice, tasks[i], book[i].parts)
         case _:
-            return lambda dice, i: subgoals(dice, book.gold(i).parts, words(i), BESIDES)
+            return lambda dice, i: subgoals(dice, book[i].parts, words(i), BESIDES)
 
 
 def _in_scenes(ability: Ability, book: AnswerBook) -> Maker:
@@ -61,7 +61,7 @@ def _in_scenes(ability: Ability, book: AnswerBook) -> Maker:
         case Ability.GOAL_INTERPRETATION:
             return lambda dice, i: behavior_goals(dice, tasks[i])
         case _:
-            return lambda dice, i: subgoals(dice, book.gold(i).parts, _words(tasks[i].scene), {})
+            return lambda dice, i: subgoals(dice, book[i].parts, _words(tasks[i].scene), {})
 
 
 def _words(scene: Scene) -> Words:
@@ -71,4 +71,4 @@ def _words(scene: Scene) -> Words:
 
 
 def _operators(book: AnswerBook, dice: Dice, task_id: str) -> str:
-    return operators(dice, book.gold(task_id).parts, book.gold(dice.one(book.task_ids)).parts)
+    return operators(dice, book[task_id].parts, book[dice.one(tuple(book))].parts)

@@ -65,7 +65,7 @@ def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
 
 def answers_of(book: AnswerBook) -> Callable[[str], str]:
     """The text of a null model's answer to a task."""
-    return lambda task_id: book.gold(task_id).text
+    return lambda task_id: book[task_id].text
 
 
 def all_goals(suite: Suite, task_id: str) -> str:

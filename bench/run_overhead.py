@@ -82,8 +82,8 @@ def inspect_alone(asked: Questions, folder: Path) -> None:
 def by_sample(asked: Questions) -> list[dict[str, float]]:
     """Each part of what we do for each sample, beginners' costs left out."""
     suite = open_suite(asked.benchmark, asked.ability, source=Source(planner=PlannerChoice.NONE))
-    gold = open_answer_book(asked.benchmark, asked.ability).gold
-    answers = {task_id: gold(task_id).text for task_id in asked.prompts}
+    gold = open_answer_book(asked.benchmark, asked.ability)
+    answers = {task_id: gold[task_id].text for task_id in asked.prompts}
     with collecting_seldom():
         times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
     return times[WARM_UP:]

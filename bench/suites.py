@@ -22,13 +22,14 @@ from typing import TypeVar
 from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
+from eai.benchmark.gold_answers import AnswerBook, noisy_answer, written_answers
 from eai.data.dataset import fetch
 from eai.households.packs import published_packs
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.notation import ACTIONS, VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
+from eai.tasks.source import TaskSet
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
 from reference import Ability as Evaluated
 
@@ -77,14 +78,10 @@ def open_book(ability: Ability) -> AnswerBook:
     tasks = open_tasks()
     if ability is Ability.GOAL_INTERPRETATION:
         domain, notation = as_meant(), VirtualHomeGoals()
-        return AnswerBook(
-            tuple(tasks),
-            lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
-        )
-    with_goal = tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None)
-    return AnswerBook(
-        with_goal, lambda task_id: WrittenAnswer(script(tasks[task_id]), VirtualHomeSubgoals().join)
-    )
+        return written_answers(tasks, lambda task: write_goals(task, domain, notation), notation.join)
+    with_goal = [task_id for task_id, task in tasks.items() if task.temporal_goal is not None]
+    chosen = TaskSet(with_goal, tasks.__getitem__, tasks.sha256)
+    return written_answers(chosen, script, VirtualHomeSubgoals().join)
 
 
 def script(task: Task) -> tuple[str, ...]:
@@ -102,7 +99,7 @@ def spread(rows: Sequence[_T], size: int) -> Sequence[_T]:
 def made_answers(ability: Ability, size: int) -> list[list[Response]]:
     """Sets of made answers to a sample of the tasks."""
     book = open_book(ability)
-    tasks = spread(book.task_ids, size)
+    tasks = spread(tuple(book), size)
     return [
         [Response(task, noisy_answer(book, task, RATE, str(seed)).text) for task in tasks]
         for seed in range(SETS)

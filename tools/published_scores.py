@@ -208,7 +208,7 @@ def null_answers(
     draw = open_random_answers(benchmark, ability, source)
     return {
         **{
-            f"{PROVIDER}/{name}": lambda task_id, book=book: book.gold(task_id).text
+            f"{PROVIDER}/{name}": lambda task_id, book=book: book[task_id].text
             for name, book in found.items()
         },
         f"{PROVIDER}/random": lambda task_id: draw(task_id, RANDOM_SEED, ()).text,

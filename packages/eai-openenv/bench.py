@@ -83,7 +83,7 @@ def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
     batches = []
     for place in range(number):
         task_id = suite.task_ids[place % len(suite.task_ids)]
-        query = f"{prompt}{book.gold(task_id).text}"
+        query = f"{prompt}{book[task_id].text}"
         batches.append({"query": [query], "prompts": [prompt], "labels": [suite.reference(task_id)]})
     return batches
 

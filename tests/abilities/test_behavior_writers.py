@@ -44,8 +44,8 @@ def test_a_plan_is_written_by_what_its_actions_bring_about(tasks: BehaviorTasks)
 def test_to_pour_is_written_by_where_everything_comes_to_lie(data_store: Store) -> None:
     source, ability = Source(data_store), Ability.SUBGOAL_DECOMPOSITION
     book = open_answer_book(find_benchmark("behavior"), ability, source)
-    (task_id,) = [each for each in book.task_ids if each.startswith("preserving_food")]
-    gold = book.gold(task_id)
+    (task_id,) = [each for each in book if each.startswith("preserving_food")]
+    gold = book[task_id]
     assert (
         "inside(strawberry_61_part.0, jar.64) and inside(strawberry_61_part.1, jar.64) and "
         "inside(strawberry_62_part.0, jar.64) and inside(strawberry_62_part.1, jar.64)"

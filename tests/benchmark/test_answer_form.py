@@ -93,7 +93,7 @@ def test_good_answers_have_the_form_and_are_read_alike(
     protocols = Protocol.known() if name in ("virtualhome", "behavior") else (Protocol.STRICT,)
     suites = [open_suite(found, ability, each, source=source) for each in protocols]
     for task_id, form in forms(name, ability, data_store).items():
-        gold = book.gold(task_id)
+        gold = book[task_id]
         written = in_form(name, ability, gold.parts, gold.text)
         if name != "virtualhome" or names_listed_alone(gold.parts, form):
             jsonschema.validate(json.loads(written), form)

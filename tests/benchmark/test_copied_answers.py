@@ -59,7 +59,7 @@ def toy(*goals: Formula, instruction: str = "") -> Benchmark:
 
 
 def copied(benchmark: Benchmark, ability: Ability) -> object:
-    return json.loads(open_copy_book(benchmark, ability).gold("1").text)
+    return json.loads(open_copy_book(benchmark, ability)["1"].text)
 
 
 def test_a_name_is_found_with_other_endings_and_in_several_words() -> None:
@@ -114,7 +114,7 @@ def test_operators_assert_what_the_goal_names_of_everything() -> None:
 @pytest.mark.parametrize("ability", FOUR)
 def test_the_empty_answer_has_the_form_and_nothing_in_it(ability: Ability) -> None:
     benchmark = toy(lit(LAMP))
-    text = open_empty_book(benchmark, ability).gold("1").text
+    text = open_empty_book(benchmark, ability)["1"].text
     assert not any(json.loads(text).values()) if ability is not Ability.ACTION_SEQUENCING else text == "[]"
     assert not getattr(open_suite(benchmark, ability).score("1", text), "success", False)
 
@@ -124,12 +124,12 @@ Answers = Callable[[Benchmark, Ability], Callable[[str], str]]
 
 def by_copy(benchmark: Benchmark, ability: Ability) -> Callable[[str], str]:
     book = open_copy_book(benchmark, ability)
-    return lambda task_id: book.gold(task_id).text
+    return lambda task_id: book[task_id].text
 
 
 def by_lookup(benchmark: Benchmark, ability: Ability) -> Callable[[str], str]:
     book = open_lookup_book(benchmark, ability)
-    return lambda task_id: book.gold(task_id).text
+    return lambda task_id: book[task_id].text
 
 
 def by_chance(benchmark: Benchmark, ability: Ability) -> Callable[[str], str]:
@@ -186,9 +186,9 @@ def test_the_copy_does_not_see_gold_operators(name: str) -> None:
 
 def test_the_copied_subgoal_is_one_that_the_question_states(data_store: Store) -> None:
     book = open_copy_book(find_benchmark("virtualhome"), Ability.SUBGOAL_DECOMPOSITION, Source(data_store))
-    assert json.loads(book.gold("481_2").text)["output"] == [
+    assert json.loads(book["481_2"].text)["output"] == [
         "exists x0. (TYPE(x0)) then exists x0. (SWITCHOFF(x0))"
     ]
-    assert json.loads(book.gold("298_2").text)["output"] == [
+    assert json.loads(book["298_2"].text)["output"] == [
         "OPEN(freezer.289) and PLUGGED_IN(freezer.289) and INSIDE(food_food.1000, freezer.289)"
     ]

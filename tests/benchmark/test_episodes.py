@@ -90,7 +90,7 @@ def gold_plans(name: str, store: Store) -> list[Plan]:
     book = answer_book(name, Ability.ACTION_SEQUENCING, store)
     found = []
     for task_id in suite.task_ids:
-        text = book.gold(task_id).text
+        text = book[task_id].text
         scorer = suite.scorer(task_id)
         assert isinstance(scorer, ActionSequencing)
         plan = read_plan(scorer, text)

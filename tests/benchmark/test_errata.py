@@ -52,7 +52,7 @@ def gold_succeeds(store: Store, entry: _Erratum, errata: ErrataChoice, task_id: 
     """Whether the data set's own answer is a success; None where it is not counted."""
     suite = opened(store, entry, entry.abilities[0], errata)
     book = open_answer_book(suite.benchmark, suite.ability, suite.source)
-    verdict = suite.score(task_id, book.gold(task_id).text)
+    verdict = suite.score(task_id, book[task_id].text)
     assert isinstance(verdict, PlanVerdict | OperatorVerdict)
     return verdict.success
 
@@ -92,7 +92,7 @@ def names_alone_do_not_do(entry: _Erratum, store: Store, oracle: Oracle) -> None
     book = open_answer_book(suite.benchmark, ability, suite.source)
     asked = suite.benchmark.official_prompts(ability, suite.source) or {}
     for task_id in entry.tasks:
-        with_ids = book.gold(task_id).text
+        with_ids = book[task_id].text
         without = re.sub(r', "\d+"', "", with_ids)
         verdicts = [suite.score(task_id, text) for text in (with_ids, without)]
         assert [isinstance(each, PlanVerdict) and each.success for each in verdicts] == [True, False], task_id
@@ -113,7 +113,7 @@ def the_question_does_not_say_that_one_sits(entry: _Erratum, store: Store, oracl
         assert {i for i in seated if "\ncharacter, states: ['SITTING']" not in asked[i].user} == unsaid
     book = open_answer_book(suite.benchmark, ability, suite.source)
     for task_id in entry.tasks:
-        gold = book.gold(task_id).text
+        gold = book[task_id].text
         verdicts = [
             plan_verdict(suite, task_id, text) for text in (gold, gold.replace('"STANDUP": [ ], ', ""))
         ]
@@ -134,7 +134,7 @@ def pouring_twice_fails(entry: _Erratum, store: Store, oracle: Oracle) -> None:
             assert ("needs to be included only once" in asked[task_id].user) is is_said
     book = open_answer_book(suite.benchmark, ability, suite.source)
     for task_id in entry.tasks:
-        gold = book.gold(task_id).text
+        gold = book[task_id].text
         twice, number = re.subn(r'("POUR": \[.*?\])', r"\1, \1", gold)
         assert number == 1
         verdicts = [plan_verdict(suite, task_id, text) for text in (gold, twice)]

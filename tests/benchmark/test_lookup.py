@@ -89,7 +89,7 @@ def test_goals_are_those_of_the_most_similar_instruction(name: str) -> None:
     benchmark = find_benchmark(name)
     book = open_lookup_book(benchmark, Ability.GOAL_INTERPRETATION)
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION)
-    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids[::7]]
+    verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::7]]
     assert not any(v.error and v.error.kind.value == "parsing" for v in verdicts)
     rates = summarise(verdicts, suite.ability)
     assert rates["hallucination"].numerator == 0  # what does not exist here is left out
@@ -101,7 +101,7 @@ def test_subgoals_are_about_the_own_objects() -> None:
     benchmark = find_benchmark("virtualhome")
     book = open_lookup_book(benchmark, Ability.SUBGOAL_DECOMPOSITION)
     suite = open_suite(benchmark, Ability.SUBGOAL_DECOMPOSITION)
-    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids[::12]]
+    verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids[::12]]
     assert not any(v.error and v.error.kind.value in ("parsing", "hallucination") for v in verdicts)
     assert summarise(verdicts, suite.ability)["task_success"].numerator > len(verdicts) / 3
 
@@ -114,14 +114,14 @@ def test_operators_are_those_that_another_task_asks_for(data_store: Store) -> No
     asked = Counter(name for task in tasks.values() for name in task.operators)
     for task_id, task in tasks.items():
         known = [name for name in task.operators if asked[name] > 1]
-        assert [part.split()[1] for part in book.gold(task_id).parts] == known
+        assert [part.split()[1] for part in book[task_id].parts] == known
     assert 1 in asked.values()
 
 
 def test_most_public_plans_are_in_the_table(data_store: Store) -> None:
     suite = open_suite(find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING, source=Source(data_store))
     book = open_lookup_book(suite.benchmark, suite.ability, suite.source)
-    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids]
+    verdicts = [suite.score(task_id, book[task_id].text) for task_id in suite.task_ids]
     scored = [v for v in verdicts if isinstance(v, PlanVerdict) and v.excluded is None]
     assert (sum(v.success for v in scored), len(scored)) == (239, 337)
 

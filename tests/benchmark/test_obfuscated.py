@@ -69,10 +69,10 @@ def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     book, plain = open_answer_book(twin, PLANNED[0]), open_answer_book(find_benchmark(name), PLANNED[0])
     task_id = next(iter(prompts))
     task = twin.tasks(Source())[task_id]
-    assert book.gold(task_id).text == words.encode(plain.gold(task_id).text)
+    assert book[task_id].text == words.encode(plain[task_id].text)
     told = prompts[task_id].user
     assert all(words.encode(task.scene.objects[i].name) in told for i in task.relevant)
-    assert open_suite(twin, PLANNED[0]).score(task_id, book.gold(task_id).text).success  # type: ignore[attr-defined]
+    assert open_suite(twin, PLANNED[0]).score(task_id, book[task_id].text).success  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize("ability", PLANNED)

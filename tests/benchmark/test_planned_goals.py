@@ -50,7 +50,7 @@ def test_success_is_entailment(
     book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, source, answers)
     entailed, solved = set(), set()
     for task_id in ids:
-        task, plan = suite.tasks[task_id], book.gold(task_id)
+        task, plan = suite.tasks[task_id], book[task_id]
         stated = {
             goal.formula
             for goal in read_stated(answers[task_id], task, benchmark.domain, benchmark.goals).goals

@@ -81,7 +81,7 @@ def test_how_answers_are_read_is_fixed_by_the_prompts(
         )
         asked = library.open(suite.benchmark, ACTIONS)
         trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, asked), asked)
-        gold = answer_book("virtualhome", ACTIONS, data_store).gold("27_2").text
+        gold = answer_book("virtualhome", ACTIONS, data_store)["27_2"].text
         scorer = trials.suite.scorer("27_2")
         assert isinstance(scorer, ActionSequencing)
         plan = scorer.notation.read(gold)

@@ -60,7 +60,7 @@ def test_operators_are_tried_and_written_with_the_same_bytes(
     task = suite.task_ids[0]
     runs = [
         [record(task, suite.scorer(task).score(text), ability=ability, model=model, response=text)]
-        for model, text in (("gold", book.gold(task).text), ("none", '{"output": ""}'))
+        for model, text in (("gold", book[task].text), ("none", '{"output": ""}'))
     ]
     folder = write_runs(tmp_path / "runs", runs)
     for name in ("one", "two"):
@@ -150,13 +150,13 @@ def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: S
         for name in ("boxing_books", "putting_away_toys")
     )
     plans, goals = (
-        answer_book("behavior", ability, data_store).gold
+        answer_book("behavior", ability, data_store)
         for ability in (Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION)
     )
     answers = {
-        "modular": {books: plans(books).text, toys: plans(toys).text},
-        "piped": {books: plans(books).text, toys: "[]"},
-        "goals": {books: goals(books).text, toys: '{"node goals": []}'},
+        "modular": {books: plans[books].text, toys: plans[toys].text},
+        "piped": {books: plans[books].text, toys: "[]"},
+        "goals": {books: goals[books].text, toys: '{"node goals": []}'},
     }
     for name, given in answers.items():
         rows = [{"identifier": task, "llm_output": text} for task, text in given.items()]

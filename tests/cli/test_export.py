@@ -30,7 +30,7 @@ def records(data_store: Store, tmp_path: Path) -> Path:
     book = answer_book("behavior", suite.ability)
     asked = official_prompts("behavior", suite.ability)
     prompts = {task_id: asked[task_id] for task_id in task_ids}
-    right = {task_id: book.gold(task_id).parts for task_id in task_ids}
+    right = {task_id: book[task_id].parts for task_id in task_ids}
     half = {task_id: parts[: len(parts) // 2] for task_id, parts in right.items()}
     for model, answers in (("right", right), ("again", right), ("half", half)):
         given = {
@@ -148,7 +148,7 @@ def test_records_of_a_benchmark_that_is_a_modules_object_are_exported(
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
     suite = library.open("lamps:lamps", "action_sequencing")
     task_id = suite.task_ids[0]
-    right = answer_book("lamps:lamps", suite.ability).gold(task_id).text
+    right = answer_book("lamps:lamps", suite.ability)[task_id].text
     (tmp_path / "m_outputs.json").write_text(json.dumps([{"identifier": task_id, "llm_output": right}]))
     asked = ("--domain", "lamps:lamps", "--ability", "action_sequencing")
     assert eai("score", tmp_path / "m_outputs.json", *asked, "--out", tmp_path / "scores").status == 0

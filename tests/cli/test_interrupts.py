@@ -34,7 +34,7 @@ def test_nothing_outlives_scoring_that_ends_early(
 ) -> None:
     book = answer_book(*SUITE, data_store)
     scratch = tmp_path_factory.mktemp("s")  # sockets lie in it, whose paths are of 107 characters at most
-    rows = [{"identifier": task_id, "llm_output": book.gold(task_id).text} for task_id in book.task_ids]
+    rows = [{"identifier": task_id, "llm_output": book[task_id].text} for task_id in book]
     (tmp_path / "gold_outputs.json").write_text(json.dumps(rows))
     arguments = f"score {tmp_path}/gold_outputs.json --domain {SUITE[0]} --ability {SUITE[1].value}"
     arguments += f" --planner fast_downward --workers {workers}"

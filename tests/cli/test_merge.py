@@ -22,8 +22,8 @@ def folder(data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
     monkeypatch.chdir(tmp_path)
     book = answer_book("behavior", Ability.ACTION_SEQUENCING)
-    for model, task_ids in (("whole", book.task_ids), ("part", book.task_ids[5:40])):
-        rows = [{"identifier": task_id, "llm_output": book.gold(task_id).text} for task_id in task_ids]
+    for model, task_ids in (("whole", tuple(book)), ("part", [*book][5:40])):
+        rows = [{"identifier": task_id, "llm_output": book[task_id].text} for task_id in task_ids]
         (tmp_path / "answers").mkdir(exist_ok=True)
         (tmp_path / "answers" / f"{model}_outputs.json").write_text(json.dumps(rows))
     return tmp_path

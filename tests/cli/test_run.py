@@ -67,9 +67,9 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     data_store: Store, tmp_path: Path, allow_missing: bool
 ) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:4])
-    gold = answer_book(*SUITE, data_store).gold
+    gold = answer_book(*SUITE, data_store)
     broken, cut_off = list(prompts)[1:3]
-    script = {prompt.user: [Reply(gold(task_id).text)] for task_id, prompt in prompts.items()}
+    script = {prompt.user: [Reply(gold[task_id].text)] for task_id, prompt in prompts.items()}
     script[prompts[broken].user] = [Reply(status=500)]
     script[prompts[cut_off].user] = [Reply('{"WALK": ["so', finish="length")]
     with serve(script) as served:
@@ -125,9 +125,9 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
 
 @sweep
 def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store, tmp_path: Path) -> None:
-    gold = answer_book(*SUITE, data_store).gold
+    gold = answer_book(*SUITE, data_store)
     tasks = list(official_prompts(*SUITE, data_store))[:3]
-    rows = [{"identifier": task_id, "llm_output": gold(task_id).text} for task_id in tasks]
+    rows = [{"identifier": task_id, "llm_output": gold[task_id].text} for task_id in tasks]
     file = tmp_path / "m_outputs.json"
     file.write_text(json.dumps(rows))
     replay = ("run", "--model", "eai/replay", "-M", f"path={file}", "--out", tmp_path / "run")
@@ -354,10 +354,10 @@ def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> N
 
 def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_path: Path) -> None:
     """One task has right goals, one none that can be read, one no answer: it is not asked, and failed."""
-    gold = answer_book("virtualhome", Ability.GOAL_INTERPRETATION, data_store).gold
+    gold = answer_book("virtualhome", Ability.GOAL_INTERPRETATION, data_store)
     right, unreadable, missing = list(official_prompts(*SUITE, data_store))[:3]
     rows = [
-        {"identifier": right, "llm_output": gold(right).text},
+        {"identifier": right, "llm_output": gold[right].text},
         {"identifier": unreadable, "llm_output": "I would wash the clothes."},
     ]
     goals = tmp_path / "some-model_outputs.json"

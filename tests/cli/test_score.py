@@ -93,9 +93,9 @@ def test_answers_are_scored_into_records_a_summary_and_a_table(eai: Command, pro
 def test_a_task_without_an_answer_counts_as_failed_and_is_told(
     eai: Command, data_store: Store, protocol: str, in_statistics: int
 ) -> None:
-    gold = answer_book("virtualhome", Ability.ACTION_SEQUENCING, data_store).gold
+    gold = answer_book("virtualhome", Ability.ACTION_SEQUENCING, data_store)
     tasks = list(open_virtualhome(Source(data_store)))
-    answers = [{"identifier": task_id, "llm_output": gold(task_id).text} for task_id in tasks[:50]]
+    answers = [{"identifier": task_id, "llm_output": gold[task_id].text} for task_id in tasks[:50]]
     outcome = eai("score", write(answers), *HERE, "--protocol", protocol, "--out", "out")
     assert outcome.status == 0
     assert "50/342 answered" in outcome.out

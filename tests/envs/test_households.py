@@ -48,7 +48,7 @@ def gold_plans(name: str, store: Store) -> tuple[Plan, ...]:
     book = answer_book(name, Ability.ACTION_SEQUENCING, store)
     plans = []
     for task_id in suite.task_ids:
-        scorer, answer = suite.scorer(task_id), book.gold(task_id)
+        scorer, answer = suite.scorer(task_id), book[task_id]
         assert isinstance(scorer, ActionSequencing)
         verdict = scorer.score(answer.text)
         assert isinstance(verdict, PlanVerdict)

@@ -36,7 +36,7 @@ def suite(data_store: Store) -> Suite:
 @pytest.fixture(scope="module")
 def answers(suite: Suite) -> list[Response]:
     book = open_answer_book(suite.benchmark, suite.ability)
-    return [Response(task_id, book.gold(task_id).text) for task_id in suite.task_ids]
+    return [Response(task_id, book[task_id].text) for task_id in suite.task_ids]
 
 
 def columns(answers: Sequence[Response]) -> dict[str, list[str]]:

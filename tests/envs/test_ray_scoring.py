@@ -33,7 +33,7 @@ def cluster() -> Iterator[RayScoring]:
 def test_records_are_those_of_one_process(cluster: RayScoring, data_store: Store) -> None:
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
     book = open_answer_book(suite.benchmark, suite.ability)
-    answers = [Response(task_id, book.gold(task_id).text) for task_id in suite.task_ids]
+    answers = [Response(task_id, book[task_id].text) for task_id in suite.task_ids]
     records = list(cluster.records(suite, "m", answers, explanations=True))
     assert records == list(Scoring().records(suite, "m", answers, explanations=True))
 

@@ -45,7 +45,7 @@ def gold(name: str, ability: Ability) -> tuple[str, str]:
     suite = eai.open(name, ability)
     book = open_answer_book(suite.benchmark, ability)
     task_id = suite.task_ids[3]
-    return suite.reference(task_id), book.gold(task_id).text
+    return suite.reference(task_id), book[task_id].text
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,7 @@ def test_in_other_words_what_is_missing_is_said_in_these(tmp_path: Path) -> None
     assert twin is not None
     (tmp_path / "tasks.jsonl").write_text(written(twin.task, "behavior", domain), encoding="utf-8")
     other = find_benchmark(f"obfuscated:{tmp_path}/")
-    gold = open_answer_book(other, Ability.ACTION_SEQUENCING).gold(twin.task.id).text
+    gold = open_answer_book(other, Ability.ACTION_SEQUENCING)[twin.task.id].text
     (missing,) = twin.task.missing or ()
     assert reason_of(gold) != missing
     verdict = eai.open(other, Ability.ACTION_SEQUENCING).score(twin.task.id, gold)

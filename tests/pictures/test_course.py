@@ -97,7 +97,7 @@ def test_pictures_of_households_begin_and_end_with_what_is_so(
     suite, course = open_suite(name, ability, source=source), courses(source)
     words, book = picture_words(benchmark), open_answer_book(benchmark, ability, source)
     for task_id in list(suite.task_ids)[::40]:
-        record, task = scored(suite, task_id, book.gold(task_id).text), suite.tasks[task_id]
+        record, task = scored(suite, task_id, book[task_id].text), suite.tasks[task_id]
         assert record.explanation is not None
         scenes = course(record)
         assert len(scenes) == len(record.explanation.steps) + 1

@@ -22,7 +22,7 @@ from sweeps import swept
 
 def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Mender, tuple[Action, ...]] | None:
     scorer = eai.open(name, "action_sequencing").scorer(task_id)
-    gold = answer_book(name, Ability.ACTION_SEQUENCING).gold(task_id)
+    gold = answer_book(name, Ability.ACTION_SEQUENCING)[task_id]
     text = gold.join(gold.parts)
     if not isinstance(scorer, ActionSequencing) or not getattr(scorer.score(text), "success", None):
         return None

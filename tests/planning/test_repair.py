@@ -41,7 +41,7 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
     found = []
     for task_id in suite.task_ids:
-        scorer, gold = suite.scorer(task_id), book.gold(task_id)
+        scorer, gold = suite.scorer(task_id), book[task_id]
         text = gold.join(gold.parts)
         if not isinstance(scorer, ActionSequencing) or len(gold.parts) > 6:
             continue

@@ -47,23 +47,23 @@ def test_gold_answers_come_to_what_the_oracle_comes_to(
     eai: Command, page: Any, data_store: Store, tmp_path: Path, domain: str, ability: Ability
 ) -> None:
     book = answer_book(domain, ability, data_store)
-    tasks = [book.task_ids[2], book.task_ids[-1]]
+    tasks = [[*book][2], [*book][-1]]
     opened_form(eai, page, tmp_path, domain, ability, tasks)
     for number, task_id in enumerate(tasks):
         prompt = official_prompts(domain, ability, data_store)[task_id]
         assert page.locator("#user").evaluate("it => it.textContent") == prompt.user
         assert page.locator("#system").evaluate("it => it.textContent") == (prompt.system or "")
-        page.get_by_label("Text of the answer").fill(book.gold(task_id).text)
+        page.get_by_label("Text of the answer").fill(book[task_id].text)
         if number == 0:
             page.get_by_role("button", name="Next").click()
     file = saved(page, tmp_path)
     rows = json.loads(file.read_text(encoding="utf-8"))
     assert file.name == "person-1_outputs.json"
     assert [(row["identifier"], row["llm_output"]) for row in rows] == [
-        (task_id, book.gold(task_id).text) for task_id in tasks
+        (task_id, book[task_id].text) for task_id in tasks
     ]
     oracle = tmp_path / "oracle_outputs.json"
-    gold = [{"identifier": task_id, "llm_output": book.gold(task_id).text} for task_id in tasks]
+    gold = [{"identifier": task_id, "llm_output": book[task_id].text} for task_id in tasks]
     oracle.write_text(json.dumps(gold), encoding="utf-8")
     for answers in (file, oracle):
         options = ("--domain", domain, "--ability", ability.value, "--planner", "built_in", "--allow-missing")
@@ -105,14 +105,15 @@ def test_a_table_of_operators_becomes_an_answer(
     eai: Command, page: Any, data_store: Store, tmp_path: Path
 ) -> None:
     book = answer_book("virtualhome", Ability.TRANSITION_MODELING, data_store)
-    opened_form(eai, page, tmp_path, "virtualhome", Ability.TRANSITION_MODELING, [book.task_ids[0]])
+    task_id = next(iter(book))
+    opened_form(eai, page, tmp_path, "virtualhome", Ability.TRANSITION_MODELING, [task_id])
     page.get_by_role("button", name="Fill in a table").click()
-    first = book.gold(book.task_ids[0]).parts[0].split()[1]
+    first = book[task_id].parts[0].split()[1]
     page.get_by_label(f"effect of {first}", exact=True).fill("(holds_rh ?char ?obj1)")
     text = json.loads(page.get_by_label("Text of the answer").input_value())["output"]
     assert text.startswith(f"(:action {first}")
     assert ":effect (holds_rh ?char ?obj1)" in text
-    assert text.count("(:action") == len(book.gold(book.task_ids[0]).parts)
+    assert text.count("(:action") == len(book[task_id].parts)
 
 
 def test_what_is_not_answered_is_saved_as_such_and_time_is_told(

@@ -35,7 +35,7 @@ def right(data_store: Store) -> str:
     """A right answer to the task 27_2."""
     benchmark = find_benchmark("virtualhome")
     book = open_answer_book(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
-    return book.gold("27_2").text
+    return book["27_2"].text
 
 
 @pytest.fixture
@@ -287,7 +287,7 @@ def test_answers_to_a_season_are_ranked_in_a_table_of_their_own(
     folder = tmp_path / "board" / "mine"
     place = folder / benchmark.name / "action_sequencing" / "m_outputs.json"
     place.parent.mkdir(parents=True)
-    place.write_text(answers({task: book.gold(task).text for task in book.task_ids}))
+    place.write_text(answers({task: book[task].text for task in book}))
     (folder / "submission.toml").write_text(DESCRIPTION.format(model="M"))
     (row,) = rows_of(made(eai, tmp_path))
     assert row[:3] == ["1", "M", row[2]]

@@ -111,7 +111,7 @@ def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) ->
 
 def test_pictures_come_from_the_data_set(data_store: Store, tmp_path: Path) -> None:
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
-    gold = open_answer_book(suite.benchmark, suite.ability, suite.source).gold(suite.task_ids[0])
+    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)[suite.task_ids[0]]
     answers = ResponseFile("me", (Response(suite.task_ids[0], gold.text),))
     runs = write_runs(
         tmp_path, [list(Scoring().records(suite, answers.model, answers.responses, explanations=True))]

@@ -33,9 +33,9 @@ def process() -> Iterator[Executor]:
 @pytest.fixture
 def goals(data_store: Store, tmp_path: Path) -> Path:
     """Right goals for one task, and for another some that mean nothing."""
-    gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store).gold
+    gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
     rows = [
-        {"identifier": BOOKS, "llm_output": gold(BOOKS).text},
+        {"identifier": BOOKS, "llm_output": gold[BOOKS].text},
         {"identifier": JARS, "llm_output": '{"node goals": [["eaten", "peach.n.03_1"]]}'},
     ]
     file = tmp_path / "some-model_outputs.json"

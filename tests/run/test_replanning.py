@@ -108,7 +108,7 @@ def test_the_loop_of_a_run_is_the_loop_without_inspect(
 def test_what_went_wrong_reaches_a_model(data_store: Store, tmp_path: Path) -> None:
     """A server sees the first question, then the same with its own answer and why that failed."""
     (task_id, prompt), *_ = official_prompts("behavior", ACTIONS, data_store).items()
-    gold = answer_book("behavior", ACTIONS, data_store).gold(task_id).text
+    gold = answer_book("behavior", ACTIONS, data_store)[task_id].text
     wrong = '[{"action": "OPEN", "object": "moon_1"}]'
     script = defaultdict(lambda: [Reply(gold)], {prompt.user: [Reply(wrong)]})
     with serve(script) as served:

@@ -43,8 +43,8 @@ def start(url: str, out: Path) -> Command:
 
 def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
-    gold = answer_book(*SUITE, data_store).gold
-    script = {prompt.user: [Reply(gold(task_id).text, delay=0.1)] for task_id, prompt in prompts.items()}
+    gold = answer_book(*SUITE, data_store)
+    script = {prompt.user: [Reply(gold[task_id].text, delay=0.1)] for task_id, prompt in prompts.items()}
     with serve(script) as served:
         first = start(served.url, tmp_path / "killed")
         deadline = time.monotonic() + 300
@@ -71,7 +71,7 @@ def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) ->
     assert {
         sample.id: (sample.scores or {})["action_sequencing"].value for sample in samples
     } == dict.fromkeys(prompts, "C")
-    assert {sample.messages[-1].text for sample in samples} == {gold(task_id).text for task_id in prompts}
+    assert {sample.messages[-1].text for sample in samples} == {gold[task_id].text for task_id in prompts}
     assert results is not None
     assert results.scores[-1].metrics["task_success"].value == 1.0
 

@@ -127,9 +127,9 @@ def test_gold_answers_are_as_published_where_no_errata_are_used(
     asked = Asked(domain, ability, protocol, (task_id,), errata or ErrataChoice.CURRENT)
     ran = process.submit(run_in_child, asked, Whom("eai/oracle", {}), tmp_path).result()
     source = Source(data_store, errata=errata or ErrataChoice.NONE)
-    gold = open_answer_book(find_benchmark(domain), ability, source).gold(task_id).text
+    gold = open_answer_book(find_benchmark(domain), ability, source)[task_id].text
     assert [record.response for record in ran.records] == [gold]
-    corrected = answer_book(domain, ability, data_store).gold(task_id).text
+    corrected = answer_book(domain, ability, data_store)[task_id].text
     assert (gold == corrected) is (errata is ErrataChoice.CURRENT)
 
 
@@ -141,11 +141,11 @@ def test_gold_answers_are_right_and_are_the_targets(
     asked = asked._replace(task_ids=asked.task_ids[:2])
     path = process.submit(evaluate_in_child, asked, Whom("eai/oracle", {}), tmp_path).result()
     log = read_eval_log(path)
-    gold = answer_book(domain, ability, data_store).gold
+    gold = answer_book(domain, ability, data_store)
     for sample in log.samples or ():
         score = score_in(sample, ability)
         assert (score.value, score.answer) == ("C", sample.target)
-        assert sample.target == gold(str(sample.id)).text
+        assert sample.target == gold[str(sample.id)].text
     assert log.results is not None
     assert log.results.headline is not None
     assert log.results.headline.metric in ("task_success", "overall.f1")
@@ -203,7 +203,7 @@ def test_a_sample_tells_its_reader_all(data_store: Store, process: Executor, tmp
     score = score_in(sample, PLANS[1])
     assert isinstance(sample.input, list)
     assert sample.input[-1].text == official_prompts(*PLANS, data_store)["27_2"].user
-    assert sample.target == answer_book(*PLANS, data_store).gold("27_2").text
+    assert sample.target == answer_book(*PLANS, data_store)["27_2"].text
     assert sample.messages[-1].text == score.answer == record.response
     assert record.verdict.error is not None
     assert record.explanation is not None
@@ -224,7 +224,7 @@ def test_a_failed_request_is_shown_and_counts_as_a_failure(
 ) -> None:
     _, asked = some_tasks(*PLANS, Protocol.STRICT)
     asked = asked._replace(task_ids=asked.task_ids[:3])
-    answers = [answer_book(*PLANS, data_store).gold(asked.task_ids[0]).text, None, None]
+    answers = [answer_book(*PLANS, data_store)[asked.task_ids[0]].text, None, None]
     log = read_eval_log(process.submit(evaluate_answers_in_child, asked, answers, tmp_path).result())
     assert log.results is not None
     assert [(s.scored_samples, s.unscored_samples) for s in log.results.scores] == [(3, 0)] * 2

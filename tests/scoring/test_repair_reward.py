@@ -46,7 +46,7 @@ def drawn(name: str, random: Random) -> tuple[Suite, Task, list[Action]]:
     """A task, and possible actions one after the other, or the first of a plan that succeeds, or both."""
     suite = suite_of(name)
     task = suite.tasks[random.choice([i for i in suite.task_ids if suite.tasks[i].left_out is None])]
-    gold = answer_book(name, Ability.ACTION_SEQUENCING).gold(task.id)
+    gold = answer_book(name, Ability.ACTION_SEQUENCING)[task.id]
     scorer = scorer_of(suite, task.id)
     read = scorer.notation.read(gold.join(gold.parts))
     steps = [step for step in scorer.mender.steps(read) if step is not None]  # type: ignore[arg-type]

@@ -45,7 +45,7 @@ def believed(answer: str, source: Source) -> Believed:
 
 
 def test_a_right_answer(source: Source, data_store: Store) -> None:
-    gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store).gold(JARS).text
+    gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)[JARS].text
     read = believed(gold, source)
     stated = read.stated[JARS]
     assert stated.goals_sha256 == sha256_of(gold)
@@ -85,8 +85,8 @@ def test_any_answer(
 def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) -> None:
     """The scorer holds the true task: the gold plan stays right, whatever the question stated."""
     suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
-    gold = answer_book("behavior", Ability.ACTION_SEQUENCING, data_store).gold
-    answers = ResponseFile("m", tuple(Response(task, gold(task).text) for task in (GIFTS, JARS)))
+    gold = answer_book("behavior", Ability.ACTION_SEQUENCING, data_store)
+    answers = ResponseFile("m", tuple(Response(task, gold[task].text) for task in (GIFTS, JARS)))
     plain = score_run(suite, answers, {}, ScoringOptions())
     wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
     marked = [wrong.marked(record) for record in plain]

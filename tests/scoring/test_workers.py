@@ -182,7 +182,7 @@ def test_what_starts_workers_never_hears_of_an_interrupt() -> None:
 def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
     suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
     book = open_answer_book(suite.benchmark, suite.ability)
-    answers = [(task_id, book.gold(task_id).text) for task_id in suite.task_ids] * 3
+    answers = [(task_id, book[task_id].text) for task_id in suite.task_ids] * 3
     reward = Reward(suite, "diagnosis")
     with Scoring(workers=2) as scoring:
         assert list(scoring.rewards(reward, answers)) == [reward(*answer) for answer in answers]

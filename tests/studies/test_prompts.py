@@ -118,8 +118,8 @@ def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Sto
     book = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
     for name, kept in (("base", 1), ("general", 2)):
         answers = []
-        for number, task_id in enumerate(book.task_ids):
-            gold = book.gold(task_id)
+        for number, task_id in enumerate(book):
+            gold = book[task_id]
             answers.append({"identifier": task_id, "llm_output": gold.text if number % 3 < kept else "{}"})
         file = tmp_path / name / "m_outputs.json"
         file.parent.mkdir()

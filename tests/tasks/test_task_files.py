@@ -194,7 +194,7 @@ def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> N
     assert list(prompts) == list(suite.task_ids) != []
     book = open_answer_book(benchmark, ability, source)
     for task_id in suite.task_ids:
-        verdict = suite.score(task_id, book.gold(task_id).text)
+        verdict = suite.score(task_id, book[task_id].text)
         if isinstance(verdict, OperatorVerdict):  # the built-in planner knows no axioms that need each other
             sides = [side for each in verdict.operators for side in (each.precondition, each.effect)]
             assert not any(side.additional or side.missing for side in sides)
@@ -207,7 +207,7 @@ def test_the_planner_and_the_environment_take_them(data_store: Store) -> None:
     benchmark = closed("behavior", data_store)
     book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, Source(data_store))
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))
-    assert all(suite.score(task_id, book.gold(task_id).text).success for task_id in suite.task_ids)  # type: ignore[union-attr]
+    assert all(suite.score(task_id, book[task_id].text).success for task_id in suite.task_ids)  # type: ignore[union-attr]
     environment = make(benchmark, suite.task_ids[0], source=Source(data_store))
     assert "Goals" in environment.reset()[0]
 

@@ -106,7 +106,7 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]
                 if not task.script:
                     continue
                 yield from _of_goals(benchmark.name, task)
-            yield from _of_gold(benchmark.name, task_id, suite.score(task_id, book.gold(task_id).text))
+            yield from _of_gold(benchmark.name, task_id, suite.score(task_id, book[task_id].text))
 
 
 def _of_goals(name: str, task: Task) -> Iterator[Finding]:

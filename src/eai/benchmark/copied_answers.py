@@ -31,7 +31,7 @@ from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.source import Source
+from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -129,7 +129,7 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None
     if ability not in _COPIED:
         raise no_answer("copy", benchmark, ability)
     tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability](benchmark)
-    return AnswerBook(tuple(tasks), lambda task_id: copied(tasks[task_id]))
+    return TaskSet(tasks, lambda task_id: copied(tasks[task_id]), tasks.sha256)
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -139,7 +139,7 @@ def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source | Non
         DataError: the data cannot be had.
     """
     book = open_copy_book(benchmark, ability, source)
-    return AnswerBook(book.task_ids, lambda task_id: replace(book.gold(task_id), parts=()))
+    return TaskSet(book, lambda task_id: replace(book[task_id], parts=()), "")
 
 
 def mentions(words: Sequence[str], name: str) -> list[int]:

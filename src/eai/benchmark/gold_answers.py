@@ -10,7 +10,6 @@ import json
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import TypeAlias, TypeVar
 
 from eai.abilities.action_sequencing.notation import QUESTION, refusal
@@ -69,7 +68,7 @@ def heeding_answer(
 
 def corrupted_versions(book: AnswerBook, task_id: str, rate: float, seed: str) -> Iterator[WrittenAnswer]:
     """The corrupted answer, then with one more corrupted part mended each time, up to the gold answer."""
-    answer = book.gold(task_id)
+    answer = book[task_id]
     segments = list(_segments(book, answer.parts, rate, chance(seed, task_id)))
     yield _written(segments, answer)
     for number, (gold, corrupted) in enumerate(segments):
@@ -97,7 +96,7 @@ def _segments(book: AnswerBook, parts: Iterable[str], rate: float, rng: random.R
                 other = pending.pop(0)
                 yield (part, other), (other, part)
             case "swap" | "replace":
-                foreign = book.gold(rng.choice(book.task_ids)).parts
+                foreign = book[rng.choice(tuple(book))].parts
                 yield (part,), (rng.choice(foreign) if foreign else part,)
             case _:
                 yield (part,), ()
@@ -122,24 +121,15 @@ class WrittenAnswer:
         return self.join(self.parts)
 
 
-@dataclass(frozen=True, slots=True)
-class AnswerBook:
-    """The gold answers of a suite: the ids of its tasks in order, and the answer to each."""
+AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
+"""The answers to the tasks of a suite by their ids, in the order of these; each is made on first use."""
 
-    task_ids: tuple[str, ...]
-    gold: Callable[[str], WrittenAnswer]
 
-    @classmethod
-    def of(
-        cls, tasks: TaskSet[T], write: Callable[[T], Iterable[str]], join: Callable[[Iterable[str]], str]
-    ) -> AnswerBook:
-        """The answers whose parts are written of tasks, each once."""
-
-        @cache
-        def gold(task_id: str) -> WrittenAnswer:
-            return WrittenAnswer(tuple(write(tasks[task_id])), join)
-
-        return cls(tuple(tasks), gold)
+def written_answers(
+    tasks: TaskSet[T], write: Callable[[T], Iterable[str]], join: Callable[[Iterable[str]], str]
+) -> AnswerBook:
+    """The answers whose parts are written of tasks."""
+    return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(write(tasks[task_id])), join), tasks.sha256)
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -241,7 +231,7 @@ def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
 def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
     notation = benchmark.goals
     tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
-    return AnswerBook.of(tasks, lambda task: write_goals(task, benchmark.domain, notation), notation.join)
+    return written_answers(tasks, lambda task: write_goals(task, benchmark.domain, notation), notation.join)
 
 
 def _plans(
@@ -256,7 +246,6 @@ def _plans(
     tasks, notation = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source), benchmark.plans
     planner = Planner(benchmark.domain)
 
-    @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         if scripts and task.missing:
@@ -267,7 +256,7 @@ def _plans(
         plan = task.script if known else find(task, planner, limits).plan
         return WrittenAnswer(notation.write(plan, task.scene), notation.join)
 
-    return AnswerBook(tuple(tasks), answer)
+    return TaskSet(tasks, answer, tasks.sha256)
 
 
 def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook:
@@ -280,7 +269,7 @@ def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerB
         known = scripts and (task.script or task.unsolvable is not None)
         return notation.write(task, task.script if known else find_plan(task, planner).plan)
 
-    return AnswerBook.of(tasks, parts, notation.join)
+    return written_answers(tasks, parts, notation.join)
 
 
 def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook:
@@ -289,12 +278,12 @@ def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook
     if pose is None:
         raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
     tasks = benchmark.tasks_for(ability, source)
-    return AnswerBook.of(tasks, lambda task: (pose(world, task).gold,), "".join)
+    return written_answers(tasks, lambda task: (pose(world, task).gold,), "".join)
 
 
 def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
     tasks = benchmark.tasks_for(Ability.TRANSITION_MODELING, source)
-    return AnswerBook.of(
+    return written_answers(
         tasks, lambda task: [task.domain.operators[name].pddl for name in task.operators], join_operators
     )
 

@@ -20,7 +20,13 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
-from eai.benchmark.gold_answers import AnswerBook, join_operators, no_answer, open_answer_book
+from eai.benchmark.gold_answers import (
+    AnswerBook,
+    join_operators,
+    no_answer,
+    open_answer_book,
+    written_answers,
+)
 from eai.data.grouping import grouped
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
@@ -65,7 +71,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | No
     if ability is Ability.SUBGOAL_DECOMPOSITION:
         return _subgoal_book(benchmark, tasks, table, open_answer_book(known, ability, source))
     plans = benchmark.plans
-    return AnswerBook.of(tasks, lambda task: plans.write(table.plan(task), task.scene), plans.join)
+    return written_answers(tasks, lambda task: plans.write(table.plan(task), task.scene), plans.join)
 
 
 class LookupTable:
@@ -113,7 +119,7 @@ def _subgoal_book(
         nearest = table.nearest(task)
         if nearest is None:
             return []
-        parts, here = known.gold(nearest.id).parts, notation.lexicon(task.scene)
+        parts, here = known[nearest.id].parts, notation.lexicon(task.scene)
         there = notation.lexicon(nearest.scene).objects
         named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
         meant = _correspondence(nearest, task, named)
@@ -121,7 +127,7 @@ def _subgoal_book(
         kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
         return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
 
-    return AnswerBook.of(tasks, parts_for, notation.join)
+    return written_answers(tasks, parts_for, notation.join)
 
 
 def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task]) -> AnswerBook:
@@ -139,7 +145,7 @@ def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task
         lexicon = GoalLexicon(task, benchmark.domain, notation)
         return notation.write([goal for goal in stated if lexicon.first_unknown(goal) is None])
 
-    return AnswerBook.of(tasks, parts_for, notation.join)
+    return written_answers(tasks, parts_for, notation.join)
 
 
 def _operator_book(tasks: TaskSet[TransitionTask]) -> AnswerBook:
@@ -149,7 +155,7 @@ def _operator_book(tasks: TaskSet[TransitionTask]) -> AnswerBook:
     def parts_for(task: TransitionTask) -> list[str]:
         return [task.domain.operators[name].pddl for name in task.operators if asked[name] > 1]
 
-    return AnswerBook.of(tasks, parts_for, join_operators)
+    return written_answers(tasks, parts_for, join_operators)
 
 
 def _lifted(task: Task) -> Counter[str]:

@@ -160,7 +160,7 @@ class Library:
             templates.own(name)
             or benchmark.formats.get(ability)
             or templates.fill(f"formats/{ability.value}.txt", samples(wording)),
-            lambda task_id: book.gold(task_id).text,
+            lambda task_id: book[task_id].text,
             beliefs,
         )
 

@@ -181,7 +181,7 @@ def _gold(suite: Suite, task: Task) -> tuple[tuple[str, ...], str]:
     """A plan that solves a task, as steps or as subgoals, and whose it is; none for other abilities."""
     if suite.ability is Ability.SUBGOAL_DECOMPOSITION:
         book = open_answer_book(suite.benchmark, suite.ability, suite.source)
-        return book.gold(task.id).parts, "gold subgoals"
+        return book[task.id].parts, "gold subgoals"
     if suite.ability is not Ability.ACTION_SEQUENCING:
         return (), ""
     if task.script:

@@ -95,11 +95,11 @@ def write_task_folders(
         raise InputError(f"--shared: {suite.ability} is scored where the agent cannot write")
     contents: _Files = {wheel.name: content_of(wheel) for wheel in wheels}
     exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
-    gold = open_answer_book(suite.benchmark, suite.ability, suite.source).gold
+    gold = open_answer_book(suite.benchmark, suite.ability, suite.source)
     chosen: dict[str, str] = {}
     left_out = Counter[str]()
     for task_id, prompt in prompts.items():
-        solution = gold(task_id).text
+        solution = gold[task_id].text
         reason = _reason(suite, task_id, prompt, solution)
         if reason is not None:
             left_out[reason] += 1

@@ -229,7 +229,7 @@ class BuiltInModel(ModelAPI):
             return planned_answer(asked.benchmark, asked.task_id, asked.done, LIMITS, asked.source).text
         if self.model_name in ("planner", "copy") and asked.stated is not None:
             believed = believing(asked.benchmark, {asked.task_id: asked.stated})
-            return _BOOKS[self.model_name](believed, asked.ability, asked.source).gold(asked.task_id).text
+            return _BOOKS[self.model_name](believed, asked.ability, asked.source)[asked.task_id].text
         if self.model_name == "planner" and asked.scene is not None:
             return self._believing(asked, asked.scene)
         if self.model_name == "random":
@@ -238,7 +238,7 @@ class BuiltInModel(ModelAPI):
             return draw(asked.task_id, seed, asked.done).text
         book = self._book(asked.benchmark, asked.ability, asked.source)
         if self.model_name in ("oracle", *_BOOKS):
-            return book.gold(asked.task_id).text
+            return book[asked.task_id].text
         return self._noisy(book, asked).text
 
     def _list(self, asked: _Question) -> str:
@@ -258,7 +258,7 @@ class BuiltInModel(ModelAPI):
         graph = read_scene_graph(scene, scene_words(asked.benchmark).arities).graph
         seen = perceiving(asked.benchmark, {asked.task_id: graph})
         book = open_planned_book(seen, asked.ability, asked.source, limits=LIMITS)
-        return book.gold(asked.task_id).text
+        return book[asked.task_id].text
 
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
         """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
@@ -274,9 +274,9 @@ class BuiltInModel(ModelAPI):
     def _read_recorded(
         self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
     ) -> dict[str, str]:
-        task_ids = self._book(benchmark, ability, source).task_ids
+        book = self._book(benchmark, ability, source)
         file = recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
-        recorded = read_responses(file, task_ids, benchmark.task_id_of)
+        recorded = read_responses(file, book, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 
 

@@ -112,7 +112,7 @@ def build_task(
     source = source or Source()
     corrected = source.errata if protocol is DEFAULT_PROTOCOL else ErrataChoice.NONE
     book = open_answer_book(benchmark, ability, replace(source, errata=corrected))
-    gold = {task_id: book.gold(task_id).text for task_id in book.task_ids if task_id in prompts}
+    gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
     of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: corrected.value}
     samples = []
     for task_id, prompt in prompts.items():

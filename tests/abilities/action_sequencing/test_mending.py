@@ -122,7 +122,7 @@ def good_plans(name: str) -> list[tuple[ActionSequencing, tuple[Action, ...]]]:
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, Ability.ACTION_SEQUENCING)
     found = []
     for task_id in suite.task_ids:
-        scorer, gold = suite.scorer(task_id), book.gold(task_id)
+        scorer, gold = suite.scorer(task_id), book[task_id]
         text = gold.join(gold.parts)
         if isinstance(scorer, ActionSequencing) and getattr(scorer.score(text), "success", None):
             plan = scorer.notation.read(text)
@@ -190,7 +190,7 @@ for name, step in (("virtualhome", 60), ("behavior", 50)):
     suite, book = eai.open(name, "action_sequencing"), answer_book(name, "action_sequencing")
     told = []
     for task_id in list(suite.task_ids[::step])[:: int(sys.argv[1])]:
-        gold = book.gold(task_id)
+        gold = book[task_id]
         look_back = suite.scorer(task_id).assess(gold.join(gold.parts[1:])).look_back
         told.append(f"{task_id} {look_back(EFFORT).repair}")
     print(*sorted(told), sep="\\n")

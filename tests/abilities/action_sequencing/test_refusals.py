@@ -91,7 +91,7 @@ def test_gold_says_what_is_missing_and_all_of_it_is_paid() -> None:
         asked = world(missing=missing)
         opened = eai.open(asked, "action_sequencing")
         assert {Reward(opened, shaping)("t", NO) for shaping in ("success", "goals", "progress")} == {paid}
-        gold = open_answer_book(asked, opened.ability).gold("t").text
+        gold = open_answer_book(asked, opened.ability)["t"].text
         assert Reward(opened)("t", gold) == 1.0
         assert (gold == NO) == bool(missing)
 

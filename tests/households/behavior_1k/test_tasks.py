@@ -154,7 +154,7 @@ def test_problems_tell_the_rules_without_which_the_gold_operators_reach_no_goal(
 ) -> None:
     suite = open_suite(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
     gold = open_answer_book(behavior_1k(), Ability.TRANSITION_MODELING, source=Source(store=activity_store))
-    verdict = suite.score(task_id, gold.gold(task_id).text)
+    verdict = suite.score(task_id, gold[task_id].text)
     assert isinstance(verdict, OperatorVerdict)
     assert verdict.planner is PlannerOutcome.SOLVED
     assert verdict.success

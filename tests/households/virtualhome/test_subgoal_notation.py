@@ -75,7 +75,7 @@ def test_the_subgoals_of_scripts_and_of_plans_reach_every_goal(
     book = open_book(suite.benchmark, Ability.SUBGOAL_DECOMPOSITION, source)
     missed, left_out = [], 0
     for task_id in suite.task_ids:
-        verdict = suite.score(task_id, book.gold(task_id).text)
+        verdict = suite.score(task_id, book[task_id].text)
         assert isinstance(verdict, PlanVerdict)
         left_out += verdict.excluded is not None
         missed += [task_id] if verdict.success is False else []

@@ -28,7 +28,7 @@ ASKED = ("--domain", "behavior", "--ability", "scene_graph", "--limit", LIMIT)
 def test_right_wrong_and_no_scene_graphs_are_told_apart(data_store: Store) -> None:
     suite = open_suite("behavior", SCENE_GRAPH)
     task_ids = suite.task_ids[:LIMIT]
-    gold = [open_answer_book(suite.benchmark, SCENE_GRAPH, suite.source).gold(i).text for i in task_ids]
+    gold = [open_answer_book(suite.benchmark, SCENE_GRAPH, suite.source)[i].text for i in task_ids]
     less = json.dumps({**json.loads(gold[1]), "facts": json.loads(gold[1])["facts"][1:]})
     answers = [Response(*each) for each in zip(task_ids, (gold[0], less, "I see nothing"), strict=True)]
     records = list(Scoring().records(suite, "m", answers, explanations=True))

@@ -67,7 +67,7 @@ class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
         """Whether the gold answer earns everything, as ``vf-validate`` asks."""
         task, suite = TaskReference.parse(self.data.task), self.paid().suite
         book = open_answer_book(suite.benchmark, suite.ability, suite.source)
-        return self.grade(book.gold(task.task_id).text).value == 1
+        return self.grade(book[task.task_id].text).value == 1
 
     def grade(self, reply: str) -> Grade:
         """What a reply is worth, and why."""

@@ -56,7 +56,7 @@ class ItemFlags:
     def _of_unsolved(self, domain: _Domain, key: SuiteKey, task: Task) -> Flag:
         suite, books = self._opened(key, domain)
         for book in books:
-            answer = book.gold(task.id).text
+            answer = book[task.id].text
             verdict = suite.over([answer]).score(task.id, answer)
             if isinstance(verdict, PlanVerdict) and verdict.success:
                 return Flag.PLAN_EXISTS

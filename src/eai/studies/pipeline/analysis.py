@@ -338,7 +338,7 @@ def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -
     book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, source, answers, limits)
     for task_id in suite.task_ids:
         if task_id in answers:
-            success = getattr(suite.score(task_id, book.gold(task_id).text), "success", False)
+            success = getattr(suite.score(task_id, book[task_id].text), "success", False)
             yield task_id, bool(success)
 
 
