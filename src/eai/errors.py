@@ -5,7 +5,6 @@ EaiError
 │   ├── ParseError a text that does not parse: line, column, what was expected
 │   └── DomainError a domain's declaration contradicts itself: names the declaration
 ├── DataError      the data set is missing, damaged or cannot be obtained: says what to do
-├── WorkerError    processes that score die again and again: says at what
 └── InterruptError the user ended it: says how to go on
 """
 
@@ -46,10 +45,6 @@ class DomainError(InputError):
 
 class DataError(EaiError):
     """The data set is missing, damaged or cannot be obtained; the message says what to do."""
-
-
-class WorkerError(EaiError):
-    """Processes that score die again and again at the same answers; the message says at which."""
 
 
 class InterruptError(EaiError):

@@ -21,7 +21,7 @@ from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate
 from eai.results.summary import cases_of, summarise
-from eai.results.tidy import TableMaker
+from eai.results.tidy import Tables
 from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import read_runs
@@ -137,27 +137,27 @@ def test_to_look_and_to_be_done_are_no_executed_actions(tmp_path: Path) -> None:
     records = acted(tmp_path)
     shares = {"GO": Rate(1, 1), "OPEN": Rate(1, 1), "PRESS": Rate(3, 3)}
     assert break_down(records, ACTING).by_action == shares
-    maker = TableMaker(Source(), features=False)
-    maker.add(records)
-    assert {line.operator for line in maker.tables.steps} == set(shares)
-    assert [line.steps_tried for line in maker.tables.answers] == [len(WON), 1]
+    made = Tables(Source(), features=False)
+    made.add(records)
+    assert {line.operator for line in made.steps} == set(shares)
+    assert [line.steps_tried for line in made.answers] == [len(WON), 1]
 
 
 def test_runs_of_two_harnesses_are_two_agents(tmp_path: Path) -> None:
-    maker = TableMaker(Source(), features=False)
+    made = Tables(Source(), features=False)
     for harness in ("react", "text"):
-        maker.add([record.varied(harness=harness, effort="high") for record in acted(tmp_path)])
-    assert [(line.harness, line.effort) for line in maker.tables.answers[1:3]] == [
+        made.add([record.varied(harness=harness, effort="high") for record in acted(tmp_path)])
+    assert [(line.harness, line.effort) for line in made.answers[1:3]] == [
         ("react", "high"),
         ("text", "high"),
     ]
-    assert [line.agent for line in maker.tables.answers[1:3]] == ["m, react, high", "m, text, high"]
+    assert [line.agent for line in made.answers[1:3]] == ["m, react, high", "m, text, high"]
 
 
 def test_of_episodes_that_differ_a_line_has_the_one_that_is_shown(tmp_path: Path) -> None:
-    maker = TableMaker(Source(), features=False)
-    maker.add(settled(tmp_path, "lw", "wl").records)
-    assert [(line.outcome, line.success) for line in maker.tables.answers] == [
+    made = Tables(Source(), features=False)
+    made.add(settled(tmp_path, "lw", "wl").records)
+    assert [(line.outcome, line.success) for line in made.answers] == [
         ("goal_missed", False),
         ("success", True),
     ]

@@ -7,7 +7,6 @@ from rich.console import Console
 
 from eai.cli import progress
 from eai.cli.progress import PATIENCE, data_progress, run_progress, scoring_progress
-from eai.data.progress import Progress, Stage
 
 
 @pytest.mark.parametrize("width", [60, 80, 150])
@@ -29,10 +28,10 @@ def test_without_a_terminal_fetching_and_converting_begin_with_a_line(
     screen = Console(file=io.StringIO(), width=80)
     monkeypatch.setattr(progress, "errors", lambda: screen)
     with data_progress() as report:
-        report(Progress(Stage.WAIT, "another process", 0, 0))
+        report("waiting for", "another process", 0, 0)
         for done in (0, 13_500_000, 27_000_000):
-            report(Progress(Stage.DOWNLOAD, "tasks.zip", done, 27_000_000))
-        report(Progress(Stage.CONVERT, "tasks", 1, 342))
+            report("fetching", "tasks.zip", done, 27_000_000)
+        report("converting", "tasks", 1, 342)
     assert screen.file.getvalue().splitlines() == [  # type: ignore[attr-defined]
         "waiting for another process",
         "fetching tasks.zip: 0/27 MB",
@@ -60,9 +59,9 @@ def test_each_step_of_fetching_has_a_bar_on_a_terminal(monkeypatch: pytest.Monke
     screen = Console(file=io.StringIO(), width=80, force_terminal=True, color_system=None)
     monkeypatch.setattr(progress, "errors", lambda: screen)
     with data_progress() as report:
-        report(Progress(Stage.WAIT, "another process", 0, 0))
-        report(Progress(Stage.DOWNLOAD, "tasks.zip", 27_000_000, 27_000_000))
-        report(Progress(Stage.CONVERT, "tasks", 1, 342))
+        report("waiting for", "another process", 0, 0)
+        report("fetching", "tasks.zip", 27_000_000, 27_000_000)
+        report("converting", "tasks", 1, 342)
     printed = screen.file.getvalue()  # type: ignore[attr-defined]
     titles = ("waiting for another process", "fetching tasks.zip", "converting tasks")
     assert [title for title in titles if title not in printed] == []

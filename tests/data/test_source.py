@@ -12,8 +12,8 @@ import pytest
 
 from benchmark.synthetic import build_sdist
 from eai.data import source
-from eai.data.progress import Progress, Stage, silent
 from eai.data.source import Archive, download, find, installer, open_bundle
+from eai.data.store import silent
 from eai.errors import DataError
 from eai.households.packs import EAI_EVAL
 
@@ -28,11 +28,11 @@ def target(tmp_path: Path) -> Path:
 
 
 def test_pip_downloads_a_wheel_from_the_configured_index(wheel: Archive, target: Path) -> None:
-    steps: list[Progress] = []
-    path = download(wheel, target, steps.append, PIP)
+    steps: list[tuple[str, str, int, int]] = []
+    path = download(wheel, target, lambda *step: steps.append(step), PIP)
     assert path.read_bytes()[:2] == b"PK"
-    assert steps[-1] == Progress(Stage.DOWNLOAD, wheel.filename, wheel.size, wheel.size)
-    assert all(0 <= step.done <= step.total for step in steps)
+    assert steps[-1] == ("fetching", wheel.filename, wheel.size, wheel.size)
+    assert all(0 <= done <= total for _, _, done, total in steps)
 
 
 def test_a_source_distribution_is_downloaded_without_running_it(index: Path, target: Path) -> None:
@@ -67,7 +67,7 @@ def test_an_installer_that_cannot_be_started_says_what_to_do(wheel: Archive, tar
 
 
 def test_an_interrupt_ends_the_download(wheel: Archive, target: Path) -> None:
-    def interrupt(progress: Progress) -> None:
+    def interrupt(*step: object) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

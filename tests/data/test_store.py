@@ -22,7 +22,7 @@ def test_what_is_written_is_read(store: Store) -> None:
     pack = store.open("pack")
     assert {name: pack.read(name) for name in MEMBERS} == MEMBERS
     assert pack.read_json("more/of.json") == {"a": [1, 2]}
-    assert pack.manifest.archives == {"x==1": "digest"}
+    assert pack.archives == {"x==1": "digest"}
     assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
 
 
@@ -32,7 +32,7 @@ def test_same_input_same_bytes_and_the_digest_is_of_the_content(store: Store) ->
     changed = store.write("c", {}, {**MEMBERS, "empty": b"."})
     again = store.write("d", {}, MEMBERS)
     assert first.path.read_bytes() == again.path.read_bytes()
-    assert first.manifest.sha256 == second.manifest.sha256 != changed.manifest.sha256
+    assert first.sha256 == second.sha256 != changed.sha256
 
 
 def test_the_folder_can_be_chosen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_damage_is_never_read_as_data(data: st.DataObject) -> None:
         path.write_bytes(content)
         try:
             pack = store.open("pack")
-            found = {name: pack.read(name) for name in pack.manifest.members}
+            found = {name: pack.read(name) for name in pack.members}
         except DataError as error:
             told = str(error)
         else:

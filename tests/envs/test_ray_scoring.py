@@ -12,7 +12,7 @@ import eai
 from eai.abilities.responses import Response
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
-from eai.errors import InputError, WorkerError
+from eai.errors import EaiError, InputError
 from eai.scoring.batch import Scoring
 from scoring.work import Dying, deadly, failing, squares
 
@@ -50,7 +50,7 @@ def test_an_actor_that_is_killed_loses_and_doubles_nothing(cluster: RayScoring, 
 def test_what_fails_or_kills_every_actor_is_named(cluster: RayScoring) -> None:
     with pytest.raises(ValueError, match="no"):
         list(cluster.each(failing, range(5)))
-    with pytest.raises(WorkerError, match="died 3 times"):
+    with pytest.raises(EaiError, match="died 3 times"):
         list(cluster.each(deadly, range(5)))
 
 

@@ -16,7 +16,7 @@ from eai.data.store import Store
 from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
 from eai.results.lines import AnswerLine
-from eai.results.tidy import TableMaker, Tables
+from eai.results.tidy import Tables
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
@@ -51,22 +51,22 @@ def test_the_papers_cofactors_are_group_bys_of_the_answers() -> None:
 
 def test_what_is_not_known_is_none() -> None:
     """The made-up tasks are in no data set: all that is known of them is what their records say."""
-    maker = TableMaker(Source(Store()))
+    made = Tables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
-        maker.add(records)
-    first, excluded = maker.tables.answers[0], maker.tables.answers[11]
+        made.add(records)
+    first, excluded = made.answers[0], made.answers[11]
     assert (first.success, first.hits, first.planner, first.objects) == (True, None, None, None)
     assert (first.annotated_steps, first.goals, first.steps_tried) == (3, 1, 4)
     assert (excluded.outcome, excluded.success) == ("excluded", None)
-    assert not any(line.task == excluded.task for line in maker.tables.steps if line.model == "first")
-    assert {atom.reason for atom in maker.tables.atoms} <= {None}
-    assert {clause.verdict for clause in maker.tables.clauses} == {"matched", "additional", "missing"}
+    assert not any(line.task == excluded.task for line in made.steps if line.model == "first")
+    assert {atom.reason for atom in made.atoms} <= {None}
+    assert {clause.verdict for clause in made.clauses} == {"matched", "additional", "missing"}
 
 
 def _tables(records: list[Record], *, features: bool) -> Tables:
-    maker = TableMaker(Source(Store()), features=features)
-    maker.add(records)
-    return maker.tables
+    made = Tables(Source(Store()), features=features)
+    made.add(records)
+    return made
 
 
 @pytest.mark.parametrize("protocol", list(Protocol.known()))
@@ -98,6 +98,6 @@ def test_values_say_what_the_texts_beside_them_do(domain: str, ability: Ability,
 
 
 def test_the_data_set_is_not_looked_up_where_features_are_not_asked_for() -> None:
-    maker = TableMaker(Source(Store(Path("/nowhere"))), features=False)
-    maker.add([replace(record, domain="virtualhome") for record in action_run()])
-    assert maker.tables.answers[0].annotated_steps == 3
+    made = Tables(Source(Store(Path("/nowhere"))), features=False)
+    made.add([replace(record, domain="virtualhome") for record in action_run()])
+    assert made.answers[0].annotated_steps == 3

@@ -17,7 +17,7 @@ import pytest
 import eai
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
-from eai.errors import WorkerError
+from eai.errors import EaiError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
 from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _Given, _remove, _Worker, batches
@@ -107,7 +107,7 @@ def test_a_stream_of_workers_that_are_closed_ends() -> None:
         results = pool.each(squares, range(500))
         next(results)
         pool.close()
-        with pytest.raises(WorkerError, match="closed before"):
+        with pytest.raises(EaiError, match="closed before"):
             list(results)
 
 
@@ -142,14 +142,14 @@ def test_a_folder_that_is_written_to_meanwhile_is_removed_again_until_time_is_up
 
 
 def test_what_kills_every_worker_is_named() -> None:
-    with Workers(2) as pool, pytest.raises(WorkerError, match=f"died {DEATHS} times at the same 16 items"):
+    with Workers(2) as pool, pytest.raises(EaiError, match=f"died {DEATHS} times at the same 16 items"):
         list(pool.each(deadly, range(20)))
 
 
 def test_an_error_of_the_work_is_raised_here() -> None:
     with Workers(2) as pool, pytest.raises(ValueError, match="no"):
         list(pool.each(failing, range(5)))
-    with Workers(2) as pool, pytest.raises(WorkerError, match="UnspeakableError: of no module"):
+    with Workers(2) as pool, pytest.raises(EaiError, match="UnspeakableError: of no module"):
         list(pool.each(unspeakable, range(5)))
 
 

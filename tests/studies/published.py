@@ -9,7 +9,7 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
-from eai.results.tidy import TableMaker, Tables
+from eai.results.tidy import Tables
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, Source
@@ -28,7 +28,7 @@ def tables(
     planner: PlannerChoice = PlannerChoice.NONE,
 ) -> Tables:
     """The tables of one suite; skips the test where the answers are not on this machine."""
-    maker = TableMaker(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
+    made = Tables(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
     suite = open_suite(domain, ability, protocol, source=Source(Store(), planner=planner))
     for model in models:
         content = read_oracle(domain, ability.value, model)
@@ -42,5 +42,5 @@ def tables(
                 for row in rows
             ),
         )
-        maker.add(score_run(suite, answers, {}, ScoringOptions(explanations=True)))
-    return maker.tables
+        made.add(score_run(suite, answers, {}, ScoringOptions(explanations=True)))
+    return made

@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.results.table import Table
-from eai.results.tidy import TableMaker
+from eai.results.tidy import Tables
 from eai.scoring.records import write_records
 from eai.studies.errors.analysis import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
@@ -44,18 +44,18 @@ def rows(table: Table) -> list[dict[str, Any]]:
     ],
 )
 def test_every_answer_is_at_one_leaf(changes: dict[str, Any], leaf: _Leaf) -> None:
-    maker = TableMaker(Source(Store()))
-    maker.add(action_run())
-    answer = replace(maker.tables.answers[0], relation_met=None, error_check=None)
+    made = Tables(Source(Store()))
+    made.add(action_run())
+    answer = replace(made.answers[0], relation_met=None, error_check=None)
     assert leaf_of(replace(answer, **changes)) == leaf
 
 
 def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
-    maker = TableMaker(Source(Store()))
+    made = Tables(Source(Store()))
     for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
-        maker.add(records)
-    found = {table.name: table for table in error_tables(maker.tables.answers, maker.tables.clauses)}
-    outcomes = Counter(a.outcome for a in maker.tables.answers if a.outcome != "excluded")
+        made.add(records)
+    found = {table.name: table for table in error_tables(made.answers, made.clauses)}
+    outcomes = Counter(a.outcome for a in made.answers if a.outcome != "excluded")
     leaves: Counter[str] = Counter()
     for row in rows(found["leaves"]):
         leaves[row["kind"] or row["stage"]] += row["answers"].numerator

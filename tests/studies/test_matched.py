@@ -7,14 +7,15 @@ import random
 import pytest
 
 from eai.abilities.verdict import of_all
-from eai.results.certainty import Case
-from eai.studies.contamination.study import _Placed, matched_difference
+from eai.results.certainty import Case, certainty_of_difference
+from eai.results.table import Estimate
+from eai.studies.contamination.study import Placed, matched
 
 
-def placed(which: str, *strata: tuple[str, int, int]) -> list[_Placed]:
+def placed(which: str, *strata: tuple[str, int, int]) -> list[Placed]:
     """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
     return [
-        _Placed(Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", of_all(i < right)), stratum)
+        (Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", of_all(i < right)), stratum)
         for stratum, right, wrong in strata
         for i in range(right + wrong)
     ]
@@ -23,29 +24,26 @@ def placed(which: str, *strata: tuple[str, int, int]) -> list[_Placed]:
 def test_a_stratum_weighs_what_it_weighs_in_the_first_set() -> None:
     public = placed("p", ("short", 9, 1), ("long", 10, 20), ("odd", 0, 50))
     fresh = placed("f", ("short", 30, 30), ("long", 1, 3), ("new", 7, 0))
-    found = matched_difference(public, fresh)
-    assert found is not None
-    assert found.tasks == (40, 64)
-    assert found.first == pytest.approx(100 * 19 / 40)
-    assert found.second == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
-    low, high = found.certainty.interval
-    assert low < found.second - found.first < high
+    ones, others = matched(public, fresh)
+    assert (len(ones), len(others)) == (40, 64)
+    assert Estimate.of(ones).value == pytest.approx(100 * 19 / 40)
+    assert Estimate.of(others).value == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
+    difference = Estimate.of_difference(ones, others)
+    assert difference.low < difference.value < difference.high  # type: ignore[operator]
 
 
 def test_nothing_alike_is_no_difference() -> None:
-    assert matched_difference(placed("p", ("a", 1, 1)), placed("f", ("b", 1, 1))) is None
+    assert matched(placed("p", ("a", 1, 1)), placed("f", ("b", 1, 1))) == ([], [])
 
 
 def test_tasks_of_one_name_are_one_unit() -> None:
     public, fresh = placed("p", ("a", 20, 20)), placed("f", ("a", 20, 20))
-    copies = [_Placed(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
-    apart, together = matched_difference(public, fresh), matched_difference(copies, fresh)
+    copies = [(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
+    apart, together = (certainty_of_difference(*matched(each, fresh)) for each in (public, copies))
     assert apart is not None
     assert together is not None
-    assert together.certainty.names < apart.certainty.names
-    assert apart.certainty.interval.high - apart.certainty.interval.low <= (
-        together.certainty.interval.high - together.certainty.interval.low
-    )
+    assert together.names < apart.names
+    assert apart.interval.high - apart.interval.low <= together.interval.high - together.interval.low
 
 
 def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
@@ -54,13 +52,13 @@ def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
         chances = {"a": 0.8, "b": 0.3}
         sets = [
             [
-                _Placed(Case(f"{w}{i}", f"{w}{i}", of_all(rng.random() < chances[s])), s)
+                (Case(f"{w}{i}", f"{w}{i}", of_all(rng.random() < chances[s])), s)
                 for i in range(80)
                 for s in ["a" if rng.random() < share else "b"]
             ]
             for w, share in (("p", 0.3), ("f", 0.7))
         ]
-        found = matched_difference(*sets)
+        found = certainty_of_difference(*matched(*sets))
         assert found is not None
-        held += found.certainty.interval.low <= 0 <= found.certainty.interval.high
+        held += found.interval.low <= 0 <= found.interval.high
     assert held >= 186  # 93 % of 200; the truth is 0

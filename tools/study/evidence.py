@@ -19,7 +19,7 @@ from eai.results.lines import AnswerLine, Line, case_of
 from eai.results.paper_tables import paper_models
 from eai.results.rate import Rate, rate_of
 from eai.results.table import Estimate
-from eai.results.tidy import TableMaker, Tables
+from eai.results.tidy import Tables
 from eai.studies.cofactors.effects import rank_correlation
 from eai.studies.sensitivity.study import Trial, cells_of, try_operators
 from eai.tasks.source import ErrataChoice, Source
@@ -51,7 +51,7 @@ class Evidence:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
-        self._maker = TableMaker(self.published)
+        self.tables = Tables(self.published)
         self._tried: dict[tuple[str, str], list[Trial]] = {}
 
     @property
@@ -64,11 +64,7 @@ class Evidence:
         first = records[0]
         suite = Suite(first.domain, first.ability.value)
         self.suites.setdefault(suite, {})[first.model] = list(records)
-        self._maker.add(records)
-
-    @property
-    def tables(self) -> Tables:
-        return self._maker.tables
+        self.tables.add(records)
 
     @cached_property
     def models(self) -> list[str]:

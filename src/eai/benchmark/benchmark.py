@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.benchmark.errata import NO_ERRATA, Errata
-from eai.data.progress import Report
+from eai.data.store import Report
 from eai.english.english import PLAIN, English
 from eai.errors import InputError
 from eai.logic.formula import Formula

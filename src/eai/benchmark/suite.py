@@ -16,7 +16,7 @@ from eai.benchmark.benchmark import Benchmark, Opened, Opener
 from eai.benchmark.errata import Errata
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
-from eai.data.progress import silent
+from eai.data.store import silent
 from eai.errors import InputError, did_you_mean
 from eai.tasks.source import ErrataChoice, Source, TaskReference
 

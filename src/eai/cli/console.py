@@ -103,7 +103,7 @@ _SHOWN = 5
 """How many findings of one file are listed before the rest is counted."""
 
 
-def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = False) -> None:
+def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool) -> None:
     """Print what a check found, the first few of each place and how many more, and end with status 2.
 
     Args:

@@ -135,7 +135,7 @@ def listing() -> Iterator[str]:
         yield f"| `{key.name}` | {key.default and f'`{key.default}`'} | {key.meaning} |"
 
 
-def check_models(models: Sequence[str], abilities: Sequence[Ability] = ()) -> None:
+def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:
     """Raise if there is no such model, or two are one folder's name: one would overwrite the other."""
     named: dict[str, str] = {}
     for model in models:

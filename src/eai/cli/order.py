@@ -26,7 +26,7 @@ from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.results.table_files import write_files
-from eai.results.tidy import TableMaker
+from eai.results.tidy import Tables
 from eai.results.totals import Totals
 from eai.run.job import Job
 from eai.run.journal import JOURNAL
@@ -202,11 +202,11 @@ def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float
     from eai.studies.items.analysis import FEWEST_MODELS, scores_of
     from eai.studies.items.rasch import fit_rasch, variance_between
 
-    maker, place = TableMaker(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
+    tables, place = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
     for run in read_runs([folder]):
         if run.key[:3] == place and run.key.is_plain and Totals.of(run.records).coverage.ranked:
-            maker.add(run.records)
-    scores = scores_of(maker.tables.answers)
+            tables.add(run.records)
+    scores = scores_of(tables.answers)
     if len(scores.models) < FEWEST_MODELS:
         wanted = f"{FEWEST_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
         raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")

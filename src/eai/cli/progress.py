@@ -15,8 +15,7 @@ from rich.console import Console
 from typing_extensions import ParamSpec
 
 from eai.cli.console import errors
-from eai.data.progress import Progress as Step
-from eai.data.progress import Report, Stage
+from eai.data.store import Report, Stage
 from eai.errors import InterruptError
 
 if TYPE_CHECKING:
@@ -31,8 +30,6 @@ LONGEST_SILENCE = 60
 
 LINES = 10
 """How many lines a run takes where there is no terminal."""
-
-_STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 BESIDE_THE_TITLE = 42
 """The width of a line of progress besides its title: a bar, the count, the rate, the time left, failures."""
@@ -59,13 +56,13 @@ def data_progress() -> Iterator[Report]:
     watches: dict[str, Watch] = {}
     with ExitStack() as shown:
 
-        def report(step: Step) -> None:
-            title = f"{_STAGES[step.stage]} {step.subject}"
-            size, unit = (1_000_000, " MB") if step.stage is Stage.DOWNLOAD else (1, "")
+        def report(stage: Stage, subject: str, done: int, total: int) -> None:
+            title = f"{stage} {subject}"
+            size, unit = (1_000_000, " MB") if stage == "fetching" else (1, "")
             if title not in watches:
                 shown.close()
                 watches[title] = shown.enter_context(_watching(title, unit=unit))
-            watches[title](step.done // size, 0, step.total // size)
+            watches[title](done // size, 0, total // size)
 
         yield report
 

@@ -31,12 +31,12 @@ from eai.prompts.prompt import PromptSet
 from eai.report.board import board_html
 from eai.report.document import unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
-from eai.report.plots import PlannedPlot, draw_plots, plan_plots
+from eai.report.plots import Plot, add_plots, draw_plots, plan_plots
 from eai.report.publication import published_files
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.writer import add_plots, rankings_json, write_tables
+from eai.report.writer import rankings_json, write_tables
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.table import Table, superscript
@@ -176,7 +176,7 @@ def _formats(text: str) -> list[str]:
     return [kind for kind in FORMATS if kind in named]
 
 
-def _draw(planned: Sequence[PlannedPlot], out: Path, formats: Sequence[str]) -> int:
+def _draw(planned: Sequence[Plot], out: Path, formats: Sequence[str]) -> int:
     """Draw plots, which the report then shows, and count them; a remark where matplotlib is not installed."""
     drawn = []
     try:

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from eai.data import source
-from eai.data.progress import Progress, Report, Stage, silent
 from eai.data.source import Archive, Pack, open_bundle
-from eai.data.store import PackFile, Store, unwritable
+from eai.data.store import PackFile, Report, Store, silent, unwritable
 from eai.errors import DataError
 
 
@@ -33,9 +32,7 @@ class _PackStatus:
     problem: str | None
 
 
-def open_pack(
-    name: str, store: Store | None = None, *, packs: Sequence[Pack], report: Report = silent
-) -> PackFile:
+def open_pack(name: str, store: Store | None, *, packs: Sequence[Pack], report: Report = silent) -> PackFile:
     """Open a pack by name; when it is absent, fetch it with all that its archives suffice for.
 
     Raises:
@@ -94,9 +91,8 @@ def fetch(
     return tuple(pack.name for pack in wanted)
 
 
-def info(store: Store | None = None, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
+def info(store: Store, *, packs: Sequence[Pack]) -> tuple[_PackStatus, ...]:
     """Where each pack is and what it holds; a damaged or absent one is reported, not raised."""
-    store = store or Store()
     return tuple(_status(store, pack) for pack in packs)
 
 
@@ -104,10 +100,10 @@ def _status(store: Store, pack: Pack) -> _PackStatus:
     path = store.path(pack.name)
     size = path.stat().st_size if path.is_file() else 0
     try:
-        manifest = store.open(pack.name).manifest
+        found = store.open(pack.name)
     except DataError as error:
         return _PackStatus(pack.name, path, size, None, pack.pins, str(error))
-    return _PackStatus(pack.name, path, size, manifest.sha256, manifest.archives, None)
+    return _PackStatus(pack.name, path, size, found.sha256, found.archives, None)
 
 
 def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
@@ -117,7 +113,7 @@ def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
 
 def _is_ready(store: Store, pack: Pack) -> bool:
     try:
-        return store.has(pack.name) and store.open(pack.name).manifest.archives == pack.pins
+        return store.has(pack.name) and store.open(pack.name).archives == pack.pins
     except DataError:
         return False
 
@@ -133,7 +129,7 @@ def _locked(folder: Path, report: Report) -> Iterator[None]:
         try:
             lock.acquire(timeout=0)
         except Timeout:
-            report(Progress(Stage.WAIT, "another process that fetches the data", 0, 0))
+            report("waiting for", "another process that fetches the data", 0, 0)
             lock.acquire()
     except OSError as error:
         raise unwritable(folder, error) from error

@@ -28,7 +28,7 @@ from functools import partial
 from importlib import resources
 from pathlib import Path
 
-from eai.data.progress import Progress, Report, Stage
+from eai.data.store import Report
 from eai.errors import DataError
 
 
@@ -282,7 +282,7 @@ def download(archive: Archive, folder: Path, report: Report, pip: Sequence[str])
             "`eai data fetch --from FILE`, or set EAI_DATA_DIR to a fetched folder"
         )
     verify(archive, path)
-    report(Progress(Stage.DOWNLOAD, archive.filename, archive.size, archive.size))
+    report("fetching", archive.filename, archive.size, archive.size)
     return path
 
 
@@ -310,7 +310,6 @@ def _run(
 ) -> str:
     """Run pip, reporting how much has arrived; gives its last error line, for when it did not work."""
     log = folder / "pip.log"
-    subject = archive.filename
     with log.open("wb") as output:
         try:
             process = subprocess.Popen(  # noqa: S603 (fixed arguments, no shell)
@@ -320,7 +319,7 @@ def _run(
             return f"{command[0]}: {error.strerror}"
         try:
             while process.poll() is None:
-                report(Progress(Stage.DOWNLOAD, subject, min(_arrived(folder), archive.size), archive.size))
+                report("fetching", archive.filename, min(_arrived(folder), archive.size), archive.size)
                 time.sleep(_POLL_SECONDS)
         finally:
             if process.poll() is None:

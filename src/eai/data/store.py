@@ -3,7 +3,7 @@
 A pack is a zip whose first member, `manifest.json`, lists the schema, the archives it was made from and the
 SHA-256 of every other member; members are read, and checked, only when asked for. A pack comes into being
 under another name in the same folder and is then moved into place, so a reader sees an old one, a new one or
-none, never a part.
+none, never a part. How far it has come is reported to its maker, so that a command line can draw a bar.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import json
 import os
 import zipfile
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 import platformdirs
 
@@ -34,6 +34,20 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 _UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.BadZipFile, zlib.error)
 _REPAIR = "run `eai data fetch --force`"
 
+Stage: TypeAlias = Literal["waiting for", "fetching", "converting"]
+"""A stage of the making of a pack."""
+
+Report: TypeAlias = Callable[[Stage, str, int, int], None]
+"""Called with each step forward, from the calling thread.
+
+It is given the stage, its subject, how many units are done, and of how many: bytes of a download, tasks or
+files of a conversion. The total is 0 where nothing can be counted: waiting for another process.
+"""
+
+
+def silent(stage: Stage, subject: str, done: int, total: int) -> None:
+    """Report nothing."""
+
 
 def default_folder() -> Path:
     """`EAI_DATA_DIR`, or `eai` in the user's cache folder."""
@@ -42,14 +56,16 @@ def default_folder() -> Path:
 
 
 @dataclass(frozen=True, slots=True)
-class _Manifest:
-    """The manifest of a pack.
+class PackFile:
+    """One pack on disk, with its manifest read.
 
     Attributes:
+        path: the file.
         archives: requirement (`name==version`) -> SHA-256 of the archive it was converted from.
         members: member -> SHA-256 of its content, by name.
     """
 
+    path: Path
     archives: Mapping[str, str]
     members: Mapping[str, str]
 
@@ -59,21 +75,13 @@ class _Manifest:
         lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.members.items()))
         return hashlib.sha256(lines.encode()).hexdigest()
 
-
-@dataclass(frozen=True, slots=True)
-class PackFile:
-    """One pack on disk, with its manifest read."""
-
-    path: Path
-    manifest: _Manifest
-
     def read(self, member: str) -> bytes:
         """The content of a member, verified.
 
         Raises:
             DataError: the member is absent or damaged.
         """
-        expected = self.manifest.members.get(member)
+        expected = self.members.get(member)
         if expected is None:
             raise DataError(f"{self.path}: has no member {member}; {_REPAIR}")
         content = _read_member(self.path, member)
@@ -113,13 +121,13 @@ class Store:
             )
         try:
             values = json.loads(_read_member(path, _MANIFEST))
-            manifest = _Manifest(dict(values["archives"]), dict(values["members"]))
+            found = PackFile(path, dict(values["archives"]), dict(values["members"]))
             digest, schema = values["sha256"], values["schema"]
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(f"{path}: is damaged (unreadable manifest); {_REPAIR}") from error
-        if schema != SCHEMA or digest != manifest.sha256:
+        if schema != SCHEMA or digest != found.sha256:
             raise DataError(f"{path}: is damaged (its manifest contradicts itself); {_REPAIR}")
-        return PackFile(path, manifest)
+        return found
 
     def write(self, pack: str, archives: Mapping[str, str], members: Mapping[str, bytes]) -> PackFile:
         """Write a pack, or replace it as a whole.
@@ -128,18 +136,19 @@ class Store:
             DataError: the folder cannot be written to.
         """
         path = self.path(pack)
-        manifest = _Manifest(dict(archives), {name: _sha256(content) for name, content in members.items()})
+        digests = {name: hashlib.sha256(content).hexdigest() for name, content in members.items()}
+        made = PackFile(path, dict(archives), digests)
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            _write_zip(partial, manifest, members)
+            _write_zip(partial, made, members)
             partial.replace(path)
         except OSError as error:
             raise unwritable(self.folder, error) from error
         finally:
             with contextlib.suppress(OSError):
                 partial.unlink()
-        return PackFile(path, manifest)
+        return made
 
     def sweep(self) -> None:
         """Remove what an interrupted writer left. Call it while holding the folder's lock."""
@@ -153,10 +162,6 @@ def unwritable(folder: Path, error: OSError) -> DataError:
     return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
 
 
-def _sha256(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
-
-
 def _read_member(path: Path, member: str) -> bytes:
     try:
         with zipfile.ZipFile(path) as archive:
@@ -165,13 +170,13 @@ def _read_member(path: Path, member: str) -> bytes:
         raise DataError(f"{path}: is damaged ({member} cannot be read: {error}); {_REPAIR}") from error
 
 
-def _write_zip(path: Path, manifest: _Manifest, members: Mapping[str, bytes]) -> None:
+def _write_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
     """Write the pack with fixed dates and sync it to disk, so that a power cut leaves no empty file."""
     header = {
         "schema": SCHEMA,
-        "sha256": manifest.sha256,
-        "archives": manifest.archives,
-        "members": manifest.members,
+        "sha256": pack.sha256,
+        "archives": pack.archives,
+        "members": pack.members,
     }
     with path.open("wb") as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import ray
 from ray.exceptions import RayActorError
 
-from eai.errors import InputError, WorkerError
+from eai.errors import EaiError, InputError
 from eai.scoring.batch import Scoring
 from eai.scoring.workers import AHEAD, DEATHS, HELD, LARGEST, SMALLEST, batches, loaded
 
@@ -69,7 +69,7 @@ class RayScoring(Scoring):
         """Yield the results of a function on the items, in their order; a batch goes to who has least to do.
 
         Raises:
-            WorkerError: actors die whenever they come to certain items.
+            EaiError: actors die whenever they come to certain items.
         """
         content = ray.put(pickle.dumps(work))
         ahead: deque[Any] = deque()
@@ -100,9 +100,7 @@ def _results(promised: Any) -> Sequence[Any]:
     try:
         found: Sequence[Any] = pickle.loads(ray.get(promised))  # noqa: S301 - of an actor of this program
     except RayActorError as error:
-        raise WorkerError(
-            f"actors died {DEATHS} times at the same answers; is there enough memory?"
-        ) from error
+        raise EaiError(f"actors died {DEATHS} times at the same answers; is there enough memory?") from error
     return found
 
 

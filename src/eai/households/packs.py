@@ -14,9 +14,8 @@ from importlib.util import find_spec
 from pathlib import PurePosixPath
 
 from eai.data.dataset import info, open_pack
-from eai.data.progress import Report
 from eai.data.source import Archive, Bundle, Pack
-from eai.data.store import PackFile, Store
+from eai.data.store import PackFile, Report, Store
 from eai.errors import DataError
 from eai.tasks.source import Finding, Source
 
@@ -287,9 +286,9 @@ def _check_pack(store: Store, pack: Pack) -> Iterator[Finding]:
     except DataError as error:
         yield Finding(pack.name, str(error))
         return
-    if opened.manifest.archives != pack.pins:
+    if opened.archives != pack.pins:
         yield Finding(pack.name, "was made from other archives than the pinned ones; run `eai data fetch`")
-    for member in opened.manifest.members:
+    for member in opened.members:
         try:
             opened.read(member)
         except DataError as error:

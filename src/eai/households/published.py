@@ -35,7 +35,7 @@ def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None
             return PromptFiles(prompt_file({i: Prompt(text) for i, text in texts.items()}), None)
         pack = packs.open_published(packs.PROMPTS, source)
         setup = f"{name}/{ability.value}_system.json"
-        system = pack.read(setup) if setup in pack.manifest.members else None
+        system = pack.read(setup) if setup in pack.members else None
         return PromptFiles(pack.read(f"{name}/{ability.value}.json"), system)
 
     return files
@@ -84,7 +84,7 @@ def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
         return TransitionTask(task_id, library, tuple(operators[task_id]), kinds, problems[task_id])
 
     tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
-    return TaskSet(tasks, tasks.__getitem__, pack.manifest.sha256)
+    return TaskSet(tasks, tasks.__getitem__, pack.sha256)
 
 
 def _operator(name: str, values: Mapping[str, str]) -> OperatorText:

@@ -107,9 +107,7 @@ class _Scorer:
         return summary_of(Run(RunKey(suite.protocol, domain, ability, name), tuple(records)))
 
 
-def board_html(
-    paths: Sequence[Path], source: Source, *, told: Callable[[str], None] = lambda _: None
-) -> tuple[str, int]:
+def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
     """The page of the submissions and seasons at some paths, and how many submissions there are.
 
     Args:

@@ -117,13 +117,6 @@ Runs under `eai-1.0.5` that have the name of a published response file, beside t
 model."""
 
 
-class Plot(NamedTuple):
-    """A plot by the name of its files, without ending, and what it shows."""
-
-    name: str
-    caption: str
-
-
 def report_markdown(
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
@@ -305,12 +298,6 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     reasons = {reason for item in runs for reason in item.excluded}
     if reasons:
         yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
-
-
-def plots_markdown(plots: Sequence[Plot], kind: str) -> str:
-    """The section of plots, in files of a format."""
-    shown = (f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{kind})\n" for plot in plots)
-    return "\n".join(("\n## Plots\n", *shown))
 
 
 def _named(item: RunSummary) -> dict[str, str]:

@@ -10,22 +10,22 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
 from eai.benchmark.registry import title_of
+from eai.data.files import write_whole
 from eai.data.grouping import grouped
 from eai.report import plot_summary
-from eai.report.document import Plot
 from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.markdown import escaped
-from eai.results.plots import FEW, FORMATS, LINES, RULE, clipped, entitle, sheet, styled, write
+from eai.results.plots import FEW, LINES, RULE, clipped, entitle, sheet, styled, write
 from eai.results.rate import rate_of
 
 if TYPE_CHECKING:
@@ -60,11 +60,15 @@ Bins = Mapping[int, Cases]
 """Bin -> successes of one model; a bin without tasks is not there."""
 
 
-PlannedPlot: TypeAlias = "tuple[Plot, str, Callable[[], Figure | None]]"
-"""A plot, what is said above it, and what draws it, or nothing where there are no numbers."""
+class Plot(NamedTuple):
+    """A plot by the name of its files, without ending, what it shows, and what draws it if it has numbers."""
+
+    name: str
+    caption: str
+    draw: Callable[[], Figure | None]
 
 
-def plan_plots(runs: Sequence[RunSummary], pages: Sequence[Ranking] = ()) -> list[PlannedPlot]:
+def plan_plots(runs: Sequence[RunSummary], pages: Sequence[Ranking] = ()) -> list[Plot]:
     """All plots that runs may have numbers for, in order.
 
     Args:
@@ -74,9 +78,7 @@ def plan_plots(runs: Sequence[RunSummary], pages: Sequence[Ranking] = ()) -> lis
     return [*_pages(pages), *_figures(runs)]
 
 
-def draw_plots(
-    planned: Iterable[PlannedPlot], folder: Path, formats: Sequence[str] = FORMATS
-) -> Iterator[Plot | None]:
+def draw_plots(planned: Iterable[Plot], folder: Path, formats: Sequence[str]) -> Iterator[Plot | None]:
     """Draw plots one by one; each is given when its files are there, or None if it has no numbers.
 
     Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
@@ -85,46 +87,58 @@ def draw_plots(
     Args:
         planned: the plots.
         folder: where they go.
-        formats: those of `FORMATS` in which each is written.
+        formats: those of `eai.results.plots.FORMATS` in which each is written.
 
     Raises:
         EaiError: matplotlib is not installed.
     """
     with styled():
         folder.mkdir(parents=True, exist_ok=True)
-        for plot, title, draw in planned:
-            figure = draw()
+        for plot in planned:
+            figure = plot.draw()
             if figure is not None:
-                if title:
-                    entitle(figure, title)
                 write(figure, folder / plot.name, formats, clips=False)
             yield None if figure is None else plot
 
 
-def _pages(tables: Sequence[Ranking]) -> Iterator[PlannedPlot]:
+def add_plots(folder: Path, plots: Sequence[Plot], kind: str) -> None:
+    """Show plots, drawn in files of a format, at the end of ``report.md``."""
+    page = folder / "report.md"
+    shown = (f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{kind})\n" for plot in plots)
+    write_whole({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
+
+
+def _pages(tables: Sequence[Ranking]) -> Iterator[Plot]:
     for model, protocol in plot_summary.models_of(tables):
         name = file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escaped(model)} on one page, protocol {protocol.value}"
-        yield Plot(name, caption), "", partial(plot_summary.draw, tables, model, protocol)
+        yield Plot(name, caption, partial(plot_summary.draw, tables, model, protocol))
 
 
-def _figures(runs: Sequence[RunSummary]) -> Iterator[PlannedPlot]:
+def _figures(runs: Sequence[RunSummary]) -> Iterator[Plot]:
     ordered = sorted(runs, key=lambda item: item.key.order)
     for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
         group = list(items)
         place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
-        yield Plot(f"radar-{name}", f"Main results by model: {place}"), place, partial(draw_radar, group)
-        outcomes = Plot(f"outcomes-{name}", f"Outcomes of answers: {place}")
-        yield outcomes, place, partial(draw_outcomes, group)
+        for kind, caption, draw in _OF_DOMAIN:
+            yield Plot(f"{kind}-{name}", f"{caption}: {place}", partial(_entitled, place, draw, group))
         for ability in sorted({item.key.ability for item in group}, key=place_of):
             of_ability = [item for item in group if item.key.ability is ability]
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
-            for kind, caption, draw in _KINDS:
+            for kind, caption, draw in _OF_ABILITY:
                 if kind != "flow" or declaration_of(ability).has_plans:
                     caption = f"{caption}: {ability_title(ability).lower()}, {place}"
-                    plot = Plot(f"{kind}-{ability.value}-{name}", caption)
-                    yield plot, title, partial(draw, of_ability)
+                    drawn = partial(_entitled, title, draw, of_ability)
+                    yield Plot(f"{kind}-{ability.value}-{name}", caption, drawn)
+
+
+def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
+    """A figure below its title."""
+    figure = draw(runs)
+    if figure is not None:
+        entitle(figure, title)
+    return figure
 
 
 def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
@@ -204,10 +218,18 @@ def _draw_intervals(panel: Axes, bins: Bins, shift: float, color: str) -> None:
             panel.vlines(place + shift, *certainty.interval, color=color, linewidth=0.8, alpha=0.6)
 
 
-_KINDS: Sequence[tuple[str, str, Callable[[Sequence[RunSummary]], Figure | None]]] = (
+_Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
+
+_OF_DOMAIN: Sequence[tuple[str, str, _Draw]] = (
+    ("radar", "Main results by model", draw_radar),
+    ("outcomes", "Outcomes of answers", draw_outcomes),
+)
+"""The plots of a domain: name, caption, and what draws it."""
+
+_OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
     ("flow", "From answer to outcome", draw_flow),
     ("difficulty", _DIFFICULTY, draw_difficulty),
     ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
     ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
 )
-"""The plots of an ability: name, caption, and what draws it; flows are of those that have plans alone."""
+"""Those of an ability, likewise; flows are of abilities with plans alone."""

@@ -16,7 +16,7 @@ from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
-from eai.report.document import Plot, agreements, plots_markdown, report_markdown
+from eai.report.document import agreements, report_markdown
 from eai.report.ranking import Cell, Ranking, Row, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
@@ -76,12 +76,6 @@ def write_tables(
         contents["cost.csv"] = paid
     write_whole({folder / name: text for name, text in contents.items()})
     return len(written)
-
-
-def add_plots(folder: Path, plots: Sequence[Plot], kind: str) -> None:
-    """Show plots, drawn in files of a format, at the end of ``report.md``."""
-    page = folder / "report.md"
-    write_whole({page: page.read_text(encoding="utf-8") + plots_markdown(plots, kind)})
 
 
 def _narrowed(tables: Sequence[Ranking], models: Collection[str], columns: Collection[str]) -> list[Ranking]:

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
-from typing import NamedTuple, TypeVar
+from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import NONE, NOTHING, ONE, Share
@@ -177,7 +176,7 @@ class AtomLine(Line):
         atom: the goal, as answers state it.
         predicate: its predicate, or the action.
         positive: whether it is to hold.
-        reason: of a wrong one, where it comes from (`eai.results.tidy.Reason`), where that is known.
+        reason: of a wrong one, where it comes from (`Reason`), where that is known.
     """
 
     verdict: str
@@ -232,12 +231,19 @@ TOGETHER = "all models"
 """The name in the place of a model where the answers of all are taken together."""
 
 
-class Measure(str, Enum):
-    """The measures that a feature of tasks can be set against."""
+Measure: TypeAlias = Literal["score", "executable", "goals"]
+"""The measures that a feature of tasks can be set against."""
 
-    SCORE = "score"
-    EXECUTABLE = "executable"
-    GOALS = "goals"
+Reason: TypeAlias = Literal["unknown", "procedural", "initial", "final", "intermediate", "other"]
+"""Where a wrong goal may come from; of those that fit the first is meant.
+
+- unknown: its predicate or action is none of the benchmark's.
+- procedural: it is an action that is a goal of no task.
+- initial: it holds at the start.
+- final: it holds at the end of the data set's own plan, and nobody asked for it.
+- intermediate: it holds at some time on the way there, neither at the start nor at the end.
+- other: none of these.
+"""
 
 
 class SuiteKey(NamedTuple):
@@ -303,9 +309,9 @@ def case_of(line: Line, share: Share) -> Case:
 
 
 MEASURES: Mapping[Measure, Callable[[AnswerLine], Share]] = {
-    Measure.SCORE: score_of,
-    Measure.EXECUTABLE: executed_of,
-    Measure.GOALS: goals_of,
+    "score": score_of,
+    "executable": executed_of,
+    "goals": goals_of,
 }
 """The share that an answer adds to each measure."""
 

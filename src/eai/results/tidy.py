@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
-from functools import partial
+from dataclasses import fields
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
@@ -20,23 +20,12 @@ from eai.results.summary import contributions, name_of
 
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.declaration import OperatorVerdict
-    from eai.results.task_book import TaskBook, TaskFacts
+    from eai.results.task_book import TaskBook
     from eai.tasks.source import Source
 
 
-@dataclass(frozen=True, slots=True)
 class Tables:
-    """The tidy tables of any number of runs, in their order."""
-
-    answers: list[AnswerLine] = field(default_factory=list)
-    steps: list[StepLine] = field(default_factory=list)
-    goals: list[GoalLine] = field(default_factory=list)
-    atoms: list[AtomLine] = field(default_factory=list)
-    clauses: list[ClauseLine] = field(default_factory=list)
-
-
-class TableMaker:
-    """Makes the tables of runs, given one after the other.
+    """The tidy tables of any number of runs, in their order.
 
     What a task is like is looked up in the data set where its benchmark is registered, and is otherwise known
     as far as records say it.
@@ -48,10 +37,14 @@ class TableMaker:
     """
 
     def __init__(self, source: Source, *, features: bool = True) -> None:
-        self.tables = Tables()
+        self.answers: list[AnswerLine] = []
+        self.steps: list[StepLine] = []
+        self.goals: list[GoalLine] = []
+        self.atoms: list[AtomLine] = []
+        self.clauses: list[ClauseLine] = []
         self._source = source
         self._features = features
-        self._books: dict[str, TaskBook | None] = {}
+        self._book = cache(self._open_book)
 
     def add(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
@@ -60,23 +53,19 @@ class TableMaker:
         shares = contributions([record.verdict for record in scored], records[0].ability)
         adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
         for record in records:
-            facts = None if book is None else book.facts_of(record.task_id)
             key = beginning_of(record)
-            self.tables.answers.append(_answer(record, key, adds.get(record.task_id, {}), facts))
+            self.answers.append(_answer(record, key, adds.get(record.task_id, {}), book))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
-            self.tables.steps.extend(_steps(record, key))
-            self.tables.goals.extend(_goals(record, key))
-            self.tables.atoms.extend(_atoms(record, key, facts))
-            self.tables.clauses.extend(_clauses(record, key))
+            self.steps.extend(_steps(record, key))
+            self.goals.extend(_goals(record, key))
+            self.atoms.extend(_atoms(record, key, book))
+            self.clauses.extend(_clauses(record, key))
 
-    def _book(self, domain: str) -> TaskBook | None:
-        if domain not in self._books:
-            from eai.results.task_book import TaskBook
+    def _open_book(self, domain: str) -> TaskBook | None:
+        from eai.results.task_book import TaskBook
 
-            known = domain in registered()
-            self._books[domain] = TaskBook(find_benchmark(domain), self._source) if known else None
-        return self._books[domain]
+        return TaskBook(find_benchmark(domain), self._source) if domain in registered() else None
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
@@ -99,7 +88,7 @@ def beginning_of(record: Record) -> Beginning:
     }
 
 
-def _answer(record: Record, key: Beginning, shares: Shares, facts: TaskFacts | None) -> AnswerLine:
+def _answer(record: Record, key: Beginning, shares: Shares, book: TaskBook | None) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
@@ -116,7 +105,7 @@ def _answer(record: Record, key: Beginning, shares: Shares, facts: TaskFacts | N
         "characters": len(record.response),
         "output_tokens": None if usage is None else usage.output_tokens,
         "cost": None if usage is None else usage.cost,
-        **_features(record, facts),
+        **_features(record, book),
         **verdict.columns,
     }
     known: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
@@ -149,9 +138,9 @@ def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
     return {}
 
 
-def _features(record: Record, facts: TaskFacts | None) -> Mapping[str, int | None]:
+def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]:
     """The features of the task: as the record says, and as far as it does not, as the data set does."""
-    found = {} if facts is None else facts.features
+    found = {} if book is None else book.features(record.task_id)
     if record.task is None:
         return found
     return {**found, "annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
@@ -182,14 +171,14 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
         )
 
 
-def _atoms(record: Record, key: Beginning, facts: TaskFacts | None) -> Iterator[AtomLine]:
+def _atoms(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[AtomLine]:
     verdict = record.verdict
     if not isinstance(verdict, GoalVerdict):
         return
     for found in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, found):
             call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)
-            reason = facts.reason(call).value if found == "wrong" and facts is not None else None
+            reason = book.reason(record.task_id, call) if found == "wrong" and book is not None else None
             yield AtomLine(
                 **key, verdict=found, atom=atom, predicate=call.name, positive=call.positive, reason=reason
             )

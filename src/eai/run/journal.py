@@ -132,7 +132,7 @@ class Desk:
         stopped: why nothing more is to be asked, if that is so.
     """
 
-    def __init__(self, job: Job, journal: Journal, watch: Watch | None = None) -> None:
+    def __init__(self, job: Job, journal: Journal, watch: Watch | None) -> None:
         self.job = job
         self.journal = journal
         self.given: dict[Place, list[Answer]] = {}

@@ -205,7 +205,7 @@ def ask(desk: Desk) -> Solver:
 
 
 @solver(name="eai_ask_as_published")
-def ask_as_published(trials: Trials | None = None) -> Solver:
+def ask_as_published(trials: Trials | None) -> Solver:
     """Asks with the stop sequences of the sample's metadata; for runs without a desk.
 
     Args:

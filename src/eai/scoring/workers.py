@@ -34,7 +34,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from typing_extensions import Self
 
-from eai.errors import WorkerError
+from eai.errors import EaiError
 from eai.scoring.collector import collect_seldom
 
 ENDED = 128 + signal.SIGTERM
@@ -105,7 +105,7 @@ def _error_bytes(error: Exception) -> bytes:
         content = pickle.dumps(ExceptionWithTraceback(error, error.__traceback__))
         pickle.loads(content)  # noqa: S301 - some can be pickled and not loaded
     except Exception:
-        return pickle.dumps(WorkerError(f"{type(error).__name__}: {error}"))
+        return pickle.dumps(EaiError(f"{type(error).__name__}: {error}"))
     return content
 
 
@@ -201,9 +201,7 @@ class Workers:
             worker.connection.close()
             self._waiting.extend(worker.has)
         for batch in self._waiting:
-            batch.result = pickle.dumps(
-                WorkerError("the workers were closed before the stream came to its end")
-            )
+            batch.result = pickle.dumps(EaiError("the workers were closed before the stream came to its end"))
         self._waiting.clear()
         end = time.monotonic() + CLEANING_SECONDS
         for worker in workers:
@@ -230,7 +228,7 @@ class Workers:
             at_a_time: how many items a worker is given at first, and at most.
 
         Raises:
-            WorkerError: workers die whenever they come to certain items.
+            EaiError: workers die whenever they come to certain items.
         """
         if self._number < 2:
             for item in items:
@@ -321,7 +319,7 @@ class Workers:
         at = worker.has[0]
         at.deaths += 1
         if at.deaths == DEATHS:
-            at.result = pickle.dumps(WorkerError(_named_items(at.given.items)))
+            at.result = pickle.dumps(EaiError(_named_items(at.given.items)))
             worker.has.popleft()
         self._waiting.extendleft(reversed(worker.has))
 

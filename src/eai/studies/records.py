@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from eai.data.grouping import grouped
-from eai.results.tidy import TableMaker, Tables
+from eai.results.tidy import Tables
 from eai.scoring.runs import Run, read_runs
 from eai.tasks.source import ErrataChoice, Source
 
@@ -63,11 +63,11 @@ class Records:
         """
         if True in self._made or features in self._made:
             return self._made.get(True) or self._made[features]
-        maker = TableMaker(replace(self.source, errata=ErrataChoice.NONE), features=features)
+        made = Tables(replace(self.source, errata=ErrataChoice.NONE), features=features)
         for run in self.runs():
-            maker.add(run.records)
-        self._made[features] = maker.tables
-        return maker.tables
+            made.add(run.records)
+        self._made[features] = made
+        return made
 
     def below(self, name: str) -> Records:
         """The same records for another analysis, whose results are in a folder of their own."""

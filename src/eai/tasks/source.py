@@ -13,8 +13,7 @@ from typing import NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import Ability, member, registered_abilities
 from eai.abilities.task import Task
-from eai.data.progress import Report, silent
-from eai.data.store import Store
+from eai.data.store import Report, Store, silent
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
 from eai.world.vocabulary import several

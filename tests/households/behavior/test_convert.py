@@ -9,8 +9,7 @@ from typing import Any
 
 import pytest
 
-from eai.data.progress import Progress, silent
-from eai.data.store import Store
+from eai.data.store import Store, silent
 from eai.errors import DataError
 from eai.households.behavior.convert import convert_tasks
 from eai.households.behavior.records import OPTIONS_MEMBER, TASKS_MEMBER, read_records
@@ -91,10 +90,10 @@ def bddl(problem: str = PROBLEM) -> Files:
 
 
 def test_a_task_is_put_together_from_both_archives(tmp_path: Any) -> None:
-    steps: list[Progress] = []
-    members = convert_tasks(wheel(), bddl(), steps.append)
+    steps: list[tuple[int, ...]] = []
+    members = convert_tasks(wheel(), bddl(), lambda _, subject, *counts: steps.append(counts))
     assert members.keys() == {TASKS_MEMBER, OPTIONS_MEMBER}
-    assert [(step.done, step.total) for step in steps] == [(0, 1), (1, 1)]
+    assert steps == [(0, 1), (1, 1)]
     tasks = read_records(Store(tmp_path).write("behavior", {}, members))
     assert list(tasks) == [TASK]
     record = tasks[TASK]

@@ -12,8 +12,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Bundle
+from eai.data.store import Report
 from eai.errors import DataError, ParseError
 from eai.households.behavior.records import FLOOR, OPTIONS_MEMBER, STATE_OF_ABILITY, TASKS_MEMBER
 from eai.logic.bddl import Problem, parse_problem
@@ -47,10 +47,10 @@ def convert_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, byte
     converter = _Converter(wheel, bddl)
     lines, options = [], []
     for done, (task_id, stats) in enumerate(tasks.items()):
-        report(Progress(Stage.CONVERT, "BEHAVIOR tasks", done, len(tasks)))
+        report("converting", "BEHAVIOR tasks", done, len(tasks))
         lines.append(_line(task_id, converter.task(task_id, stats)))
         options.append(_line(task_id, converter.goal_options(task_id)))
-    report(Progress(Stage.CONVERT, "BEHAVIOR tasks", len(tasks), len(tasks)))
+    report("converting", "BEHAVIOR tasks", len(tasks), len(tasks))
     return {TASKS_MEMBER: b"".join(lines), OPTIONS_MEMBER: b"".join(options)}
 
 

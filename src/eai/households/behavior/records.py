@@ -108,7 +108,7 @@ def read_records(pack: PackFile) -> TaskSet[BehaviorRecord]:
     def read(task_id: str) -> BehaviorRecord:
         return _record(task_id, json.loads(lines[task_id]), json.loads(options[task_id]))
 
-    return TaskSet(lines, read, pack.manifest.sha256)
+    return TaskSet(lines, read, pack.sha256)
 
 
 def _by_id(content: bytes) -> dict[str, bytes]:

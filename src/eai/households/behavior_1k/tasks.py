@@ -58,7 +58,7 @@ class _ActivityTasks(TaskSet[Task]):
         self._english = english
         self._evidence = Evidence.load()
         self._texts = _lines(pack, ACTIVITIES)
-        digest = f"{pack.manifest.sha256}{self._evidence.sha256}{READING}"
+        digest = f"{pack.sha256}{self._evidence.sha256}{READING}"
         super().__init__(self._texts, self._task, hashlib.sha256(digest.encode()).hexdigest())
 
     @cached_property

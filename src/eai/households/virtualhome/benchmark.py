@@ -22,9 +22,8 @@ from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
-from eai.data.progress import Report, silent
 from eai.data.source import open_bundle
-from eai.data.store import Store
+from eai.data.store import Report, Store, silent
 from eai.english.english import english_of
 from eai.households import packs
 from eai.households.published import official_prompts, open_virtualhome

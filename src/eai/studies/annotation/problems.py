@@ -55,8 +55,8 @@ def make_problem(
     planner: PddlPlanner,
     *,
     operators: PddlDomain | None,
-    conditions: int = 4,
-    seed: int = 0,
+    conditions: int,
+    seed: int,
 ) -> Problem | None:
     """A problem about at most so many ground conditions of one way to meet the goal; None if it has none.
 

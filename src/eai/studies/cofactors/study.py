@@ -24,9 +24,7 @@ class _Choices(Options):
     """How success is set against features of tasks."""
 
     bins: int = option("How many lengths of annotated plans stand together.", 10, ge=1)
-    measure: Measure = option(
-        "What features of tasks are set against: score, executable or goals.", Measure.SCORE
-    )
+    measure: Measure = option("What features of tasks are set against: score, executable or goals.", "score")
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
@@ -39,7 +37,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
 def _figures(found: Sequence[Table], measure: Measure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = found
     for suite, rows in rows_of(curves).items():
-        yield of_suite(suite, "curves", draw_curves(rows, f"{measure.value}, percent"))
+        yield of_suite(suite, "curves", draw_curves(rows, f"{measure}, percent"))
     for suite, rows in rows_of(adjusted).items():
         yield of_suite(suite, "adjusted", draw_effects(rows))
     for suite, rows in rows_of(by_action).items():

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.options import Options
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict, Share, of_all
 from eai.errors import InputError
-from eai.results.certainty import Case, Certainty, certainty_of_difference
+from eai.results.certainty import Case
 from eai.results.rate import rate_of
 from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run
@@ -42,53 +41,31 @@ _REMARKS = (
 )
 
 
-class _Placed(NamedTuple):
-    """The contribution of one task to a rate, and the stratum of tasks that are like it."""
-
-    case: Case
-    stratum: Hashable
+Placed: TypeAlias = tuple[Case, Hashable]
+"""The contribution of one task to a rate, and the stratum of tasks that are like it."""
 
 
-@dataclass(frozen=True, slots=True)
-class _MatchedDifference:
-    """The difference of two rates where the tasks are alike.
+def matched(first: Sequence[Placed], second: Sequence[Placed]) -> tuple[list[Case], list[Case]]:
+    """The tasks of two sets in strata that both have, the second ones weighted to the strata of the first.
 
-    Attributes:
-        first: the rate in the first set, in percent.
-        second: that in the second, weighted to the strata of the first.
-        certainty: of second minus first, in percentage points; the names of both sets are its units. The gain
-            from strata is not reckoned with, so that the interval is rather too wide.
-        tasks: how many tasks of the first and of the second set are in a common stratum.
+    No name is one of both sets. The gain from strata is not reckoned with in the interval of a difference of
+    theirs, so that it is rather too wide.
     """
-
-    first: float
-    second: float
-    certainty: Certainty
-    tasks: tuple[int, int]
-
-
-def matched_difference(first: Sequence[_Placed], second: Sequence[_Placed]) -> _MatchedDifference | None:
-    """The difference of two rates where the tasks are alike; None if they never are."""
     sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
-    ones = [_apart(case, "first") for case, stratum in first if stratum in others]
-    weighted = [
-        _apart(case, "second", sizes[stratum] / others[stratum]) for case, stratum in second if sizes[stratum]
-    ]
-    certainty = certainty_of_difference(ones, weighted) if ones else None
-    if certainty is None:
-        return None
-    return _MatchedDifference(_percent(ones), _percent(weighted), certainty, (len(ones), len(weighted)))
+    return (
+        [_apart(case, "first") for case, stratum in first if stratum in others],
+        [
+            _apart(case, "second", sizes[stratum] / others[stratum])
+            for case, stratum in second
+            if sizes[stratum]
+        ],
+    )
 
 
 def _apart(case: Case, which: str, weight: float = 1) -> Case:
     """A task that is none of the other set, with a weight."""
     share = Share(weight * case.share.numerator, weight * case.share.denominator)
     return Case(f"{which} {case.task}", f"{which} {case.name}", share)
-
-
-def _percent(cases: Sequence[Case]) -> float:
-    rate = rate_of(case.share for case in cases)
-    return 0.0 if rate.percent is None else rate.percent
 
 
 Pair: TypeAlias = tuple[str, str, Sequence[Record], Sequence[Record]]
@@ -120,15 +97,13 @@ def contamination_table(pairs: Sequence[Pair]) -> Iterator[Row]:
     for model, suite, public, fresh in pairs:
         placed = [list(_placed(records)) for records in (public, fresh)]
         rates = [Estimate.of([case for case, _ in each]) for each in placed]
-        found = matched_difference(*placed)
-        if found is None:
-            yield (model, suite, *rates, None, None, Estimate(None), 0, 0)
-        else:
-            difference = Estimate(found.second - found.first, *found.certainty.interval)
-            yield (model, suite, *rates, found.first, found.second, difference, *found.tasks)
+        ones, others = matched(*placed)
+        percents = [rate_of(case.share for case in each).percent for each in (ones, others)]
+        difference = Estimate.of_difference(ones, others)
+        yield (model, suite, *rates, *percents, difference, len(ones), len(others))
 
 
-def _placed(records: Sequence[Record]) -> Iterator[_Placed]:
+def _placed(records: Sequence[Record]) -> Iterator[Placed]:
     """The contribution of each task and its stratum; tasks that are in no statistics are left out."""
     for record in records:
         verdict, task = record.verdict, record.task
@@ -136,7 +111,7 @@ def _placed(records: Sequence[Record]) -> Iterator[_Placed]:
             kinds = () if verdict.goals is None else tuple([tally.total > 0 for tally in verdict.goals])
             steps = None if task.annotated_steps is None else _bin(task.annotated_steps, STEPS)
             case = Case(record.task_id, task.name, of_all(verdict.success))
-            yield _Placed(case, (steps, _bin(task.goals, GOALS), kinds))
+            yield case, (steps, _bin(task.goals, GOALS), kinds)
 
 
 def _bin(number: int, bounds: Sequence[int]) -> int:

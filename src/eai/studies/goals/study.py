@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from eai.abilities.options import Options
 from eai.abilities.verdict import of_all
 from eai.data.grouping import grouped
 from eai.results.certainty import Case
-from eai.results.lines import MODEL, SUITE, AtomLine, by_run, by_suite, case_of, shares_by_kind
+from eai.results.lines import MODEL, SUITE, AtomLine, Reason, by_run, by_suite, case_of, shares_by_kind
 from eai.results.plots import draw_matrix, draw_names, rows_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.study import Analysis, Figures, Study, of_suite
@@ -73,11 +73,9 @@ def _reasons(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     at the start; final: it holds at the end of the data set's own plan, and nobody asked for it;
     intermediate: it holds at some time on the way there, neither at the start nor at the end.
     """
-    from eai.results.task_book import Reason  # which runs of a model do not need
-
     for key, lines in by_run([a for a in atoms if a.reason is not None]):
         reasons = [str(line.reason) for line in lines]
-        shares = shares_by_kind(lines, reasons, [reason.value for reason in Reason])
+        shares = shares_by_kind(lines, reasons, get_args(Reason))
         yield from [(*key, reason, share) for reason, share in shares]
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.data.grouping import grouped
@@ -27,21 +26,18 @@ FEWEST_MODELS = 3
 _FOLDS = 10
 
 
-class Flag(str, Enum):
-    """A reason for caution with the answers to a task."""
+Flag: TypeAlias = Literal[
+    "saturated", "unsolved", "unsolved: no plan", "unsolved: plan exists", "negative", "ambiguous names"
+]
+"""A reason for caution with the answers to a task.
 
-    SATURATED = "saturated"
-    """All models solve it, or all but one."""
-    NO_PLAN = "unsolved: no plan"
-    """No model solves it, and the built-in planner finds that nothing can."""
-    PLAN_EXISTS = "unsolved: plan exists"
-    """No model solves it, but an answer made of the built-in planner's plan is right."""
-    UNSOLVED = "unsolved"
-    """No model solves it, and nobody knows whether it can be."""
-    NEGATIVE = "negative"
-    """Models that are better elsewhere are worse here."""
-    AMBIGUOUS = "ambiguous names"
-    """Its goals ask for the same of several objects that answers call by one name."""
+- saturated: all models solve it, or all but one.
+- unsolved: no model solves it, and nobody knows whether it can be solved.
+- unsolved: no plan: the built-in planner finds that nothing can solve it.
+- unsolved: plan exists: an answer made of the built-in planner's plan is right.
+- negative: models that are better elsewhere are worse here.
+- ambiguous names: its goals ask for the same of several objects that answers call by one name.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +64,7 @@ TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
 def no_flags(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
     """Nothing is known of tasks but who solves them."""
     if unsolved:
-        yield Flag.UNSOLVED
+        yield "unsolved"
 
 
 def scores_of(answers: Sequence[AnswerLine]) -> Scores:
@@ -120,7 +116,7 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
                     _rounded(float(fitted.difficulty_errors[place])),
                     _rounded(float(agreement[place])),
                     checks.get(task),
-                    ", ".join(flag.value for flag in found_flags),
+                    ", ".join(found_flags),
                 )
             )
     return [_suites_table(suites), _abilities_table(abilities), _flagged_table(items), _items_table(items)]
@@ -213,9 +209,9 @@ def ability_estimate(scores: Scores, fitted: Rasch, place: int) -> Estimate:
 
 def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
     if column.sum() >= len(column) - 1:
-        yield Flag.SATURATED
+        yield "saturated"
     if agreement < 0:
-        yield Flag.NEGATIVE
+        yield "negative"
 
 
 def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
@@ -276,7 +272,7 @@ def _flagged_table(rows: Iterable[Row]) -> Iterable[Row]:
     objects that answers call by one name. item_rest: the correlation over models with the score in all other
     tasks; check: what most models fail at first.
     """
-    return [row for row in rows if row[-1] and row[-1] != Flag.SATURATED.value]
+    return [row for row in rows if row[-1] and row[-1] != "saturated"]
 
 
 @table_of("items", _ITEM, shown=0)

@@ -20,13 +20,13 @@ from eai.logic.rewriting import rename_objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
-from eai.studies.items.analysis import Flag
+from eai.studies.items.analysis import Flag, TellsFlags
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 
 
-class ItemFlags:
-    """Looks tasks up in the data set; of those that no model solves, it asks whether there is a plan.
+def item_flags(source: Source) -> TellsFlags:
+    """A function that looks tasks up in the data set; of unsolved ones it asks whether there is a plan.
 
     That there is one means that an answer is right by the rules that the models were scored by: the gold
     answer, or else one that is made of a plan that the built-in planner finds.
@@ -35,63 +35,60 @@ class ItemFlags:
         source: where the data set is.
     """
 
-    def __init__(self, source: Source) -> None:
-        self._source = source
-        self._domain = cache(self._open_domain)
-        self._opened = cache(self._open_suite)
+    @cache
+    def opened(name: str) -> _Domain | None:
+        return _Domain(find_benchmark(name), source) if name in registered() else None
 
-    def __call__(self, suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
-        """The flags of a task."""
-        domain = self._domain(suite.domain)
+    def flags(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
+        domain = opened(suite.domain)
         found = None if domain is None else domain.tasks.get(task)
         if domain is None or found is None or not declaration_of(Ability(suite.ability)).has_plans:
             if unsolved:
-                yield Flag.UNSOLVED
+                yield "unsolved"
             return
         if unsolved:
-            yield self._of_unsolved(domain, suite, found)
+            yield domain.of_unsolved(suite, found)
         if _is_ambiguous(found, domain.benchmark):
-            yield Flag.AMBIGUOUS
+            yield "ambiguous names"
 
-    def _of_unsolved(self, domain: _Domain, key: SuiteKey, task: Task) -> Flag:
-        suite, books = self._opened(key, domain)
-        for book in books:
-            answer = book[task.id].text
-            verdict = suite.over([answer]).score(task.id, answer)
-            if isinstance(verdict, PlanVerdict) and verdict.success:
-                return Flag.PLAN_EXISTS
-        return Flag.NO_PLAN if domain.end(task) is SearchEnd.UNREACHABLE else Flag.UNSOLVED
-
-    def _open_suite(self, key: SuiteKey, domain: _Domain) -> tuple[Suite, tuple[AnswerBook, ...]]:
-        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
-        ability, protocol = Ability(key.ability), Protocol(key.protocol)
-        suite = open_suite(domain.benchmark, ability, protocol, source=self._source)
-        gold = open_answer_book(domain.benchmark, ability, self._source)
-        planned = open_planned_book(domain.benchmark, ability, self._source, find=domain.find)
-        return suite, (gold, planned)
-
-    def _open_domain(self, name: str) -> _Domain | None:
-        return _Domain(find_benchmark(name), self._source) if name in registered() else None
+    return flags
 
 
 class _Domain:
-    """A benchmark with its tasks and a planner."""
+    """A benchmark with its tasks, suites and a planner."""
 
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self.benchmark = benchmark
         self.tasks: TaskSet[Task] = benchmark.tasks(source)
+        self._source = source
+        self._suite = cache(self._open_suite)
         self._planner = Planner(benchmark.domain)
         self._found: dict[str, SearchResult[Action]] = {}
 
-    def find(self, task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
+    def of_unsolved(self, key: SuiteKey, task: Task) -> Flag:
+        """The flag of a task that no model solves."""
+        suite, books = self._suite(key)
+        for book in books:
+            answer = book[task.id].text
+            verdict = suite.over([answer]).score(task.id, answer)
+            if isinstance(verdict, PlanVerdict) and verdict.success:
+                return "unsolved: plan exists"
+        end = self._find(task, self._planner).end
+        return "unsolved: no plan" if end is SearchEnd.UNREACHABLE else "unsolved"
+
+    def _open_suite(self, key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
+        ability, protocol = Ability(key.ability), Protocol(key.protocol)
+        suite = open_suite(self.benchmark, ability, protocol, source=self._source)
+        gold = open_answer_book(self.benchmark, ability, self._source)
+        planned = open_planned_book(self.benchmark, ability, self._source, find=self._find)
+        return suite, (gold, planned)
+
+    def _find(self, task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
         """The result of the search for a plan of a task, which several suites ask for."""
         if task.id not in self._found:
             self._found[task.id] = find_plan(task, planner, limits)
         return self._found[task.id]
-
-    def end(self, task: Task) -> SearchEnd:
-        """How that search ends."""
-        return self.find(task, self._planner).end
 
 
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:

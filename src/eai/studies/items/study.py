@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:
     from eai.studies.items.analysis import FEWEST_MODELS, item_tables
-    from eai.studies.items.item_flags import ItemFlags
+    from eai.studies.items.item_flags import item_flags
 
-    found = item_tables(records.tables().answers, ItemFlags(records.source))
+    found = item_tables(records.tables().answers, item_flags(records.source))
     if not found[0].rows:
         raise InputError(f"expected answers of at least {FEWEST_MODELS} models to one suite")
     yield Analysis(found, _figures(found))
