@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.world.episode import Episode, Luck, Slip
-from eai.world.execution import Action, Fault, Trajectory, execute
+from eai.world.episode import Episode, Known, Luck, Slip
+from eai.world.execution import Action, Fault, Trajectory, attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.slips import Notice, Slips
 from eai.world.state import State
@@ -37,6 +37,29 @@ def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> No
     trajectory = execute(case.domain, case.initial, case.plan)
     assert played.trajectory == trajectory
     assert ended == trajectory.failure
+
+
+@given(cases(), st.data())
+@settings(deadline=None)
+def test_what_episodes_find_out_serves_others_that_begin_alike(case: Case, data: st.DataObject) -> None:
+    known: Known = {}
+    for _ in range(4):
+        ways = data.draw(st.lists(st.sampled_from(case.plan), max_size=6)) if case.plan else []
+        played = Episode(case.domain, case.initial, known=known)
+        ended = played.run(ways)
+        trajectory = execute(case.domain, case.initial, ways)
+        assert (played.trajectory, ended) == (trajectory, trajectory.failure)
+
+
+def test_no_action_is_worked_out_twice_where_episodes_begin_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[Action] = []
+    known: Known = {}
+    monkeypatch.setattr("eai.world.episode.attempt", lambda *given: tried.append(given[2]) or attempt(*given))
+    for steps in (RUN, RUN, RUN[:2]):
+        Episode(toy.DOMAIN, toy.initial(), known=known).run(steps)
+    assert tried == list(RUN)
+    Episode(toy.DOMAIN, toy.initial(), known=known).run(RUN[1:])  # another way
+    assert tried == [*RUN, *RUN[1:3]]
 
 
 @given(cases(), st.floats(0, 1))

@@ -13,7 +13,7 @@ from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.world.conformance import check
 from eai.world.domain import Domain, as_declared
-from eai.world.episode import Episode, Luck, Slip
+from eai.world.episode import Episode, Known, Luck, Slip
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
@@ -74,6 +74,15 @@ def test_an_episode_has_the_states_that_its_simulator_tells() -> None:
     episode = Episode(LAMP_LIGHTS, toy.initial())
     assert episode.run(plan("GO shed")) is None
     assert episode.state.has("lit", episode.state.scene.index["lamp"])
+
+
+def test_where_a_simulator_departs_from_the_declaration_episodes_share_no_more() -> None:
+    known: Known = {}
+    initial, steps = toy.initial(), plan("GO shed", "PRESS lamp")
+    Episode(toy.DOMAIN, initial, known=known).run(steps)
+    beside, alone = Episode(LAMP_LIGHTS, initial, known=known), Episode(LAMP_LIGHTS, initial)
+    assert beside.run(steps) == alone.run(steps)
+    assert beside.trajectory == alone.trajectory
 
 
 def test_plans_are_scored_in_the_simulator_and_not_mended() -> None:

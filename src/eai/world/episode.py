@@ -25,6 +25,13 @@ Outcome: TypeAlias = State | Fault | Slip
 """The outcome of an action: the state after it, the diagnosis of its failure, or a slip."""
 
 
+Known: TypeAlias = "dict[Action, tuple[State | Fault, Known]]"
+"""What came of each action in some state of a world, and what is known of the state after it.
+
+Episodes that begin alike may share it: then a step is worked out once for all that took the same way there.
+"""
+
+
 class Luck:
     """The draws for one task and epoch: one for each possible action, none for an impossible one.
 
@@ -57,11 +64,15 @@ class Episode:
         domain: the world.
         initial: the state to begin in, as `Domain.begin` may complete it.
         luck: which possible actions slip; none if None.
+        known: what other episodes of the domain found out from this state on; this one adds to it.
     """
 
-    def __init__(self, domain: Domain, initial: State, luck: Luck | None = None) -> None:
+    def __init__(
+        self, domain: Domain, initial: State, luck: Luck | None = None, known: Known | None = None
+    ) -> None:
         self.domain = domain
         self._luck = luck
+        self._known = {} if known is None else known
         self._simulator = domain.begin(initial)
         self._past = Past(self._simulator.state)
         self._steps: list[Step] = []
@@ -88,14 +99,20 @@ class Episode:
 
     def act(self, action: Action) -> Outcome:
         """Try one action; it must name an operator of the domain and have as many arguments."""
-        tried = attempt(self.domain, self._past, action)
+        known = self._known.get(action)
+        if known is None:
+            known = self._known[action] = (attempt(self.domain, self._past, action), {})
+        tried, then = known
         if isinstance(tried, State):
             if self._luck is not None and self._luck.strikes():
                 return self.slip(action)
-            tried = self._simulator.act(action, tried)
+            declared, tried = tried, self._simulator.act(action, tried)
+            if tried is not declared:
+                then = {}
         if isinstance(tried, Fault):
             self._steps.append(Step(action, tried))
             return tried
+        self._known = then
         self._past = self._past.then(tried)
         self._steps.append(Step(action, None))
         return tried

@@ -124,6 +124,23 @@ def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
     assert idle.success
 
 
+def test_a_verdict_is_the_same_whatever_was_scored_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MOST_TRIED", 6)
+    monkeypatch.setattr("eai.abilities.action_sequencing.scorer._MOST_KNOWN", 3)
+    often = ActionSequencing(TASK, toy.DOMAIN, JsonPlans())
+    ways = [
+        SUCCESS,
+        SUCCESS[:3],
+        ("GO shed", "LIFT red"),
+        (*SUCCESS, "DROP red"),
+        ("GO shed", "FLY shed"),
+        ("GO",),
+    ]
+    for steps in ways * 3:
+        text = answer(*steps)
+        assert often.score(text) == ActionSequencing(TASK, toy.DOMAIN, JsonPlans()).score(text)
+
+
 def test_a_task_without_goals_is_excluded_and_its_plans_are_explained() -> None:
     scorer = ActionSequencing(replace(TASK, goals=()), toy.DOMAIN, JsonPlans())
     assert scorer.score(answer(*SUCCESS)) == PlanVerdict(excluded=NO_GOALS)

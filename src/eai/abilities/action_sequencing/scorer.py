@@ -25,7 +25,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.errors import InputError
 from eai.world.domain import Domain, as_declared
-from eai.world.episode import Episode
+from eai.world.episode import Episode, Known
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 
@@ -33,7 +33,10 @@ if TYPE_CHECKING:
     from eai.abilities.action_sequencing.mending import PlanMender
 
 _MOST_KNOWN = 1000
-"""After so many different steps of a task no more are remembered."""
+"""After so many different steps of a task their meanings are forgotten."""
+
+_MOST_TRIED = 200
+"""After so many steps of a task's answers their outcomes are forgotten: a state takes up to 2 kB."""
 
 
 class _Declining(NamedTuple):
@@ -69,6 +72,8 @@ class ActionSequencing(Scorer):
         self.excluded = task.left_out
         self._object = notation.objects(task)
         self._known: dict[WrittenStep, Action] = {}
+        self._outcomes: Known = {}
+        self._tried = 0
 
     def assess(self, text: str) -> Assessment:
         """The verdict on a plan that is carried out from the initial state, where every action works."""
@@ -142,14 +147,23 @@ class ActionSequencing(Scorer):
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """The plan as ground actions, or its first grammar error: of all names before of any arity."""
-        known = self._known
+        if len(self._known) > _MOST_KNOWN:
+            self._known = {}
+        known = self._known  # of another thread's as well
         try:
-            return tuple([known[step] for step in plan.steps])
-        except (KeyError, TypeError):  # a new step, or one that names no text
-            actions = resolve(plan, self.domain, self.notation, self._object)
-        if isinstance(actions, tuple) and len(known) < _MOST_KNOWN:
-            known.update([each for each in zip(plan.steps, actions, strict=True) if _is_plain(each[0])])
-        return actions
+            new = tuple([step for step in plan.steps if step not in known])
+        except TypeError:  # a step that names a list
+            return self._resolve(plan)
+        if new:
+            actions = self._resolve(WrittenPlan(new))
+            if isinstance(actions, ErrorReport) or not all(map(_is_plain, new)):
+                return self._resolve(plan)
+            known.update(zip(new, actions, strict=True))
+        return tuple([known[step] for step in plan.steps])
+
+    def _resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+        """The same, whatever is known."""
+        return resolve(plan, self.domain, self.notation, self._object)
 
     def _declining(self, text: str) -> _Declining | None:
         """Its reason or question, if an answer gives no plan where the task allows that; else None."""
@@ -202,9 +216,13 @@ class ActionSequencing(Scorer):
 
     def _execute(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan from the initial state, where every action works."""
-        episode = Episode(self.domain, self.task.initial)
+        episode = Episode(self.domain, self.task.initial, known=self._outcomes)
         episode.run(actions)
-        return Course(episode.trajectory)
+        trajectory = episode.trajectory
+        self._tried += len(trajectory.steps)
+        if self._tried > _MOST_TRIED:
+            self._outcomes, self._tried = {}, 0
+        return Course(trajectory)
 
     def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
         """The assessment of a plan that can be run, as written and as ground actions."""
