@@ -26,7 +26,7 @@ Outcome: TypeAlias = State | Fault | Slip
 
 
 Known: TypeAlias = "dict[Action, tuple[State | Fault, Known]]"
-"""What came of each action in some state of a world, and what is known of the state after it.
+"""The outcome of each action that was tried in a state, and what is known of the state after it.
 
 Episodes that begin alike may share it: then a step is worked out once for all that took the same way there.
 """
