@@ -17,7 +17,6 @@ from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game, Stage
 from eai.envs.rules import Feedback, Rules
 from eai.tasks.source import Source
-from eai.world.slips import Until
 
 CHILD = Path(__file__).with_name("alfworld_child.py")
 STATIC_KINDS = "cancontain"
@@ -62,7 +61,7 @@ def main() -> None:
         subprocess.run([chosen.python, "-E", str(CHILD), *map(str, words)], check=True)
         benchmark = find_benchmark(f"alfworld:{folder}")
         tasks = benchmark.tasks(Source())
-        rules = Rules(until=Until.DONE, max_steps=None, feedback=Feedback.OUTCOME)
+        rules = Rules(until="done", max_steps=None, feedback=Feedback.OUTCOME)
         odd, won, before = list[str](), 0, process_time()
         for played in sorted(Path(folder).rglob("played.jsonl")):
             task = tasks[".".join(played.parent.relative_to(folder).parts)]

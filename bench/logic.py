@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from eai.logic.formula import Formula
-from eai.logic.ltl import Dialect, parse
+from eai.logic.ltl import parse, read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
@@ -126,7 +126,7 @@ def main() -> None:
     short = Naive(tuple(states(30)), tuple(actions(29)))
     slowest = 0.0
     for name, text in FORMULAS.items():
-        formula = parse(text, SIGNATURE).formula
+        formula = read_formula(text, SIGNATURE)[0]
         operators = sum(max(1, len(children(part)) - 1) for part in walk(formula) if children(part))
         spent = milliseconds(partial(evaluate, formula, long_states, long_actions), 5)
         naive = milliseconds(partial(short.on, formula, 0, 29, {}), 1)
@@ -134,8 +134,8 @@ def main() -> None:
         print(f"{name:>24}: {operators} operators {spent:7.2f} ms; naively, on 30 states {naive:7.2f} ms")
     for count in (8, 30):
         text = " then ".join(f"next_to(cup.{i % 10}, cup.{i % 7})" for i in range(count))
-        spent = milliseconds(partial(parse, text, SIGNATURE, Dialect.RELEASE), 100)
-        printed = milliseconds(partial(print_ltl, parse(text).formula), 100)
+        spent = milliseconds(partial(read_formula, text, SIGNATURE, "release"), 100)
+        printed = milliseconds(partial(print_ltl, parse(text)), 100)
         print(f"{f'{count} subgoals':>24}: read in {spent:.3f} ms, printed in {printed:.3f} ms")
     if slowest > LIMIT_MS:
         raise SystemExit(f"slowest evaluation: {slowest:.1f} ms, limit {LIMIT_MS} ms")

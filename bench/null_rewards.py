@@ -37,7 +37,6 @@ from eai.pddl.writer import write_action
 from eai.prompts.prompt import PromptSet
 from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
-from eai.world.slips import Until
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 STEPS = (10, 20, 50, 100)
@@ -120,7 +119,7 @@ def playable(environment: TextEnvironment) -> list[str]:
 
 def done_at_once(name: str, reward: Shaping) -> float:
     """What an agent is paid in the mean that ends each task at once."""
-    environment, paid = make(name, reward=reward, gamma=0.9, until=Until.DONE), []
+    environment, paid = make(name, reward=reward, gamma=0.9, until="done"), []
     for task_id in playable(environment):
         environment.reset(seed=0, options={"task_id": task_id})
         paid.append(environment.step(DONE)[1])

@@ -25,13 +25,12 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.envs.game import Game, Stage
 from eai.envs.rules import Feedback, Rules
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.trace import Trace
 from eai.pddl.val import installed_val
 from eai.world.execution import Action, execute
-from eai.world.slips import Until
 from reference_child import cpu_seconds
 
 WORLDS = Path(__file__).parents[1] / "tests" / "worlds"
@@ -104,7 +103,7 @@ def judging(steps: list[str]) -> dict[str, float]:
     actions = [
         Action(name, tuple(place[each] for each in objects)) for name, *objects in map(str.split, steps)
     ]
-    rules = Rules(until=Until.DONE, max_steps=None, feedback=Feedback.OUTCOME)
+    rules = Rules(until="done", max_steps=None, feedback=Feedback.OUTCOME)
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan"
         plan.write_text(text + "\n")
@@ -127,7 +126,7 @@ def plays(game: Game, actions: Sequence[Action]) -> bool:
 
 def evaluating(length: int) -> dict[str, float]:
     """What ours takes for a formula."""
-    formula = parse(OURS, Signature(dict.fromkeys(LETTERS, 0), {})).formula
+    formula = read_formula(OURS, Signature(dict.fromkeys(LETTERS, 0), {}))[0]
     states = [Facts(number) for number in range(length)]
     return {"formula": milliseconds(lambda: holds(formula, Trace(states)))}
 

@@ -29,7 +29,7 @@ def main(ability: str, paths: list[Path]) -> None:
     from eai.errors import ParseError
     from eai.households.virtualhome import domain as virtualhome
     from eai.households.virtualhome.tasks import open_tasks
-    from eai.logic.ltl import Dialect, parse
+    from eai.logic.ltl import parse
     from eai.reference import virtualhome_quirks
     from eai.reference.virtualhome_goals import ByLargestId
     from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
@@ -43,7 +43,7 @@ def main(ability: str, paths: list[Path]) -> None:
         )
     )
     with suppress(ParseError):
-        parse("?", dialect=Dialect.RELEASE)  # makes the parser, and what it finds errors with
+        parse("?", dialect="release")  # makes the parser, and what it finds errors with
     _ = virtualhome_quirks.as_in_reference().compiled
     gc.collect()
     loaded = time.process_time()

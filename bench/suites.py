@@ -28,7 +28,7 @@ from eai.households.packs import published_packs
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.notation import ACTIONS, VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import open_tasks
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.tasks.source import TaskSet
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
 from reference import Ability as Evaluated
@@ -88,7 +88,7 @@ def script(task: Task) -> tuple[str, ...]:
     """The steps of a task's script as subgoals, without those that no subgoal can stand for."""
     words = VirtualHomeSubgoals(ACTIONS)
     known = words.lexicon(task.scene).signature
-    return tuple(subgoal for subgoal in words.write(task, task.script) if not parse(subgoal, known).offences)
+    return tuple(subgoal for subgoal in words.write(task, task.script) if not read_formula(subgoal, known)[1])
 
 
 def spread(rows: Sequence[_T], size: int) -> Sequence[_T]:

@@ -8,7 +8,6 @@ from hypothesis import given
 from abilities.random_records import EXPERIMENTS
 from eai.abilities.experiment import Experiment, Feedback
 from eai.errors import InputError
-from eai.world.slips import Notice, Until
 
 
 @pytest.mark.parametrize(
@@ -21,12 +20,12 @@ from eai.world.slips import Notice, Until
             "replans-2-restart-kind-chat",
         ),
         (
-            Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=4, until=Until.GOAL),
+            Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=4, until="goal"),
             "replanning",
             "replans-3-continue-state+slip-0.1-seed-4+until-goal",
         ),
         (
-            Experiment(slip=0.05, slip_seed=0, notice=Notice.SILENT),
+            Experiment(slip=0.05, slip_seed=0, notice="silent"),
             "replanning",
             "replans-0+slip-0.05-seed-0-silent",
         ),
@@ -38,7 +37,7 @@ from eai.world.slips import Notice, Until
         ),
         (Experiment(prompt_name="my prompt/2"), "prompts", "prompt-my_prompt_2"),
         (Experiment(scene="noisy-0.1"), "perception", "scene-noisy-0.1"),
-        (Experiment(until=Until.GOAL), "replanning", "replans-0+until-goal"),
+        (Experiment(until="goal"), "replanning", "replans-0+until-goal"),
         (
             Experiment(1, goals_from="m", scene="image", prompt_name="short", preset="eai-1.0.5"),
             "pipeline+perception+replanning+prompts",

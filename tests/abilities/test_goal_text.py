@@ -22,9 +22,7 @@ def test_a_goal_as_text_is_the_formula() -> None:
     everywhere = ForAll(BOX, toy.at(Variable("b"), "hall"))
     assert (
         told.goals
-        == make_task(
-            "t", "", state, everywhere & toy.lit("lamp"), parse("lit(lamp) then holding(red)").formula
-        ).goals
+        == make_task("t", "", state, everywhere & toy.lit("lamp"), parse("lit(lamp) then holding(red)")).goals
     )
     assert make_task("t", "", state, "LIFT()", domain=toy.DOMAIN).goals[0].formula == Occurs("LIFT", ())
 

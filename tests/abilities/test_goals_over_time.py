@@ -22,7 +22,6 @@ from eai.envs.game import Game, Stage
 from eai.envs.rules import Rules
 from eai.tasks.task_lines import _TaskLine, task_of, written
 from eai.world.execution import Action
-from eai.world.slips import Until
 
 ORDERED = "not inside(ball, box) until lit(lamp_1)"
 NEVER = "always not (is_open(box) and lit(lamp_1))"
@@ -157,7 +156,7 @@ def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
 
 def test_an_environment_goes_on_until_the_course_is_right(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", LATER)
-    rules = Rules(until=Until.GOAL)
+    rules = Rules(until="goal")
     game = Game(Stage(asked, lamps, rules))
     assert '"always c" says' in game.opening()[0]
     turns = [game.act(command) for command in ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")]

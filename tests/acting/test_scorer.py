@@ -22,7 +22,6 @@ from eai.envs.rules import Rules
 from eai.logic.formula import Atom, Constant, Not
 from eai.scoring.batch import Scoring
 from eai.world.fault import FaultKind
-from eai.world.slips import Until
 from envs.switches import DOMAIN, SWITCHES, WON, initial
 
 
@@ -65,7 +64,7 @@ def test_an_episode_is_won_only_if_the_agent_says_so(suite: Suite) -> None:
 
 
 def test_an_episode_that_ends_at_the_goal_counts_its_last_action(suite: Suite) -> None:
-    stage = Stage(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until=Until.GOAL))
+    stage = Stage(suite.tasks[suite.task_ids[0]], SWITCHES, Rules(until="goal"))
     play = Play(stage, seed=0, epoch=1)
     for command in WON:
         play.act(command)

@@ -22,7 +22,6 @@ from eai.envs.rules import STANDARD, Feedback, Observe, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
-from eai.world.slips import Until
 from eai.world.state import Fact
 from envs.switches import SCENE, SWITCHES, WON, at, initial, lit, tasks
 
@@ -240,7 +239,7 @@ def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_succe
         observe=Observe.FULL,
         reward=Shaping.SUCCESS,
         gamma=1.0,
-        until=Until.GOAL,
+        until="goal",
         max_steps=100,
         budget=None,
         admissible=False,
@@ -324,7 +323,7 @@ def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float
     """Neither for who is cut off, nor for who leaves off before; `progress` is what the state says."""
     paid = rewards(*WON, "WAVE", reward=reward, until="done", max_steps=4)
     assert sum(paid) == kept
-    game = Game(Stage(tasks()[0], SWITCHES, Rules(reward=Shaping(reward), until=Until.DONE)))
+    game = Game(Stage(tasks()[0], SWITCHES, Rules(reward=Shaping(reward), until="done")))
     for command in WON:
         game.act(command)
     assert (game.over, game.final_worth) == (False, kept)

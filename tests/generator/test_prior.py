@@ -57,7 +57,7 @@ def scene(like: str) -> Scene:
     ],
 )
 def test_what_nobody_wants_together(goal: str, other: str, clashes: bool) -> None:
-    formulas = [parse(text).formula for text in (goal, other)]
+    formulas = [parse(text) for text in (goal, other)]
     where, prior = scene("behavior"), generator("behavior").prior
     assert clash(formulas[0], formulas[1], where, prior) == clashes
     assert clash(formulas[1], formulas[0], where, prior) == clashes
@@ -75,4 +75,4 @@ def test_what_nobody_wants_together(goal: str, other: str, clashes: bool) -> Non
 )
 def test_no_machine_is_run_empty(goal: str, others: list[str], idle: bool) -> None:
     where, prior = scene("virtualhome"), generator("virtualhome").prior
-    assert is_idle(parse(goal).formula, [parse(each).formula for each in others], where, prior) == idle
+    assert is_idle(parse(goal), [parse(each) for each in others], where, prior) == idle

@@ -14,7 +14,7 @@ from eai.english.english import English, Voice, plural
 from eai.errors import InputError
 from eai.generator.spec import Forms
 from eai.generator.words import Words, _Reader
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
@@ -121,7 +121,7 @@ def test_every_voice_gives_the_goal_back(text: str, requests: bool) -> None:
 
 
 def formula(text: str) -> f.Formula:
-    return parse(text, Signature(ARITIES, {"GRAB": None, "TOUCH": None})).formula
+    return read_formula(text, Signature(ARITIES, {"GRAB": None, "TOUCH": None}))[0]
 
 
 @pytest.mark.parametrize(("text", "sentence"), CASES)

@@ -52,7 +52,7 @@ from sweeps import examples
 )
 def test_what_leaves_no_finite_choice_is_an_error(text: str) -> None:
     with pytest.raises(InputError, match="no finite choice"):
-        list(options(parse(text).formula, universe(a=2).objects))
+        list(options(parse(text), universe(a=2).objects))
 
 
 def test_unbound_variables_are_an_error() -> None:
@@ -64,7 +64,7 @@ def test_unbound_variables_are_an_error() -> None:
 
 
 def test_the_tree_of_a_formula() -> None:
-    formula = parse("forall x: a. (not (p(x) and q(x))) and forn 1 y: a. (p(y))").formula
+    formula = parse("forall x: a. (not (p(x) and q(x))) and forn 1 y: a. (p(y))")
     p, q = ([Leaf(Atom(name, (Constant(f"a{i}"),))) for i in range(2)] for name in ("p", "q"))
     negated = [AnyOf((Leaf(Not(x.literal)), Leaf(Not(y.literal)))) for x, y in zip(p, q, strict=True)]
     tree = ground(formula, universe(a=2).objects)
@@ -73,14 +73,14 @@ def test_the_tree_of_a_formula() -> None:
 
 
 def test_no_object_is_paired_with_itself() -> None:
-    formula = parse("forpairs x: a, y: a. (p(x, y))").formula
+    formula = parse("forpairs x: a, y: a. (p(x, y))")
     tree = ground(formula, universe(a=2).objects)
     cells = [[Leaf(Atom("p", (Constant(f"a{i}"), Constant(f"a{j}")))) for j in range(2)] for i in range(2)]
     assert tree == Pairing(2, ((None, cells[0][1]), (cells[1][0], None)))
 
 
 def test_equations_are_decided() -> None:
-    formula = parse("exists x: a. (x = a1 and not x = a0)").formula
+    formula = parse("exists x: a. (x = a1 and not x = a0)")
     assert ground(formula, universe(a=2).objects) == AnyOf(
         (AllOf((AnyOf(()), AnyOf(()))), AllOf((AllOf(()), AllOf(()))))
     )
@@ -221,7 +221,7 @@ def on_first(literal: Literal) -> bool:
 )
 def test_the_best_option(text: str, shared: int, size: int) -> None:
     numbers = Numbers()
-    find = best_overlap(ground(parse(text).formula, universe(a=3, b=2).objects), numbers)
+    find = best_overlap(ground(parse(text), universe(a=3, b=2).objects), numbers)
     said = numbers.mask(on_first)
     best = find(said)
     assert best is not None
@@ -239,7 +239,7 @@ def test_the_best_option(text: str, shared: int, size: int) -> None:
     ],
 )
 def test_what_nothing_can_make_true_has_no_option(text: str) -> None:
-    assert best_overlap(ground(parse(text).formula, universe(a=3, b=2).objects), Numbers())(0) is None
+    assert best_overlap(ground(parse(text), universe(a=3, b=2).objects), Numbers())(0) is None
 
 
 def choices(leaves: st.SearchStrategy[Choice]) -> st.SearchStrategy[Choice]:
@@ -285,7 +285,7 @@ def test_of_all_options_none_shares_more_and_of_those_none_is_shorter(choice: Ch
 def test_goals_with_astronomically_many_options_take_no_time() -> None:
     numbers = Numbers()
     text = "forpairs x: a, y: b. (in(x, y)) and forall x: a. (exists y: b. (on(x, y)))"
-    find = best_overlap(ground(parse(text).formula, universe(a=12, b=12).objects), numbers)
+    find = best_overlap(ground(parse(text), universe(a=12, b=12).objects), numbers)
     best = find(numbers.mask(on_first))
     assert best is not None
     assert best.conditions.bit_count() == 24

@@ -12,7 +12,7 @@ from eai.logic.formula import (
     Or,
     Then,
 )
-from eai.logic.ltl import parse
+from eai.logic.ltl import parse, read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Signature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
@@ -24,9 +24,7 @@ SIGNATURE = Signature(PREDICATES, ACTIONS)
 @given(formulas())
 @settings(max_examples=examples(120))
 def test_what_is_printed_is_read_back(formula: Formula) -> None:
-    reading = parse(print_ltl(formula), SIGNATURE)
-    assert reading.formula == formula
-    assert reading.offences == ()
+    assert read_formula(print_ltl(formula), SIGNATURE) == (formula, ())
 
 
 @pytest.mark.parametrize(
@@ -47,7 +45,7 @@ def test_what_is_printed_is_read_back(formula: Formula) -> None:
     ],
 )
 def test_only_needed_brackets_are_printed(text: str) -> None:
-    assert print_ltl(parse(text).formula) == text
+    assert print_ltl(parse(text)) == text
 
 
 def test_connectives_of_one_part_are_that_part() -> None:

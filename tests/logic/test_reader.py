@@ -20,8 +20,8 @@ from logic.activities import universe
 from logic.bddl_text import read_condition
 
 
-def read(text: str, dialect: Dialect = Dialect.LTLF) -> Formula:
-    return parse(text, dialect=dialect).formula
+def read(text: str, dialect: Dialect = "ltlf") -> Formula:
+    return parse(text, dialect=dialect)
 
 
 DEEP = {

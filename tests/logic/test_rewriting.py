@@ -72,7 +72,7 @@ def test_a_variable_is_renamed_where_it_stands_with_its_category() -> None:
 
 
 def formula(text: str) -> Formula:
-    return parse(text).formula
+    return parse(text)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from eai.logic.formula import (
     Until,
     Variable,
 )
-from eai.logic.ltl import parse
+from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import _Breach, breach, explain, holds, support
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
@@ -88,7 +88,7 @@ def test_sequences_agree_with_the_naive_evaluator(
 
 
 def check(text: str, on: Trace) -> bool:
-    return holds(parse(text, Signature({}, {"GRAB": 0, "PUT": 0})).formula, on)
+    return holds(read_formula(text, Signature({}, {"GRAB": 0, "PUT": 0}))[0], on)
 
 
 def test_a_state_formula_holds_if_it_holds_at_some_point() -> None:
@@ -156,7 +156,7 @@ def test_operators_beyond_the_paper_speak_of_positions() -> None:
 @pytest.mark.parametrize("count", range(5))
 def test_forn_is_exactly(count: int) -> None:
     state = Facts(frozenset({("open", ("cup.1",)), ("open", ("sofa",))}), SCENE)
-    formula = parse(f"forn {count} x. (open(x))").formula
+    formula = parse(f"forn {count} x. (open(x))")
     assert holds(formula, Trace([state])) == (count == 2)
 
 
@@ -192,9 +192,9 @@ def test_many_objects_do_not_matter_to_rare_actions() -> None:
     names = tuple((f"o.{i}", "thing") for i in range(2000))
     path = Trace([Facts(frozenset(), names)] * 2, [("POUR", ("o.7", "o.9"))])
     signature = Signature({}, {"POUR": 2})
-    assert holds(parse("exists x. (exists y. (POUR(x, y)))", signature).formula, path)
-    assert not holds(parse("exists x. (POUR(x, x))", signature).formula, path)
-    assert holds(parse("forn 1 x. (exists y. (POUR(x, y)))", signature).formula, path)
+    assert holds(read_formula("exists x. (exists y. (POUR(x, y)))", signature)[0], path)
+    assert not holds(read_formula("exists x. (POUR(x, x))", signature)[0], path)
+    assert holds(read_formula("forn 1 x. (exists y. (POUR(x, y)))", signature)[0], path)
 
 
 PATH = Trace(
@@ -225,7 +225,7 @@ PATH = Trace(
     ],
 )
 def test_support(text: str, true: set[str] | None, false: set[str] | None) -> None:
-    quantified = parse(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1})).formula
+    quantified = read_formula(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
     assert isinstance(quantified, Exists)
     assert support(quantified.body, "x", {}, True, PATH) == (None if true is None else frozenset(true))
     assert support(quantified.body, "x", {}, False, PATH) == (None if false is None else frozenset(false))

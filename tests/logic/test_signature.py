@@ -10,7 +10,7 @@ from eai.logic.formula import (
     Constant,
     Occurs,
 )
-from eai.logic.ltl import MAX_KNOWN, parse
+from eai.logic.ltl import MAX_KNOWN, read_formula
 from eai.logic.signature import MisuseKind, Signature, either, place
 
 P = Atom("p", (Constant("a"),))
@@ -19,42 +19,42 @@ P = Atom("p", (Constant("a"),))
 def test_kinds_of_offences_and_their_places() -> None:
     signature = Signature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
     text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
-    found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in parse(text, signature).offences]
+    found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in read_formula(text, signature)[1]]
     assert found == [
         (MisuseKind.UNKNOWN_PREDICATE, "opn", "opn", 2, 2),
         (MisuseKind.WRONG_ARITY, "in", "in", 2, 16),
         (MisuseKind.UNKNOWN_OBJECT, "cup.2", "grab", 2, 38),
         (MisuseKind.UNKNOWN_OBJECT, "y", "any", 2, 70),
     ]
-    assert str(parse(text, signature).offences[1]) == "line 2, column 16: in takes 2 arguments, not 1"
+    assert str(read_formula(text, signature)[1][1]) == "line 2, column 16: in takes 2 arguments, not 1"
 
 
 def test_a_variable_is_no_object_outside_its_quantifier() -> None:
     signature = Signature({"open": 1}, objects=())
-    assert parse("forall x. (open(x))", signature).offences == ()
-    (offence,) = parse("forall x. (open(x)) and open(x)", signature).offences
+    assert read_formula("forall x. (open(x))", signature)[1] == ()
+    (offence,) = read_formula("forall x. (open(x)) and open(x)", signature)[1]
     assert (offence.kind, offence.column) == (MisuseKind.UNKNOWN_OBJECT, 30)
 
 
 def test_actions_come_from_the_signature() -> None:
     grab = Occurs("grab", (Constant("a"),))
-    assert parse("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1})).formula == And((grab, P))
-    assert parse("p(a)", Signature({"p": 1}, {"p": 2})).formula == P
+    assert read_formula("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1}))[0] == And((grab, P))
+    assert read_formula("p(a)", Signature({"p": 1}, {"p": 2}))[0] == P
 
 
 def test_what_is_remembered_is_what_is_allowed_wherever_it_stands() -> None:
     signature = Signature({"open": 1}, {"grab": 1}, {"cup.1"})
     text = "grab(cup.1) then open(cup.1) then open(cup.2) and exists x. (open(x)) and grab(cup.1)"
-    first = parse(text, signature)
+    first = read_formula(text, signature)
     assert set(signature.known) == {"grab(cup.1)", "open(cup.1)"}
-    assert parse(text, signature) == first
-    (offence,) = parse("grab(cup.1) and open(x)", signature).offences
+    assert read_formula(text, signature) == first
+    (offence,) = read_formula("grab(cup.1) and open(x)", signature)[1]
     assert (offence.kind, offence.column) == (MisuseKind.UNKNOWN_OBJECT, 22)
 
 
 def test_memory_is_bounded() -> None:
     signature = Signature({"open": 1})
-    parse(" and ".join(f"open(cup.{number})" for number in range(2 * MAX_KNOWN)), signature)
+    read_formula(" and ".join(f"open(cup.{number})" for number in range(2 * MAX_KNOWN)), signature)
     assert len(signature.known) == MAX_KNOWN
 
 

@@ -25,7 +25,7 @@ def test_walking_does_not_recurse() -> None:
 
 
 def test_temporal_parts_are_those_with_a_temporal_operator_inside() -> None:
-    formula = parse("p() and exists x. (q(x) then not p())").formula
+    formula = parse("p() and exists x. (q(x) then not p())")
     temporal = [part for part in walk(formula) if id(part) in temporal_parts(formula)]
     assert [type(part).__name__ for part in temporal] == ["And", "Exists", "Then"]
     assert not is_state_formula(formula)
@@ -53,7 +53,7 @@ def test_temporal_parts_are_those_with_a_temporal_operator_inside() -> None:
     ],
 )
 def test_monotony(text: str, lasting: bool, perishing: bool) -> None:
-    formula = parse(text).formula
+    formula = parse(text)
     found = monotony(formula)
     assert (id(formula) in found.lasting, id(formula) in found.perishing) == (lasting, perishing)
 

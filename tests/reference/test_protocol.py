@@ -18,7 +18,6 @@ from eai.errors import InputError
 from eai.reference.protocol import EAI_1_0_5, TASK, count_as_the_paper_did
 from eai.results.paper_tables import PaperColumn, paper_models, paper_table
 from eai.results.summary import summarise
-from eai.world.slips import Until
 from oracle import MODELS, Oracle
 
 
@@ -37,7 +36,7 @@ def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:
-    ours = Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=0, until=Until.GOAL)
+    ours = Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=0, until="goal")
     assert replace(scripted(0.1), preset=None) == ours
     assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
     assert preset_experiment("", 0.1, 0, 3) is None

@@ -9,7 +9,6 @@ import pytest
 from eai.abilities.experiment import Experiment, Feedback
 from eai.errors import InputError
 from eai.studies.attempts.study import REPLANNING
-from eai.world.slips import Notice, Until
 
 
 @pytest.mark.parametrize(
@@ -27,7 +26,7 @@ from eai.world.slips import Notice, Until
         ),
         (
             {"replans": 2, "world": "continue"},
-            Experiment(2, "continue", Feedback.EXPLAINED, until=Until.GOAL),
+            Experiment(2, "continue", Feedback.EXPLAINED, until="goal"),
         ),
         (
             {"replans": 2, "world": "continue", "feedback": "state", "until": "done"},
@@ -36,9 +35,9 @@ from eai.world.slips import Notice, Until
         ({"slip": 0.1}, Experiment(slip=0.1, slip_seed=7)),
         (
             {"slip": 0.1, "slip_notice": "silent", "slip_seed": 0},
-            Experiment(slip=0.1, slip_seed=0, notice=Notice.SILENT),
+            Experiment(slip=0.1, slip_seed=0, notice="silent"),
         ),
-        ({"until": "goal"}, Experiment(until=Until.GOAL)),
+        ({"until": "goal"}, Experiment(until="goal")),
     ],
 )
 def test_what_some_choices_come_to(choices: dict[str, Any], experiment: Experiment | None) -> None:

@@ -21,7 +21,7 @@ RUN = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
 """A plan in which every step needs the one before it, but the last."""
 
 
-def lucky(probability: float, *, seed: int = 0, notice: Notice = Notice.DETECTED) -> Luck:
+def lucky(probability: float, *, seed: int = 0, notice: Notice = "detected") -> Luck:
     return Luck(Slips(probability, seed, notice), "task")
 
 
@@ -157,7 +157,7 @@ def test_a_detected_slip_ends_the_plan() -> None:
 
 
 def test_after_a_silent_slip_the_plan_goes_on_and_fails_where_it_depends_on_it() -> None:
-    acted = episode(lucky(1, notice=Notice.SILENT))
+    acted = episode(lucky(1, notice="silent"))
     fault = acted.run(RUN)
     assert isinstance(fault, Fault)
     assert fault.kind is FaultKind.MISSING_STEP

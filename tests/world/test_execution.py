@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.logic.ltl import parse
+from eai.logic.ltl import parse, read_formula
 from eai.logic.semantics import explain, holds
 from eai.logic.signature import Signature
 from eai.world.execution import Action, describe, execute, timeline
@@ -104,16 +104,16 @@ SIGNATURE = Signature({"at": 2, "holding": 1, "lit": 1, "beside": 1}, {"GO": 1, 
     ],
 )
 def test_formulas_are_asked_of_what_was_executed(text: str, expected: bool) -> None:
-    assert holds(parse(text, SIGNATURE).formula, TIMELINE) is expected
+    assert holds(read_formula(text, SIGNATURE)[0], TIMELINE) is expected
 
 
 def test_the_evidence_is_in_terms_of_executed_steps() -> None:
-    evidence = explain(parse("holding(red) then (at(red, shed) and lit(lamp))").formula, TIMELINE)
+    evidence = explain(parse("holding(red) then (at(red, shed) and lit(lamp))"), TIMELINE)
     assert (evidence.holds, evidence.positions) == (False, (1,))
-    assert evidence.failed == (parse("lit(lamp)").formula,)
+    assert evidence.failed == (parse("lit(lamp)"),)
 
 
 def test_steps_that_were_not_executed_are_no_part_of_it() -> None:
     failed = timeline(execute(toy.DOMAIN, START, (Action("DROP", (RED,)),)))
     assert failed.length == 1
-    assert not holds(parse("DROP(red)", Signature({}, {"DROP": 1})).formula, failed)
+    assert not holds(read_formula("DROP(red)", Signature({}, {"DROP": 1}))[0], failed)

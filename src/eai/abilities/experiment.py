@@ -71,8 +71,8 @@ class Experiment:
     form: FeedbackForm = "prompt"
     slip: float = 0.0
     slip_seed: int | None = None
-    notice: Notice = Notice.DETECTED
-    until: Until = Until.DONE
+    notice: Notice = "detected"
+    until: Until = "done"
     goals_from: str | None = None
     preset: str | None = None
     prompt_name: str | None = None
@@ -98,7 +98,7 @@ class Experiment:
     @property
     def acts(self) -> bool:
         """Whether answers are carried out as episodes: in several attempts, or where actions slip."""
-        return bool(self.replans or self.slip or self.until is Until.GOAL)
+        return bool(self.replans or self.slip or self.until == "goal")
 
     @property
     def name(self) -> str:
@@ -128,11 +128,11 @@ class Experiment:
                 words += f"-{self.form}"
             yield f"replans-{self.replans}-{words}" if self.replans else "replans-0"
         if self.slip:
-            silent = "-silent" if self.notice is Notice.SILENT else ""
+            silent = "-silent" if self.notice == "silent" else ""
             seed = "" if self.slip_seed is None else f"-seed-{self.slip_seed}"
             yield f"slip-{self.slip:g}{seed}{silent}"
-        if self.until is Until.GOAL:
-            yield f"until-{self.until.value}"
+        if self.until == "goal":
+            yield f"until-{self.until}"
 
 
 def _named(kind: str, name: str | None) -> list[str]:

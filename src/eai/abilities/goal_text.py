@@ -7,7 +7,7 @@ from dataclasses import replace
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation
 from eai.errors import InputError, did_you_mean
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.logic.rewriting import rewrite_in_time
 from eai.logic.signature import MisuseKind, takes
 from eai.logic.traversal import bound_by, free_variables, is_state_formula, objects, walk
@@ -31,12 +31,12 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     """
     lexicon = lexicon_of_goals(domain, scene)
     signature = lexicon.signature
-    reading = parse(text, signature)
-    for offence in reading.offences:
+    stated, offences = read_formula(text, signature)
+    for offence in offences:
         is_object = offence.kind is MisuseKind.UNKNOWN_OBJECT
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
-    formula = rewrite_in_time(reading.formula, lexicon.meaning)
+    formula = rewrite_in_time(stated, lexicon.meaning)
     actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
     if not is_state_formula(formula):
         for action in actions:

@@ -26,7 +26,6 @@ from eai.envs.rules import Feedback, Rules
 from eai.errors import InputError
 from eai.pictures.rendered import VIEWS, photographs_of
 from eai.prompts.prompt import Image, Prompt
-from eai.world.slips import Until
 
 OVER = "The episode is over."
 """The observation after a command that comes too late."""
@@ -54,7 +53,7 @@ def rules_of(setting: Setting) -> Rules:
         InputError: there is no such view or feedback, or they contradict each other.
     """
     chosen = setting.model_dump(include={"view", "observe", "feedback", "slip", "budget"})
-    return Rules.read(AGENT, {**chosen, "until": Until.DONE, "max_steps": setting.steps})
+    return Rules.read(AGENT, {**chosen, "until": "done", "max_steps": setting.steps})
 
 
 class Arena:

@@ -322,7 +322,7 @@ def pictures(
     domain: OfDomain,
     tasks: Annotated[str, flag("Only these; short: forty.")] = "",
     limit: Annotated[int | None, flag("So many, at most.", min=1)] = None,
-    clutter: Annotated[Clutter, flag("How much else is shown.")] = Clutter.NONE,
+    clutter: Annotated[Clutter, flag("How much else is shown.")] = "none",
     form: Annotated[
         _ImageFormat,
         flag(

@@ -39,7 +39,7 @@ from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind
 from eai.world.listing import Listing
 from eai.world.relation import bits, mask_of
-from eai.world.slips import Slips, Until
+from eai.world.slips import Slips
 from eai.world.state import Change, Fact, State, change
 
 if TYPE_CHECKING:
@@ -285,7 +285,7 @@ class Stage:
     def __init__(self, task: Task, benchmark: Benchmark, rules: Rules) -> None:
         if task.left_out is not None:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.left_out}")
-        if rules.until is Until.DONE and DONE in benchmark.domain.arities:
+        if rules.until == "done" and DONE in benchmark.domain.arities:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
         wording = benchmark.observed_wording()
         self.task = task
@@ -324,7 +324,7 @@ class Stage:
         """The same task seen in the same way, without slips or limits, until `DONE`."""
         stage = copy(self)
         stage.rules = self.rules.model_copy(
-            update={"slip": 0.0, "max_steps": None, "budget": None, "until": Until.DONE}
+            update={"slip": 0.0, "max_steps": None, "budget": None, "until": "done"}
         )
         stage.__dict__.pop("limit", None)
         return stage
@@ -469,7 +469,7 @@ class Game:
 
     def _is_undeclared(self, *, is_last: bool) -> bool:
         """Whether it lacks the `DONE` that it is to end with."""
-        return is_last and self._rules.until is Until.DONE and self.ended != "done"
+        return is_last and self._rules.until == "done" and self.ended != "done"
 
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
@@ -516,7 +516,7 @@ class Game:
             self.refused = refusal_in(self.stage.benchmark.plans.decoded(text))
             if self.refused is not None:
                 return self._turn(_Tried(f"{REFUSE}."), ())
-        command = self.stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
+        command = self.stage.commands.read(text, self._nameable(), ends=self._rules.until == "done")
         self._has_looked = False
         self._turns += command.meant is not None
         if self._is_late:
@@ -549,9 +549,9 @@ class Game:
             self.ended = "refused"
         elif done:
             self.ended = "done"
-        elif self._rules.until is Until.GOAL and complete:
+        elif self._rules.until == "goal" and complete:
             self.ended = "goal"
-        elif self._is_late or (self._turns == limit and self._rules.until is Until.GOAL):
+        elif self._is_late or (self._turns == limit and self._rules.until == "goal"):
             self.ended = "steps"
         truncated = self.ended == "steps"
         self.won = self.over and complete and not truncated
@@ -675,7 +675,7 @@ class Game:
     def admissible_commands(self) -> list[str]:
         """All commands for possible actions about what has been seen, and `DONE` where that is one."""
         commands = [self.stage.commands.write(action) for action in self.admissible()]
-        return [*commands, DONE] if self._rules.until is Until.DONE else commands
+        return [*commands, DONE] if self._rules.until == "done" else commands
 
     def admissible(self) -> Iterator[Action]:
         """Return all actions that are possible now, about objects that the agent has seen."""

@@ -80,7 +80,7 @@ class Rules(Options):
     until: Until = option(
         "When an episode ends: goal (in the first state in which all goals are reached), or done (when the "
         "agent writes DONE, as a plan ends).",
-        Until.GOAL,
+        "goal",
     )
     max_steps: int | None = option("After how many actions an episode is cut off; None for never.", 100, ge=1)
     budget: float | None = option(
@@ -107,7 +107,7 @@ class Rules(Options):
 STANDARD = Rules(
     view=View.SCENE,
     observe=Observe.PARTIAL,
-    until=Until.DONE,
+    until="done",
     feedback=Feedback.CHANGES,
     max_steps=None,
     budget=2.0,

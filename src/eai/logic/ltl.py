@@ -10,32 +10,37 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import partial
-from typing import Final, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 import eai.logic.formula as f
 from eai.errors import ParseError
-from eai.logic.signature import Misuse, MisuseKind, Reading, Signature, either, error_at, place, takes, term
+from eai.logic.signature import Misuse, MisuseKind, Signature, either, error_at, place, takes, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 MAX_KNOWN = 1_000
 """How many primitives are remembered with a signature."""
 
 
-class Dialect(Enum):
-    """Which formulas are accepted."""
+Dialect: TypeAlias = Literal["release", "ltlf"]
+"""Which formulas are accepted.
 
-    RELEASE = "release"
-    """All that the parser of eai-eval 1.0.5 accepts, text for text (``tl_formula/simple_tl_parser.py``): the
-    paper's formulas. A name that begins with ``not`` is a negation there (``notopen(x)``)."""
-    LTLF = "ltlf"
-    """The paper's formulas in both spellings of ``forn``, and beyond them all of linear temporal logic on
-    finite traces, categories of variables, equations, implication, pairings and the constants."""
+``release``: the paper's formulas, all that the parser of eai-eval 1.0.5 accepts, text for text
+(``tl_formula/simple_tl_parser.py``); a name that begins with ``not`` is a negation there (``notopen(x)``).
+``ltlf``: the paper's formulas in both spellings of ``forn``, and beyond them all of linear temporal logic on
+finite traces, categories of variables, equations, implication, pairings and the constants.
+"""
 
 
-def parse(text: str, signature: Signature | None = None, dialect: Dialect = Dialect.LTLF) -> Reading:
-    """Read a formula.
+def parse(text: str, dialect: Dialect = "ltlf") -> f.Formula:
+    """The formula in a text, of whatever names; no name is an action. Raises as `read_formula`."""
+    return _LtlReader(text, None, dialect).reading()[0]
+
+
+def read_formula(
+    text: str, signature: Signature, dialect: Dialect = "ltlf"
+) -> tuple[f.Formula, tuple[Misuse, ...]]:
+    """The formula in a text, and in text order the uses of names that a signature does not allow.
 
     The whole text is parsed before names are looked up, so a syntax error anywhere comes before an unknown
     name. An argument is a variable where a quantifier around it binds its name, otherwise an object. Names
@@ -43,7 +48,7 @@ def parse(text: str, signature: Signature | None = None, dialect: Dialect = Dial
 
     Args:
         text: one formula.
-        signature: the names to check against; None checks nothing and knows no actions.
+        signature: the names to check against.
         dialect: the formulas to accept.
 
     Raises:
@@ -81,20 +86,20 @@ _OBJECT = rf"{_NAME}(?:\.[0-9]+)?"
 _CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
 _PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
 
-_OPERANDS: Final = {
-    Dialect.RELEASE: re.compile(
+_OPERANDS: Final[Mapping[Dialect, re.Pattern[str]]] = {
+    "release": re.compile(
         rf"{_BLANK}(?:(?P<primitive>(?!not[a-zA-Z_\-]){_PRIMITIVE})|(?P<bracket>\()"
         r"|(?P<word>not|forall|exists|forn))"
     ),
-    Dialect.LTLF: re.compile(
+    "ltlf": re.compile(
         rf"{_BLANK}(?:(?P<primitive>{_PRIMITIVE})|(?P<bracket>\()"
         r"|(?P<word>(?:not|forall|exists|forn|next|eventually|always|true|false|forpairs|fornpairs)\b)"
         rf"|(?P<equation>{_OBJECT}{_BLANK}={_BLANK}{_OBJECT}))"
     ),
 }
-_JOINTS: Final = {
-    Dialect.RELEASE: re.compile(rf"{_BLANK}(and|or|then|\)|\Z)"),
-    Dialect.LTLF: re.compile(rf"{_BLANK}(and|or|then|until|implies|\)|\Z)"),
+_JOINTS: Final[Mapping[Dialect, re.Pattern[str]]] = {
+    "release": re.compile(rf"{_BLANK}(and|or|then|\)|\Z)"),
+    "ltlf": re.compile(rf"{_BLANK}(and|or|then|until|implies|\)|\Z)"),
 }
 _OBJECTS: Final = re.compile(_OBJECT)
 _STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
@@ -139,7 +144,7 @@ class _LtlReader:
     def __init__(self, text: str, signature: Signature | None, dialect: Dialect) -> None:
         self._text = text
         self._signature = signature
-        self._is_release = dialect is Dialect.RELEASE
+        self._is_release = dialect == "release"
         self._operands, self._joints = _OPERANDS[dialect], _JOINTS[dialect]
         self._offences: list[Misuse] = []
         self._position = 0
@@ -147,7 +152,7 @@ class _LtlReader:
         self._stack: list[_Pending] = []
         self._brackets = 0
 
-    def reading(self) -> Reading:
+    def reading(self) -> tuple[f.Formula, tuple[Misuse, ...]]:
         """The formula of the whole text, and what is wrong with its names."""
         formula, levels = self._operand(), 1
         while True:
@@ -160,7 +165,7 @@ class _LtlReader:
                 if levels > MAX_DEPTH:
                     raise self._expected(f"at most {MAX_DEPTH} levels of nesting")
             if joint == "":
-                return Reading(formula, tuple(self._offences))
+                return formula, tuple(self._offences)
             if joint == ")":
                 self._scope = self._stack.pop().scope
                 self._brackets -= 1

@@ -80,14 +80,6 @@ class Signature:
         return self.predicates if name in self.predicates else self.actions
 
 
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """A text that parsed: its formula, and in text order the names that the signature does not allow."""
-
-    formula: Formula
-    offences: tuple[Misuse, ...] = ()
-
-
 def term(name: str, scope: frozenset[str]) -> Term:
     """The term that a name denotes below quantifiers that bind the names in ``scope``."""
     return Variable(name) if name in scope else Constant(name)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
 from eai.abilities.task import Task
 from eai.abilities.wording import subjects
@@ -27,20 +26,15 @@ MOST_HEIGHT = 1536
 """How high a picture is at most, in pixels, unless a task takes more; models shrink higher ones."""
 
 
-class Clutter(str, Enum):
-    """How much a picture shows besides what the task is about.
+Clutter: TypeAlias = Literal["none", "some", "many"]
+"""How much a picture shows besides what the task is about.
 
-    ``none``: nothing. ``some``: up to as many other objects. ``many``: up to four times as many; fewer where
-    the picture would be higher than `MOST_HEIGHT`. Objects that are in or on what is shown come first. Where
-    a scene has no other objects, all three are alike.
-    """
+``none``: nothing. ``some``: up to as many other objects. ``many``: up to four times as many; fewer where the
+picture would be higher than `MOST_HEIGHT`. Objects that are in or on what is shown come first. Where a scene
+has no other objects, all three are alike.
+"""
 
-    NONE = "none"
-    SOME = "some"
-    MANY = "many"
-
-
-_TIMES = {Clutter.NONE: 0, Clutter.SOME: 1, Clutter.MANY: 4}
+_TIMES: Mapping[Clutter, int] = {"none": 0, "some": 1, "many": 4}
 
 
 def picture_words(benchmark: Benchmark) -> SceneWords:
@@ -51,7 +45,7 @@ def picture_words(benchmark: Benchmark) -> SceneWords:
 def picture_of(
     task: Task,
     words: SceneWords,
-    clutter: Clutter = Clutter.NONE,
+    clutter: Clutter = "none",
     state: State | None = None,
     objects: Sequence[int] | None = None,
 ) -> tuple[Drawing, SceneGraph]:
@@ -89,7 +83,7 @@ def drawn_images(
     return {i: (Image(*drawn_image(task, words, clutter)),) for i, task in tasks.items()}
 
 
-def drawn_image(task: Task, words: SceneWords, clutter: Clutter = Clutter.NONE) -> tuple[str, bytes]:
+def drawn_image(task: Task, words: SceneWords, clutter: Clutter = "none") -> tuple[str, bytes]:
     """A schematic picture of the initial state of a task, with its media type.
 
     Raises:

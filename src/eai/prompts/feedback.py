@@ -20,7 +20,6 @@ from eai.abilities.wording import Wording
 from eai.prompts.prompt import Prompt, Turn
 from eai.prompts.template import Templates
 from eai.world.fault import NOT_CARRIED_OUT, FaultKind
-from eai.world.slips import Notice
 
 REASONS = "What went wrong in attempt"
 """How the reasons of an attempt begin, in our own words; the built-in model that heeds them looks for it."""
@@ -106,7 +105,7 @@ class Asker:
         for number, step in enumerate(explanation.steps):
             if step.outcome == FaultKind.ADDITIONAL_STEP.value:
                 yield self._of_step(FaultKind.ADDITIONAL_STEP, number, step, explains=explains)
-            elif step.outcome == FaultKind.SLIP.value and chosen.notice is Notice.DETECTED:
+            elif step.outcome == FaultKind.SLIP.value and chosen.notice == "detected":
                 yield self._of_step(FaultKind.SLIP, number, step, explains=False)
         if error is not None and error.kind is not FaultKind.SLIP:
             yield self._of_error(error, explanation.steps, explains=explains)

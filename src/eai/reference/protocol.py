@@ -28,7 +28,6 @@ from eai.tasks.source import Source
 from eai.world.episode import Episode
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
-from eai.world.slips import Until
 
 NAME = "eai-1.0.5"
 """The name of the protocol."""
@@ -172,7 +171,7 @@ def scripted_experiment(slip: float, slip_seed: int, replans: int) -> Experiment
         Feedback.STATE,
         slip=slip,
         slip_seed=slip_seed if slip else None,
-        until=Until.GOAL,
+        until="goal",
         preset=NAME,
     )
 

@@ -36,7 +36,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Branch, Outcome
 from eai.abilities.verdict import Counted, Unreadable
 from eai.errors import ParseError
-from eai.logic.ltl import Dialect, parse
+from eai.logic.ltl import read_formula
 from eai.logic.signature import Signature
 from eai.logic.traversal import children, temporal_parts
 from eai.world.execution import Fault
@@ -163,17 +163,17 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
     """
     text = _THEN.join(subgoals)
     try:
-        reading = parse(text, signature, Dialect.RELEASE)
+        formula, misuses = read_formula(text, signature, "release")
     except ParseError as error:
         return unparseable(str(error))
-    if _conjoins_moments(reading.formula, signature):
+    if _conjoins_moments(formula, signature):
         return unparseable("an 'and' has parts with 'then' and parts without")
-    if not reading.offences:
-        return reading.formula
+    if not misuses:
+        return formula
     ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in subgoals])]
     lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
-    numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in reading.offences]
-    return offending([*map(Offence, numbers, reading.offences)], ())
+    numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in misuses]
+    return offending([*map(Offence, numbers, misuses)], ())
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:

@@ -19,7 +19,7 @@ from eai.abilities.subgoal_decomposition.search import ExplorationLimits, GoalPr
 from eai.abilities.task import Task
 from eai.households.virtualhome.notation import ACTIONS, VirtualHomeSubgoals
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
-from eai.logic.ltl import Dialect, parse
+from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.reference import virtualhome_quirks
 from eai.reference.subgoals import ReferenceSubgoals, halting
@@ -131,9 +131,10 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
         return super().halts(fault) or fault.check.sought == (FALSE,)
 
     def _temporal_goal(self) -> Formula | None:
-        text = self.task.temporal_goal
-        reading = None if text is None else parse(text, self.lexicon.signature, Dialect.RELEASE)
-        return None if reading is None or reading.offences else reading.formula
+        if self.task.temporal_goal is None:
+            return None
+        goal, misuses = read_formula(self.task.temporal_goal, self.lexicon.signature, "release")
+        return None if misuses else goal
 
     def _goal_to_reach(self) -> GoalProgress:
         return GoalProgress(self.temporal_goal or FALSE, self.task.scene)

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from eai.world.frame import AGENT
     from eai.world.history import Past, each_held_before, was_possible_before
     from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
-    from eai.world.slips import Notice, Slips
+    from eai.world.slips import Slips
     from eai.world.state import Change, Fact, Scene, State, WorldObject, change
     from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -91,7 +91,6 @@ __all__ = [
     "Lookup",
     "Luck",
     "Not",
-    "Notice",
     "Operator",
     "Or",
     "Past",

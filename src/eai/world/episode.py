@@ -12,7 +12,7 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
 from eai.world.history import Past
-from eai.world.slips import Notice, Slips
+from eai.world.slips import Slips
 from eai.world.state import State
 
 
@@ -142,7 +142,7 @@ class Episode:
                         return None
                 case Fault(kind) if kind is not FaultKind.ADDITIONAL_STEP:
                     return outcome
-                case Slip() if self._luck is not None and self._luck.slips.notice is Notice.DETECTED:
+                case Slip() if self._luck is not None and self._luck.slips.notice == "detected":
                     return outcome
         return None
 

@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
+from typing import Literal, TypeAlias
 
 from eai.errors import InputError
 
+Notice: TypeAlias = Literal["detected", "silent"]
+"""Whether whoever acts learns of a slip.
 
-class Notice(str, Enum):
-    """Whether whoever acts learns of a slip.
+A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
+depends on it fails later.
+"""
 
-    A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
-    depends on it fails later.
-    """
-
-    DETECTED = "detected"
-    SILENT = "silent"
-
-
-class Until(str, Enum):
-    """When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
-
-    GOAL = "goal"
-    DONE = "done"
+Until: TypeAlias = Literal["goal", "done"]
+"""When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +33,7 @@ class Slips:
 
     probability: float
     seed: int = 0
-    notice: Notice = Notice.DETECTED
+    notice: Notice = "detected"
 
     def __post_init__(self) -> None:
         if not 0 <= self.probability <= 1:

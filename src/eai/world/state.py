@@ -145,7 +145,7 @@ class Scene:
 
 def _in_text(stated: str) -> tuple[str, Sequence[str]] | None:
     """The predicate and the objects of a fact that is written down; None if it is no fact."""
-    match parse(stated).formula:
+    match parse(stated):
         case Atom(predicate, arguments):
             return predicate, [term.name for term in arguments]
         case _:

@@ -17,7 +17,7 @@ from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
 from eai.benchmark.suite import open_suite
 from eai.world.episode import Luck
-from eai.world.slips import Notice, Slips, Until
+from eai.world.slips import Slips
 from envs.switches import SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING
@@ -99,7 +99,7 @@ def test_a_plan_that_passes_through_the_goal_has_held_it() -> None:
     through = plan(*BOTH, TORCH)
     (whole,) = tried(Experiment(), [through])
     assert (came_to(whole), whole.goal_held_at) == ("ran lost", 4)
-    (ended,) = tried(Experiment(until=Until.GOAL), [through])
+    (ended,) = tried(Experiment(until="goal"), [through])
     assert (came_to(ended), ended.goal_held_at) == ("ran won", 4)
     (never,) = tried(Experiment(), [plan(LAMP)])
     assert never.goal_held_at is None
@@ -134,12 +134,12 @@ def test_a_detected_slip_ends_the_attempt_and_is_no_error_of_the_answer(world: W
 
 
 def test_after_a_silent_slip_what_depends_on_it_fails() -> None:
-    chosen = Experiment(slip=0.5, slip_seed=slipping_at([1], 4), notice=Notice.SILENT)
+    chosen = Experiment(slip=0.5, slip_seed=slipping_at([1], 4), notice="silent")
     (attempt,) = tried(chosen, [plan(*BOTH)])
     assert (came_to(attempt), attempt.slipped_at) == ("missing_step lost", 1)
     assert attempt.verdict.error is not None
     assert attempt.verdict.error.step == 2  # the box is not here
-    last = Experiment(slip=0.5, slip_seed=slipping_at([3], 4), notice=Notice.SILENT)
+    last = Experiment(slip=0.5, slip_seed=slipping_at([3], 4), notice="silent")
     (unnoticed,) = tried(last, [plan(*BOTH)])
     assert (came_to(unnoticed), unnoticed.verdict.executable) == ("ran lost", True)
 

@@ -25,7 +25,7 @@ QUANTIFIERS = (
 
 
 def formula(text: str) -> Formula:
-    return parse(text).formula
+    return parse(text)
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.task import make_task as task_of
 from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.planning.planner import Planner
 from eai.world.effect import Add, Delete
 from eai.world.operator import Operator, additional
@@ -344,7 +344,7 @@ def test_what_alternatives_have_in_common_is_looked_up_once() -> None:
     """A formula is hashed from its top: of thousands of alternatives that would be quadratic."""
     programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
     places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
-    programs.program([parse(" or ".join(places), SCORER.lexicon.signature).formula])
+    programs.program([read_formula(" or ".join(places), SCORER.lexicon.signature)[0]])
     found = programs.required.cache_info()
     assert (found.hits, found.misses) == (0, 1)
 

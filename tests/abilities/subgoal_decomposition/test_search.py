@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
 from eai.logic.formula import FALSE, Constant, Equals, Formula, Term, Then, Variable
-from eai.logic.ltl import parse
+from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
@@ -63,7 +63,7 @@ def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruc
 def run(
     made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: ExplorationLimits | None = None
 ) -> Outcome:
-    progress = GoalProgress(parse(goal).formula, SCENE)
+    progress = GoalProgress(parse(goal), SCENE)
     return search(DOMAIN, START, made, progress, limits or ExplorationLimits(branches=10_000))
 
 
@@ -185,7 +185,7 @@ class Reported:
 
 def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
     """All branches one by one: breadth first, without merging."""
-    progress = GoalProgress(parse(goal).formula, SCENE)
+    progress = GoalProgress(parse(goal), SCENE)
     level: list[tuple[str, ...]] = [()]
     failed = []
     for plans in subgoals:
@@ -303,7 +303,7 @@ def assert_progress_agrees(formula: Formula, trajectory: Trajectory) -> None:
 def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[str]) -> None:
     plan = [flat.action(step, PARTS_SCENE) for step in steps]
     trajectory = execute(virtualhome.as_meant(), PARTS_START, plan)
-    assert_progress_agrees(parse(goal, SIGNATURE).formula, trajectory)
+    assert_progress_agrees(read_formula(goal, SIGNATURE)[0], trajectory)
 
 
 def in_scene(formula: Formula, scene: Scene) -> Formula:
@@ -337,21 +337,21 @@ def test_progress_agrees_on_random_formulas_and_trajectories(
 
     trajectory = Trajectory(
         tuple(scene.state((name, indices(names)) for name, names in state.true) for state in states),
-        tuple(Step(Action(action.name, indices(action.arguments)), None) for action in actions),
+        tuple(Step(Action(name, indices(arguments)), None) for name, arguments in actions),
     )
     made = [in_scene(part, scene) for part in parts]
     assert_progress_agrees(made[0] if len(made) == 1 else Then(tuple(made)), trajectory)
 
 
 def test_one_position_meets_one_part() -> None:
-    progress = GoalProgress(parse("CLOSED(fridge.10) then CLOSED(fridge.10)").formula, PARTS_SCENE)
+    progress = GoalProgress(parse("CLOSED(fridge.10) then CLOSED(fridge.10)"), PARTS_SCENE)
     assert not progress.reached(0, PARTS_START)
     assert progress.reached(progress.advance(0, PARTS_START, Action("STANDUP", ())), PARTS_START)
 
 
 def test_what_must_hold_at_the_end_is_asked_there() -> None:
-    is_open = StateTest(parse("OPEN(fridge.10)").formula, PARTS_SCENE)
-    progress = GoalProgress(parse("CLOSED(fridge.10)").formula, PARTS_SCENE, is_open)
+    is_open = StateTest(parse("OPEN(fridge.10)"), PARTS_SCENE)
+    progress = GoalProgress(parse("CLOSED(fridge.10)"), PARTS_SCENE, is_open)
     assert not progress.reached(0, PARTS_START)
     assert progress.reached(1, flat.state("OPEN fridge.10", over=PARTS_SCENE))
     assert not progress.reached(1, PARTS_START)
@@ -359,16 +359,16 @@ def test_what_must_hold_at_the_end_is_asked_there() -> None:
 
 def test_a_goal_is_a_sequence_of_state_formulas() -> None:
     with pytest.raises(InputError, match="sequence of state formulas"):
-        GoalProgress(parse("(p(a) then q(a)) and r(a)").formula, PARTS_SCENE)
+        GoalProgress(parse("(p(a) then q(a)) and r(a)"), PARTS_SCENE)
 
 
 def test_a_formula_is_tested_on_one_state() -> None:
-    test = StateTest(parse("exists x. (ONTOP(cup.13, x) and DIRTY(x))").formula, PARTS_SCENE)
+    test = StateTest(parse("exists x. (ONTOP(cup.13, x) and DIRTY(x))"), PARTS_SCENE)
     assert test(PARTS_START)
     assert not test(flat.state("-DIRTY table.12", over=PARTS_SCENE))
 
 
 def test_many_threads_may_ask_one_test() -> None:
     on = "exists y. (exists z. (ONTOP(x, y) and y = z))"
-    test = StateTest(parse(f"forall x. (({on}) or not ({on}))").formula, PARTS_SCENE)
+    test = StateTest(parse(f"forall x. (({on}) or not ({on}))"), PARTS_SCENE)
     assert asked_by_threads(lambda i: test(PARTS_START), 1_000)

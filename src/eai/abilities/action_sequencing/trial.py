@@ -14,7 +14,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Trajectory
-from eai.world.slips import Slips, Until
+from eai.world.slips import Slips
 
 
 class Trial:
@@ -107,7 +107,7 @@ class Trial:
     def carry_out(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan in the world as it is now."""
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
-        until = self.reached if self.experiment.until is Until.GOAL else None
+        until = self.reached if self.experiment.until == "goal" else None
         ended = self.episode.run(actions, until)
         trajectory, slipped = self.episode.since(start), isinstance(ended, Slip)
         return Course(trajectory, _names(before), slipped=slipped, whole=self.episode.trajectory)

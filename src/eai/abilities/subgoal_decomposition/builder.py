@@ -42,7 +42,7 @@ from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.errors import InputError, ParseError
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute
 from eai.logic.traversal import children, is_state_formula, walk
@@ -228,11 +228,11 @@ class Programs:
         offences: list[Offence] = []
         for number, subgoal in enumerate(written.subgoals):
             try:
-                reading = parse(subgoal, self.lexicon.signature)
+                formula, misuses = read_formula(subgoal, self.lexicon.signature)
             except ParseError as error:
                 return unparseable(str(error), written.repairs, number)
-            formulas.append(reading.formula)
-            offences += [Offence(number, misuse) for misuse in reading.offences]
+            formulas.append(formula)
+            offences += [Offence(number, misuse) for misuse in misuses]
         if offences:
             return offending(offences, written.repairs)
         try:

@@ -27,7 +27,7 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
-from eai.logic.ltl import parse
+from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import objects
 from eai.world.domain import Domain
@@ -121,7 +121,7 @@ class SubgoalDecomposition(Scorer):
     def _temporal_goal(self) -> Formula | None:
         """The temporal goal in the words of the domain."""
         text = self.task.temporal_goal
-        return None if text is None else self.lexicon.meaning(parse(text, self.lexicon.signature).formula)
+        return None if text is None else self.lexicon.meaning(read_formula(text, self.lexicon.signature)[0])
 
     def _goal_to_reach(self) -> GoalProgress:
         """The goal of the search."""

@@ -61,7 +61,7 @@ class _Attempts(Variation):
     )
     slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
     slip_seed: int = option("The seed of the slips.", 0)
-    slip_notice: Notice = option("Whether a slip is noticed: detected, or silent.", Notice.DETECTED)
+    slip_notice: Notice = option("Whether a slip is noticed: detected, or silent.", "detected")
     until: Until | None = option(
         "An attempt ends with its plan (done), or in the first state with all goals (goal; if "
         "not given, where the world continues)."
@@ -119,8 +119,8 @@ class _Attempts(Variation):
             "prompt" if feedback is Feedback.NONE else self.feedback_form,
             self.slip,
             self.slip_seed if self.slip else None,
-            self.slip_notice if self.slip else Notice.DETECTED,
-            self.until or (Until.GOAL if continues else Until.DONE),
+            self.slip_notice if self.slip else "detected",
+            self.until or ("goal" if continues else "done"),
         )
         return experiment if experiment.acts else None
 

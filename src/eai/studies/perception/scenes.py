@@ -16,7 +16,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
-from eai.pictures.picture import Clutter, drawn_images, images_in
+from eai.pictures.picture import drawn_images, images_in
 from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
 from eai.prompts.prompt import Belief, Image, PromptSet
@@ -102,7 +102,7 @@ def _pictures(
         return images_in(choice.images, tasks)
     if choice.scene in (Scene.RENDERED, Scene.NUMBERED, Scene.POINTED):
         return photographed(tasks, numbered=choice.scene is Scene.NUMBERED)
-    return drawn_images(benchmark, tasks, choice.clutter or Clutter.NONE)
+    return drawn_images(benchmark, tasks, choice.clutter or "none")
 
 
 def scene_abilities(abilities: Collection[Ability], scene: Scene) -> list[Ability]:

@@ -168,7 +168,7 @@ class Perception(Variation):
         """A short text that tells its pictures from others."""
         if self.images is not None:
             return "-own"
-        return "" if self.clutter in (None, Clutter.NONE) else f"-{self.clutter.value}"
+        return "" if self.clutter in (None, "none") else f"-{self.clutter}"
 
 
 class _Choices(Options):
