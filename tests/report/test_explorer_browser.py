@@ -15,7 +15,7 @@ from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import open_suite
 from eai.pictures.course import Course, course_of
-from eai.pictures.tiles import Kind, Tile
+from eai.pictures.tiles import Tile
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.scoring.batch import Scoring
 from eai.scoring.runs import Run, RunKey, read_runs
@@ -29,11 +29,9 @@ def course(record: Record) -> Course:
     """A cup that is taken from a box in the third of four steps, of one answer."""
     if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
         return ()
-    cup, box, me = (Tile(name, Kind.OBJECT) for name in (HOSTILE, "box.4", "me.65"))
-    full = Tile("box.4", Kind.OBJECT, ["CLOSED"], zones={"INSIDE": [cup]})
-    holding = Tile(
-        "me.65", Kind.AGENT, lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]}
-    )
+    cup, box, me = (Tile(name, "object") for name in (HOSTILE, "box.4", "me.65"))
+    full = Tile("box.4", "object", ["CLOSED"], zones={"INSIDE": [cup]})
+    holding = Tile("me.65", "agent", lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]})
     return [[me, full], [me, full], [me, full], [holding, box], [holding, box]]
 
 

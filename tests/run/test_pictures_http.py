@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.pictures.drawing import png
-from eai.pictures.picture import Clutter, picture_of, picture_words
+from eai.pictures.picture import picture_of, picture_words
 from eai.studies.perception.belief import scene_words
 from eai.tasks.source import Source
 from processes import eai
@@ -34,7 +34,7 @@ def url_of(data: bytes, media_type: str) -> str:
 def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Store, tmp_path: Path) -> None:
     task = find_benchmark("behavior").tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[JARS]
     benchmark = find_benchmark("behavior")
-    drawn = png(picture_of(task, picture_words(benchmark), Clutter(clutter))[0])
+    drawn = png(picture_of(task, picture_words(benchmark), clutter)[0])
     wording = scene_words(benchmark).wording
     shown = ("--with", f"perception.scene={scene}", "--with", f"perception.clutter={clutter}")
     how = (*shown, "-M", "api_key=none", "--out", tmp_path)

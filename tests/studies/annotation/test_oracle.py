@@ -117,7 +117,7 @@ def test_assignments_and_frequencies_of_all_518_demonstrations() -> None:
         by_hand |= {task_id for task_id, number in assigned.items() if given[task_id] != number}
         table = frequencies(found.values(), ["NEXT_TO"])
         for candidate, known in zip(candidates, counts, strict=True):
-            again = [sum(table[pattern] for pattern in entry) for entry in candidate.world]
+            again = [sum(table[pattern] for pattern in entry) for entry in candidate]
             counted += sum(one == other for one, other in zip(again, known, strict=True))
             entries += len(again)
     assert (len(tasks), as_assigned, by_hand) == (518, 512, BY_HAND)

@@ -49,7 +49,7 @@ class Tasks:
     def _refuse_common_goals(self) -> None:
         """Splits that are called as those of `eai generate` are have no goals in common."""
         goals = {
-            split: {fingerprint_of(task).goals for task in self._of_split[split].values()}
+            split: {fingerprint_of(task)[0] for task in self._of_split[split].values()}
             for split in SHARES
             if split in self._of_split
         }
