@@ -139,7 +139,7 @@ class Judge:
         executable = failure is None
         return PlanVerdict(
             executable=executable,
-            success=all(tally.satisfied == tally.total for tally in goals)
+            success=all(share.numerator == share.denominator for share in goals)
             and (executable or rules.success is REFERENCE),
             error=None if failure is None else ErrorReport(failure.kind, None, ""),
             additional_steps=trajectory.additional_steps,

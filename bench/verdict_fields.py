@@ -41,7 +41,7 @@ def _of_plan(verdict: PlanVerdict) -> dict[str, object]:
         "executable": verdict.executable,
         "success": verdict.success,
         "errors": _by_name(Counter(kinds) if counted is None else dict(counted.errors)),
-        "goals": [tally.satisfied for tally in verdict.goals or ()],
+        "goals": [share.numerator for share in verdict.goals or ()],
         "goals met": list(verdict.goals_satisfied),
     }
 
@@ -55,7 +55,7 @@ def _of_subgoals(verdict: SubgoalVerdict) -> dict[str, object]:
     return {
         "category": None if verdict.category is None else verdict.category.value,
         "errors": [kind.value for kind in (*rejected, *verdict.errors)],
-        "goals": [tally.satisfied for tally in verdict.goals or ()],
+        "goals": [share.numerator for share in verdict.goals or ()],
         "goals met": list(verdict.goals_satisfied),
     }
 

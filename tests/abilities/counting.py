@@ -13,11 +13,10 @@ from eai.abilities.declaration import (
     SingleTurn,
 )
 from eai.abilities.explanation import Explanation
-from eai.abilities.merit import Merit
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
-from eai.abilities.verdict import Verdict, of_all
+from eai.abilities.verdict import Merit, Verdict, of_all
 
 
 @dataclass(frozen=True, slots=True)

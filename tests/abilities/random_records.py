@@ -12,7 +12,7 @@ from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepR
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.transition_modeling.declaration import OperatorReport
-from eai.abilities.verdict import Counted, ErrorReport, Tally
+from eai.abilities.verdict import Counted, ErrorReport, Share
 from eai.pddl.matching import SideMatch
 from eai.world.fault import FaultKind
 
@@ -47,7 +47,7 @@ def _of(ability: Ability) -> st.SearchStrategy[Record]:
 st.register_type_strategy(str, TEXTS)
 st.register_type_strategy(Protocol, st.sampled_from([*Protocol.known()]))
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
-st.register_type_strategy(Tally, st.builds(Tally, HALVES, COUNTS))
+st.register_type_strategy(Share, st.builds(Share, HALVES, COUNTS))
 for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, PartReport):
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(

@@ -17,14 +17,14 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
 from eai.errors import InputError
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
-GOALS = GoalTallies(Tally(1, 2), Tally(0.5, 1), Tally(0, 0))
+GOALS = GoalTallies(Share(1, 2), Share(0.5, 1), Share(0, 0))
 PLAN = PlanVerdict(
     error=ErrorReport(
         FaultKind.WRONG_ORDER,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.goal_test import GoalTest, longest_run
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.verdict import GoalTallies, Tally
+from eai.abilities.verdict import GoalTallies, Share
 from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
 from eai.world.execution import Action, execute
 from world import toy
@@ -38,30 +38,30 @@ def test_goals_are_told_one_by_one_and_counted_by_kind() -> None:
     test = GoalTest(given)
     reached = test.reached(given.initial, ["GO", "LIFT"])
     assert reached == (False, True, True, False)
-    assert test.tallies(reached) == GoalTallies(Tally(0, 1), Tally(1, 2), Tally(1, 1))
-    assert test.tallies(test.none_reached) == GoalTallies(Tally(0, 1), Tally(0, 2), Tally(0, 1))
+    assert test.tallies(reached) == GoalTallies(Share(0, 1), Share(1, 2), Share(1, 1))
+    assert test.tallies(test.none_reached) == GoalTallies(Share(0, 1), Share(0, 2), Share(0, 1))
 
 
 def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() -> None:
     test = GoalTest(task(Exists(BOX, Atom("at", (BOX, HALL)) & Atom("holding", (BOX,))), Not(LIT)))
     first, second, both = (test.tallies(reached) for reached in ((True, False), (False, True), (True, True)))
-    assert first == GoalTallies(Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
-    assert second == GoalTallies(Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
-    assert all(tally.satisfied == tally.total for tally in both)
-    assert isinstance(second.state.satisfied, int)
+    assert first == GoalTallies(Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
+    assert second == GoalTallies(Share(1, 1.5), Share(0, 0.5), Share(0, 0))
+    assert all(share.numerator == share.denominator for share in both)
+    assert isinstance(second.state.numerator, int)
 
 
 def test_other_formulas_may_be_asked_in_the_goals_place() -> None:
     given = task(LIT, RED_IN_HALL)
     test = GoalTest(given, [RED_IN_HALL, BLUE_IN_HALL])
     assert test.reached(given.initial, ()) == (True, False)
-    assert test.tallies((True, False)) == GoalTallies(Tally(1, 1), Tally(0, 1), Tally(0, 0))
+    assert test.tallies((True, False)) == GoalTallies(Share(1, 1), Share(0, 1), Share(0, 0))
 
 
 def test_a_task_without_goals_reaches_all_of_them() -> None:
     test = GoalTest(task())
     assert test.reached(toy.initial(), ()) == ()
-    assert test.tallies(()) == GoalTallies(Tally(0, 0), Tally(0, 0), Tally(0, 0))
+    assert test.tallies(()) == GoalTallies(Share(0, 0), Share(0, 0), Share(0, 0))
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,11 @@ import pytest
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
-TALLIES = GoalTallies(Tally(1, 2), Tally(0.5, 1.5), Tally(0, 0))
+TALLIES = GoalTallies(Share(1, 2), Share(0.5, 1.5), Share(0, 0))
 ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("jar_0",))
 
 
@@ -50,7 +50,7 @@ def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models(
         executable=False,
         success=False,
         additional_steps=2,
-        goals=GoalTallies(Tally(0, 2), Tally(0, 1.5), Tally(0, 0)),
+        goals=GoalTallies(Share(0, 2), Share(0, 1.5), Share(0, 0)),
         goals_satisfied=(False, False),
     )
     assert PlanVerdict(success=True).without_answer() == PlanVerdict(executable=False, success=False)

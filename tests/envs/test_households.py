@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.merit import gain
 from eai.abilities.protocol import Ability
 from eai.abilities.reports import action_text
-from eai.abilities.verdict import PlanVerdict, Unreadable
+from eai.abilities.verdict import PlanVerdict, Unreadable, gain
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make

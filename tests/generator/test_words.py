@@ -10,7 +10,7 @@ import pytest
 
 import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
-from eai.english.english import English, Voice, plural
+from eai.english import English, Voice, plural
 from eai.errors import InputError
 from eai.generator.spec import Forms
 from eai.generator.words import Words, _Reader

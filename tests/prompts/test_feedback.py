@@ -129,9 +129,9 @@ def test_the_text_of_each_attempt_reaches_the_next_question(
 def test_a_conversation_asks_the_first_question_once() -> None:
     answers = [plan(TORCH), plan(LAMP, TORCH)]
     *_, last = questions(Experiment(2, feedback=Feedback.EXPLAINED, form="chat"), answers)
-    assert (last.user, [turn.answer for turn in last.turns]) == (PLAIN.user, answers)
-    assert "attempt 1" in last.turns[0].reply
-    assert "attempt 2" in last.turns[1].reply
+    assert (last.user, [answer for answer, _ in last.turns]) == (PLAIN.user, answers)
+    assert "attempt 1" in last.turns[0][1]
+    assert "attempt 2" in last.turns[1][1]
 
 
 def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:

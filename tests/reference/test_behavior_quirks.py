@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.verdict import Tally
+from eai.abilities.verdict import Share
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.logic.choice import count_options, options
@@ -80,8 +80,8 @@ def test_a_goal_of_both_kinds_counts_half_as_each() -> None:
     goal = "(and (and (open fridge.n.01_1) (inside peach.n.01_1 fridge.n.01_1)) (dusty plate.n.01_1))"
     task = make_task(goal)
     for goals in (GoalTest(task), behavior_goal_test(task)):
-        assert goals.tallies((True, False)) == (Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
-        assert goals.tallies((False, True)) == (Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
+        assert goals.tallies((True, False)) == (Share(0.5, 1.5), Share(0.5, 0.5), Share(0, 0))
+        assert goals.tallies((False, True)) == (Share(1, 1.5), Share(0, 0.5), Share(0, 0))
 
 
 def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> None:
@@ -91,7 +91,7 @@ def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> Non
         number = len(task.goals)
         for i, expected in enumerate(kinds[task_id]):
             tallies = goals.tallies(tuple(i == j for j in range(number)))
-            assert [tallies.state.satisfied, tallies.relation.satisfied] == expected
+            assert [tallies.state.numerator, tallies.relation.numerator] == expected
 
 
 def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTasks) -> None:

@@ -12,7 +12,7 @@ from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
-from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Tally
+from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Share
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
 from eai.reference.protocol import EAI_1_0_5, TASK, count_as_the_paper_did
@@ -73,7 +73,7 @@ def test_what_else_ends_an_attempt_is_as_with_us() -> None:
         assert over
 
 
-ALL_THREE = GoalTallies(Tally(0, 0), Tally(3, 3), Tally(0, 0))
+ALL_THREE = GoalTallies(Share(0, 0), Share(3, 3), Share(0, 0))
 REACHED = PlanVerdict(executable=True, success=True, goals=ALL_THREE, goals_satisfied=(True,) * 3)
 PLAN = Record(Protocol("eai-1.0.5"), "behavior", Ability.ACTION_SEQUENCING, "m", TASK, "", "", REACHED)
 TASK_SUCCESS = PaperColumn(Ability.ACTION_SEQUENCING.value, "task_success", "behavior")
@@ -85,7 +85,7 @@ OTHERWISE = {"claude-3-5-sonnet-20240620": 1.0, "gpt-3.5-turbo-0125": -1.0}
 def test_one_relation_more_is_missed() -> None:
     asked = count_as_the_paper_did(PLAN).verdict
     assert isinstance(asked, PlanVerdict)
-    assert (asked.success, asked.goals) == (False, ALL_THREE._replace(relation=Tally(3, 4)))
+    assert (asked.success, asked.goals) == (False, ALL_THREE._replace(relation=Share(3, 4)))
     assert (asked.executable, asked.goals_satisfied) == (True, REACHED.goals_satisfied)
 
 
@@ -93,7 +93,7 @@ def test_what_counts_in_summaries_misses_it_too() -> None:
     counting = replace(REACHED, counted=Counted(True, ALL_THREE, ()))
     asked = count_as_the_paper_did(replace(PLAN, verdict=counting)).verdict
     assert isinstance(asked, PlanVerdict)
-    assert asked.counted == Counted(False, ALL_THREE._replace(relation=Tally(3, 4)), ())
+    assert asked.counted == Counted(False, ALL_THREE._replace(relation=Share(3, 4)), ())
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
-from eai.abilities.verdict import GoalTallies, Tally, Unreadable
+from eai.abilities.verdict import GoalTallies, Share, Unreadable
 from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, _GoalTest, read_plan
 from households.virtualhome.household import make_task
 
@@ -124,7 +124,7 @@ def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> GoalTallies
     return test.tallies(test.reached(task.initial, actions))
 
 
-def actions_met(kind: type[GoalTest], goals: list[str], actions: list[str]) -> Tally:
+def actions_met(kind: type[GoalTest], goals: list[str], actions: list[str]) -> Share:
     return tallies(kind, make_task(goals=[f"action {goal}" for goal in goals]), actions).action
 
 
@@ -144,12 +144,12 @@ def test_goals_are_counted_by_kind(
     kind: type[GoalTest], goals: list[str], expected: tuple[tuple[int, int], ...]
 ) -> None:
     counted = tallies(kind, make_task(goals=goals), [])
-    assert counted == GoalTallies(*(Tally(*tally) for tally in expected))
+    assert counted == GoalTallies(*(Share(*tally) for tally in expected))
 
 
 @pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (_GoalTest, 1)])
 def test_quirk_the_first_relation_that_holds_ends_the_count(kind: type[GoalTest], counted: int) -> None:
-    assert tallies(kind, make_task(goals=TWO_RELATIONS), []).relation == Tally(counted, 2)
+    assert tallies(kind, make_task(goals=TWO_RELATIONS), []).relation == Share(counted, 2)
 
 
 @BOTH
@@ -170,7 +170,7 @@ def test_quirk_the_first_relation_that_holds_ends_the_count(kind: type[GoalTest]
 def test_action_goals_count_in_order(
     kind: type[GoalTest], goals: list[str], actions: list[str], satisfied: int
 ) -> None:
-    assert actions_met(kind, goals, actions) == Tally(satisfied, len(goals))
+    assert actions_met(kind, goals, actions) == Share(satisfied, len(goals))
 
 
 @pytest.mark.parametrize(
@@ -189,8 +189,8 @@ def test_action_goals_count_in_order(
     ],
 )
 def test_quirks_of_action_goals(goals: list[str], actions: list[str], strict: int, reference: int) -> None:
-    assert actions_met(GoalTest, goals, actions).satisfied == strict
-    assert actions_met(_GoalTest, goals, actions).satisfied == reference
+    assert actions_met(GoalTest, goals, actions).numerator == strict
+    assert actions_met(_GoalTest, goals, actions).numerator == reference
 
 
 @pytest.mark.parametrize(
@@ -217,7 +217,7 @@ def test_each_goal_by_itself(kind: type[GoalTest]) -> None:
 @BOTH
 def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTest]) -> None:
     test = kind(make_task(goals=(*TWO_RELATIONS, OPEN_FRIDGE, "action GRAB")))
-    assert test.tallies(test.none_reached) == GoalTallies(Tally(0, 1), Tally(0, 2), Tally(0, 1))
+    assert test.tallies(test.none_reached) == GoalTallies(Share(0, 1), Share(0, 2), Share(0, 1))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import TaskFeatures
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Share, Tally
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Share
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate
@@ -67,7 +67,7 @@ def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() ->
 def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
     failure = failed(FaultKind.PARSING)
     twice = replace(failure, counted=Counted(False, goals((0, 1)), ((FaultKind.PARSING, 2),)))
-    missed = Counted(False, GoalTallies(Tally(0, 0), Tally(0, 0), Tally(1, 2)), ())
+    missed = Counted(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), ())
     rates = summarise([twice, replace(SUCCEEDED, counted=missed)], Ability.ACTION_SEQUENCING)
     assert rates["parsing"] == Rate(2, 2)
     assert rates["task_success"] == Rate(0, 2)

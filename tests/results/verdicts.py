@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
+from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Share, Verdict
 from eai.world.fault import FaultKind
 
 
@@ -17,7 +17,7 @@ def goals(
     action: tuple[float, float] = (0, 0),
 ) -> GoalTallies:
     """Tallies by kind."""
-    return GoalTallies(Tally(*state), Tally(*relation), Tally(*action))
+    return GoalTallies(Share(*state), Share(*relation), Share(*action))
 
 
 def failed(kind: FaultKind) -> PlanVerdict:

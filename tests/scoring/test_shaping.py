@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 import pytest
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.merit import Merit, gain
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
-from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
+from eai.abilities.verdict import Confusion, ErrorReport, Merit, PlanVerdict, Verdict, gain
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.scoring.reward import METRICS, Shaping, merit, metrics_of, worth

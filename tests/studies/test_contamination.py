@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record, TaskFeatures
-from eai.abilities.verdict import GoalTallies, PlanVerdict, Tally
+from eai.abilities.verdict import GoalTallies, PlanVerdict, Share
 from eai.cli import app
 from eai.results.table import Estimate
 from eai.scoring.records import write_records
@@ -18,7 +18,7 @@ from studies.told import told_tables
 
 
 def record(domain: str, number: int, steps: int, right: bool, excluded: str | None = None) -> Record:
-    goals = GoalTallies(Tally(int(right), 1), Tally(0, 0), Tally(0, 0))
+    goals = GoalTallies(Share(int(right), 1), Share(0, 0), Share(0, 0))
     verdict = PlanVerdict(excluded=excluded, executable=True, success=right, goals=goals)
     task = TaskFeatures(f"name {number}", steps, 1)
     ability = Ability.ACTION_SEQUENCING

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import Confusion, GoalTallies, PlanVerdict, Share, Shares, Tally, Verdict
+from eai.abilities.verdict import NOTHING, Confusion, GoalTallies, PlanVerdict, Share, Shares, Verdict
 from eai.errors import InputError
 from eai.world.fault import FaultKind
 
@@ -348,9 +348,9 @@ def times_additional(verdict: PlanVerdict) -> int:
 
 def goal_shares(goals: GoalTallies | None) -> Shares:
     """The contributions of one answer to goal satisfaction rates; nothing where its goals are not known."""
-    known: tuple[Tally, ...] = (Tally(0, 0),) * len(KINDS) if goals is None else goals
-    whole = Share(sum(t.satisfied for t in known), sum(t.total for t in known))
-    return dict(zip(GOAL_METRICS, (*(Share(*tally) for tally in known), whole), strict=True))
+    known: tuple[Share, ...] = (NOTHING,) * len(KINDS) if goals is None else goals
+    whole = Share(sum(share.numerator for share in known), sum(share.denominator for share in known))
+    return dict(zip(GOAL_METRICS, (*known, whole), strict=True))
 
 
 def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:

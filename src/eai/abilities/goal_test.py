@@ -7,7 +7,7 @@ from operator import mul
 from typing import NamedTuple
 
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.verdict import GoalTallies, Tally
+from eai.abilities.verdict import GoalTallies, Share
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
@@ -119,7 +119,7 @@ class GoalTest:
         known = self._tallied.get(reached)
         if known is None:
             satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-            known = self._tallied[reached] = GoalTallies(*map(Tally, satisfied, self._totals))
+            known = self._tallied[reached] = GoalTallies(*map(Share, satisfied, self._totals))
         return known
 
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:

@@ -2,7 +2,8 @@
 
 A verdict is a value of its ability's own class, in the ability's package, which has what the ability has to
 say and nothing else. Here is what several abilities say, and why nothing can be read from an answer. A
-`Share` is what one answer adds to a rate: a numerator and a denominator, for `eai.results` to divide.
+`Share` is what one answer adds to a rate: a numerator and a denominator, for `eai.results` to divide. A
+`Merit` is what an answer may be paid for (`eai.scoring.reward` says by which of it), between 0 and 1.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
-from eai.abilities.merit import Merit, merit_of_actions
 from eai.abilities.repair import Repair
 from eai.world.fault import FaultKind
 
@@ -24,19 +24,19 @@ ALL = "all"
 Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
 
 
-class Tally(NamedTuple):
-    """How many of the goals of a kind are satisfied."""
+class Share(NamedTuple):
+    """A part and a whole: the satisfied goals of all of a kind, or what one answer adds to a rate."""
 
-    satisfied: int | float
-    total: int | float
+    numerator: int | float
+    denominator: int | float
 
 
 class GoalTallies(NamedTuple):
-    """The tallies of the three kinds of goal."""
+    """How many of the goals of each of the three kinds are satisfied, and of how many."""
 
-    state: Tally
-    relation: Tally
-    action: Tally
+    state: Share
+    relation: Share
+    action: Share
 
     def __reduce__(self) -> tuple[Callable[..., GoalTallies], tuple[float, ...]]:
         return GoalTallies.of_numbers, (*self.state, *self.relation, *self.action)
@@ -44,7 +44,7 @@ class GoalTallies(NamedTuple):
     @staticmethod
     def of_numbers(*numbers: float) -> GoalTallies:
         """The tallies of these numbers: how many of each kind are satisfied, and of how many, in turn."""
-        return GoalTallies(*map(Tally, numbers[::2], numbers[1::2]))
+        return GoalTallies(*map(Share, numbers[::2], numbers[1::2]))
 
 
 class Confusion(NamedTuple):
@@ -76,6 +76,83 @@ class ErrorReport:
 
     def __reduce__(self) -> tuple[type[ErrorReport], tuple[object, ...]]:
         return type(self), _fields(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Merit:
+    """The merits in a verdict that an answer may be paid for.
+
+    Attributes:
+        gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
+            goals and for operators F1. Between 0 and 1.
+        success: whether the answer is right as a whole, which takes a gain of 1.
+        ended: whether an error ended it: its last action, if it has any, could not be carried out.
+        faults: how often each kind of fault was diagnosed; kinds that were not are left out.
+        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
+            one more, so that the goal copied as a subgoal is not paid for what the search did.
+    """
+
+    gain: float
+    success: bool
+    ended: bool
+    faults: Mapping[FaultKind, int]
+    added: int = 0
+
+
+def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
+    """How much of what there is to gain is gained, from 0 to 1; None where there is nothing.
+
+    A goal that holds at the start earns nothing, and costs one that is reached if it is undone.
+
+    Args:
+        reached: for each goal, in order, whether it is reached at the end; none if nothing was carried out.
+        at_start: whether it is reached where nothing is done.
+    """
+    held = sum(at_start)
+    to_gain = len(at_start) - held
+    return max(0, sum(reached) - held) / to_gain if to_gain else None
+
+
+def merit_of_actions(
+    reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
+) -> Merit | None:
+    """The merit of actions, as a plan or one a turn; None where there is nothing to earn.
+
+    Args:
+        reached: for each goal, in order, whether it is reached now; none if nothing was carried out.
+        at_start: whether it is reached where nothing is done.
+        ended: whether the last action could not be carried out.
+        faults: how often each kind of fault was made.
+    """
+    gained = gain(reached, at_start)
+    return None if gained is None else Merit(gained, gained == 1 and not ended, ended, faults)
+
+
+def merit_of_parts(
+    counts: tuple[int, int, int],
+    error: ErrorReport | None,
+    faults: Mapping[FaultKind, int],
+    strangers: int = 0,
+) -> Merit | None:
+    """The merit of what is compared part by part; None where nothing is asked for.
+
+    Args:
+        counts: how many parts are right, are wrong, and are missed.
+        error: the error that ended the answer, if one did.
+        faults: how often each other kind of fault was made.
+        strangers: how many parts mean nothing; each is as wrong as one that is not so.
+    """
+    hit, extra, missed = counts
+    if not hit + missed:
+        return None
+    if error is not None:
+        faults = Counter(faults) + Counter((error.kind,))
+    return Merit(
+        gain=2 * hit / (2 * hit + extra + strangers + missed),
+        success=not extra and not missed and not faults,
+        ended=error is not None,
+        faults=faults,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,8 +278,8 @@ class PlanVerdict(Verdict):
     def columns(self) -> Mapping[str, Json]:
         """Whether it ran, its additional steps, and its goals by kind."""
         goals = {} if self.goals is None else self.goals._asdict()
-        met = {f"{kind}_met": float(tally.satisfied) for kind, tally in goals.items()}
-        total = {f"{kind}_total": float(tally.total) for kind, tally in goals.items()}
+        met = {f"{kind}_met": float(share.numerator) for kind, share in goals.items()}
+        total = {f"{kind}_total": float(share.denominator) for kind, share in goals.items()}
         return {"executable": self.executable, "additional_steps": self.additional_steps, **met, **total}
 
     def faults(self) -> Mapping[FaultKind, int]:
@@ -227,7 +304,7 @@ class PlanVerdict(Verdict):
         unanswered = Verdict.without_answer(self)
         if self.excluded is not None:
             return unanswered
-        goals = None if self.goals is None else GoalTallies(*(Tally(0, t.total) for t in self.goals))
+        goals = None if self.goals is None else GoalTallies(*[Share(0, whole) for _, whole in self.goals])
         return replace(
             unanswered,
             executable=False,
@@ -249,13 +326,6 @@ class Unreadable:
 def _fields(value: ErrorReport | Verdict) -> tuple[object, ...]:
     """The fields of a dataclass, in the order of the arguments that make it."""
     return tuple([getattr(value, name) for name in value.__dataclass_fields__])
-
-
-class Share(NamedTuple):
-    """The addition of one answer to both sides of a rate."""
-
-    numerator: float
-    denominator: float
 
 
 Shares: TypeAlias = Mapping[str, Share]

@@ -16,7 +16,7 @@ from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.benchmark.errata import NO_ERRATA, Errata
 from eai.data.store import Report
-from eai.english.english import PLAIN, English
+from eai.english import PLAIN, English
 from eai.errors import InputError
 from eai.logic.formula import Formula
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet

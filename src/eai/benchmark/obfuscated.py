@@ -25,7 +25,7 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, is_property
 from eai.benchmark.benchmark import Benchmark
-from eai.english.english import PLAIN, English, sentences_of
+from eai.english import PLAIN, English, sentences_of
 from eai.tasks.source import Source, TaskSet
 from eai.world.effect import When
 from eai.world.execution import Action

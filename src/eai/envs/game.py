@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.merit import Merit, merit_of_actions
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.verdict import ASK, REFUSE, ErrorReport, is_question, refusal_in
+from eai.abilities.verdict import ASK, REFUSE, ErrorReport, Merit, is_question, merit_of_actions, refusal_in
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.data.grouping import grouped

@@ -17,7 +17,7 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.abilities.goal_text import lexicon_of_goals, read_goal
 from eai.abilities.task import Task, goal
-from eai.english.english import Hazard
+from eai.english import Hazard
 from eai.generator.walk import Walk, certificate, reach_all
 from eai.generator.words import Words
 from eai.logic.traversal import is_state_formula, objects

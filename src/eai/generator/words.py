@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
-import eai.english.english as e
+import eai.english as e
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark

@@ -17,7 +17,7 @@ from eai.abilities.reports import UNTOLD, formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording
-from eai.prompts.prompt import Prompt, Turn
+from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates
 from eai.world.fault import NOT_CARRIED_OUT, FaultKind
 
@@ -66,8 +66,8 @@ class Asker:
         said = [self._reply(number, each, trial.experiment) for number, each in enumerate(trial.attempts, 1)]
         if trial.experiment.world == "continue":
             said[-1] = "\n\n".join([part for part in (said[-1], self._now(trial)) if part])
-        turns = [Turn(each.response, text) for each, text in zip(trial.attempts, said, strict=True)]
-        return replace(prompt, turns=tuple(turns))
+        answers = [each.response for each in trial.attempts]
+        return replace(prompt, turns=tuple(zip(answers, said, strict=True)))
 
     def _reply(self, number: int, attempt: Attempt, chosen: Experiment) -> str:
         """The reply to one answer in a conversation."""

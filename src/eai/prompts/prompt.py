@@ -36,13 +36,6 @@ class PromptSet(str, Enum):
     EAI = "eai"
 
 
-class Turn(NamedTuple):
-    """A turn of a conversation: what the model answered, and the reply to it."""
-
-    answer: str
-    reply: str
-
-
 class Image(NamedTuple):
     """A picture as the bytes of its file, with their media type, such as ``image/png``."""
 
@@ -63,14 +56,15 @@ class Prompt:
         user: the question.
         system: the system message, or None.
         stop: the sequences at which the paper's runs cut the answer; what ends with one lacks it.
-        turns: what was said after the question, if this is a conversation; the last reply is to be answered.
+        turns: what was said after the question, if this is a conversation: each answer of the model and the
+            reply to it, of which the last is to be answered.
         images: the pictures that are shown before the question.
     """
 
     user: str
     system: str | None = None
     stop: tuple[str, ...] = ()
-    turns: tuple[Turn, ...] = ()
+    turns: tuple[tuple[str, str], ...] = ()
     images: tuple[Image, ...] = ()
 
     @property

@@ -20,7 +20,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Tally
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Share
 from eai.benchmark.benchmark import Benchmark, Opened, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
@@ -149,7 +149,7 @@ def count_as_the_paper_did(record: Record) -> Record:
     if not isinstance(verdict, PlanVerdict) or verdict.goals is None:
         return record
     satisfied, total = verdict.goals.relation
-    goals = verdict.goals._replace(relation=Tally(satisfied, total + 1))
+    goals = verdict.goals._replace(relation=Share(satisfied, total + 1))
     counted = verdict.counted and replace(verdict.counted, success=False, goals=goals)
     return replace(record, verdict=replace(verdict, success=False, goals=goals, counted=counted))
 

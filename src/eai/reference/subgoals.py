@@ -22,10 +22,8 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.subgoal_decomposition.program import (
     Compiled,
     Do,
-    End,
     Found,
     Instruction,
-    Offence,
     Plans,
     Program,
     Rejected,
@@ -93,7 +91,7 @@ class ReferenceSubgoals(SubgoalDecomposition):
 
     def _program(self, found: Sequence[f.Formula]) -> Program:
         """The program that carries out the plans one after the other; nothing is tested."""
-        program: list[Instruction] = [End()]
+        program: list[Instruction] = [None]
         for number, plans in reversed(self._plans(found)):
             program.append(Do(plans, number, len(program) - 1))
         return program
@@ -173,7 +171,7 @@ def parse_at_once(subgoals: Sequence[str], signature: Signature) -> f.Formula | 
     ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in subgoals])]
     lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
     numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in misuses]
-    return offending([*map(Offence, numbers, misuses)], ())
+    return offending([*zip(numbers, misuses, strict=True)], ())
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:

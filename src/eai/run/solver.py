@@ -131,8 +131,8 @@ def messages_of(prompt: Prompt, about: Mapping[str, Any]) -> list[ChatMessage]:
     messages: list[ChatMessage] = [ChatMessageUser(content=content_of(prompt))]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))
-    for turn in prompt.turns:
-        messages += [ChatMessageAssistant(content=turn.answer), ChatMessageUser(content=turn.reply)]
+    for answer, reply in prompt.turns:
+        messages += [ChatMessageAssistant(content=answer), ChatMessageUser(content=reply)]
     messages[-1].metadata = dict(about)
     return messages
 

@@ -20,9 +20,8 @@ from typing_extensions import assert_never
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.merit import Merit
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member, protocol_of
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Verdict
+from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice

@@ -16,7 +16,7 @@ from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.task import make_task as task_of
-from eai.abilities.verdict import Tally
+from eai.abilities.verdict import Share
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
 from eai.logic.ltl import read_formula
 from eai.planning.planner import Planner
@@ -165,7 +165,7 @@ def test_what_holds_after_an_action_is_not_brought_about_again() -> None:
 def test_a_verdict_tells_goals_errors_and_effort() -> None:
     verdict = SCORER.score(answer("lit(lamp)", "DROP(blue)"))
     assert (verdict.executable, verdict.success, verdict.goals_satisfied) == (False, False, (True, False))
-    assert verdict.goals == (Tally(1, 1), Tally(0, 1), Tally(0, 0))
+    assert verdict.goals == (Share(1, 1), Share(0, 1), Share(0, 0))
     assert [kind.value for kind in verdict.errors] == ["missing_step"]
     assert (verdict.search, verdict.attempts, verdict.counted) == ("complete", 3, None)
 
@@ -334,7 +334,7 @@ def test_goals_are_those_of_the_way_that_reaches_most(
     assert isinstance(verdict, SubgoalVerdict)
     assert summary(verdict) == "goal_unreachable"
     assert verdict.goals is not None
-    assert (verdict.goals.state, verdict.goals_elsewhere) == (Tally(lit, 1), elsewhere)
+    assert (verdict.goals.state, verdict.goals_elsewhere) == (Share(lit, 1), elsewhere)
     explanation = SCORER.explain(answer(*alternatives))
     assert [goal.satisfied for goal in explanation.goals] == [*verdict.goals_satisfied]
     assert any("another way" in note for note in explanation.notes) is elsewhere

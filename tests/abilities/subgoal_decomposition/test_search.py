@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.abilities.goal_test import StateTest
-from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Require, Split
+from eai.abilities.subgoal_decomposition.program import Do, Found, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.search import (
     ExplorationLimits,
     GoalProgress,
@@ -54,7 +54,7 @@ def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Do:
 
 def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruction]:
     """One `Do` a subgoal, each with several plans, which take some effort to find."""
-    made: list[Instruction] = [End()]
+    made: list[Instruction] = [None]
     for number in reversed(range(len(subgoals))):
         made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1, effort=effort))
     return made
@@ -84,7 +84,7 @@ def test_all_plans_for_a_subgoal_are_tried() -> None:
 
 
 def test_without_plans_a_subgoal_is_passed_over() -> None:
-    assert run([End(), do(subgoal=0, then=0)], "CLOSED(fridge.10)").success
+    assert run([None, do(subgoal=0, then=0)], "CLOSED(fridge.10)").success
 
 
 def test_an_additional_step_is_noted_and_skipped() -> None:
@@ -126,30 +126,30 @@ def test_what_is_required_must_hold() -> None:
         return state.has(fact.predicate, *fact.arguments)
 
     require = Require(is_open, CHECK, 2, 0)
-    assert run([End(), require, do((*GO, *OPEN), subgoal=0, then=1)]).success
-    failed = run([End(), require, do(GO, subgoal=0, then=1)])
+    assert run([None, require, do((*GO, *OPEN), subgoal=0, then=1)]).success
+    failed = run([None, require, do(GO, subgoal=0, then=1)])
     assert failed.reported.failure is not None
     assert (failed.reported.failure.kind, failed.reported.subgoal) == (FaultKind.MISSING_STEP, 2)
     assert [fault.kind for fault in failed.reported.faults] == [FaultKind.MISSING_STEP]
-    late = run([End(), require, do((*GO, *OPEN, *CLOSE), subgoal=0, then=1)])
+    late = run([None, require, do((*GO, *OPEN, *CLOSE), subgoal=0, then=1)])
     assert [fault.kind for fault in late.reported.faults] == [FaultKind.WRONG_ORDER]
 
 
 def test_a_subgoal_takes_no_more_actions_than_it_may() -> None:
     one, two = (do(OPEN, subgoal=0, then=0), do(GO, subgoal=0, then=1))
-    within = run([End(), one._replace(most=2), two._replace(most=2)])
+    within = run([None, one._replace(most=2), two._replace(most=2)])
     assert (done(within), within.reported.executed, within.reported.refined) == ([*GO, *OPEN], 2, 1)
-    beyond = run([End(), one._replace(most=1), two._replace(most=1)])
+    beyond = run([None, one._replace(most=1), two._replace(most=1)])
     assert beyond.reported.failure is not None
     assert beyond.reported.failure.check.id == "too_many_actions"
-    at_once = run([End(), do((*GO, *OPEN), subgoal=0, then=0)._replace(most=1)])
+    at_once = run([None, do((*GO, *OPEN), subgoal=0, then=0)._replace(most=1)])
     assert (done(at_once), at_once.reported.errors) == ([], 1), "nothing of too long a plan is executed"
-    apart = run([End(), one._replace(subgoal=1, most=1), two._replace(most=1)])
+    apart = run([None, one._replace(subgoal=1, most=1), two._replace(most=1)])
     assert (apart.success, apart.reported.refined) == (True, 2)
 
 
 def test_alternatives_are_all_followed() -> None:
-    made = [End(), do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split(lambda state: (1, 2), 0)]
+    made = [None, do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split(lambda state: (1, 2), 0)]
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]

@@ -11,7 +11,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind
-from eai.abilities.verdict import Tally, Verdict
+from eai.abilities.verdict import Share, Verdict
 from eai.logic.formula import Atom, Constant
 from eai.world.fault import FaultKind
 from households.behavior.kitchen import make_task
@@ -195,7 +195,7 @@ def test_errors_and_goals_are_told() -> None:
 def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
     dusty = Goal(GoalKind.STATE, Atom("dusty", (Constant("plate_1"),)))
     task = replace(TASK, goals=(dusty,))
-    for protocol, state in ((Protocol.STRICT, Tally(0, 1)), (Protocol("eai-1.0.5"), Tally(1, 1))):
+    for protocol, state in ((Protocol.STRICT, Share(0, 1)), (Protocol("eai-1.0.5"), Share(1, 1))):
         for text in ("?", answer("flies(rag.1)")):
             goals = behavior_subgoals(protocol)(task).score(text).goals
             assert goals is not None

@@ -12,7 +12,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
-from eai.abilities.verdict import Tally, Verdict
+from eai.abilities.verdict import Share, Verdict
 from eai.world.fault import FaultKind
 from households.virtualhome.household import make_task
 from subgoal_scorers import virtualhome_subgoals
@@ -155,7 +155,7 @@ def test_errors_and_goals_are_those_of_the_reported_branch() -> None:
     assert verdict.errors == (FaultKind.ADDITIONAL_STEP, FaultKind.AFFORDANCE)
     assert verdict.additional_steps == 1
     assert verdict.goals is not None
-    assert verdict.goals == (Tally(1, 1), Tally(0, 1), Tally(0, 1))
+    assert verdict.goals == (Share(1, 1), Share(0, 1), Share(0, 1))
     assert (verdict.executable, verdict.success) == (False, False)
 
 
@@ -181,10 +181,10 @@ def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -
     strict, reference = (virtualhome_subgoals(p)(task).score(plan).goals for p in Protocol.known())
     assert strict is not None
     assert reference is not None
-    assert (strict.action, reference.action) == (Tally(1, 3), Tally(1, 3))
+    assert (strict.action, reference.action) == (Share(1, 3), Share(1, 3))
     other = virtualhome_subgoals(Protocol("eai-1.0.5"))(task).score(answer("PUSH(table.12)")).goals
     assert other is not None
-    assert other.action == Tally(0, 3)
+    assert other.action == Share(0, 3)
 
 
 def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() -> None:

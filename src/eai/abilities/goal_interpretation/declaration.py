@@ -19,10 +19,20 @@ from eai.abilities.declaration import (
     error_outcome,
     score_columns,
 )
-from eai.abilities.merit import Merit, merit_of_parts
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import ALL, Confusion, Json, Share, Verdict, add, confusion_shares, of_all
+from eai.abilities.verdict import (
+    ALL,
+    Confusion,
+    Json,
+    Merit,
+    Share,
+    Verdict,
+    add,
+    confusion_shares,
+    merit_of_parts,
+    of_all,
+)
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

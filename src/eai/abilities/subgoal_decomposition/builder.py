@@ -25,7 +25,6 @@ from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
     Compiled,
     Do,
-    End,
     Found,
     Instruction,
     Offence,
@@ -232,7 +231,7 @@ class Programs:
             except ParseError as error:
                 return unparseable(str(error), written.repairs, number)
             formulas.append(formula)
-            offences += [Offence(number, misuse) for misuse in misuses]
+            offences += [(number, misuse) for misuse in misuses]
         if offences:
             return offending(offences, written.repairs)
         try:
@@ -317,7 +316,7 @@ class _Builder:
     """Makes instructions from the end of a plan to its beginning."""
 
     def __init__(self, programs: Programs) -> None:
-        self.program: list[Instruction] = [End()]
+        self.program: list[Instruction] = [None]
         self._programs = programs
         self._lexicon = programs.lexicon
         self._extent = programs.extent

@@ -22,9 +22,8 @@ from eai.abilities.declaration import (
     times,
     times_additional,
 )
-from eai.abilities.merit import Merit
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import PlanVerdict, Share, of_all
+from eai.abilities.verdict import Merit, PlanVerdict, Share, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:

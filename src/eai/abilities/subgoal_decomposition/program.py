@@ -83,13 +83,11 @@ class Split(NamedTuple):
     effort: int = 0
 
 
-class End(NamedTuple):
-    """All subgoals are carried out."""
+Instruction: TypeAlias = Do | Require | Split | None
+"""What to do next; None where all subgoals are carried out."""
 
-
-Instruction: TypeAlias = Do | Require | Split | End
 Program: TypeAlias = Sequence[Instruction]
-"""Instructions that lead to earlier ones only; the last one is the first to run, number 0 is the `End`."""
+"""Instructions that lead to earlier ones only; the last one is the first to run, number 0 is None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,14 +100,8 @@ class Compiled:
     left_out: tuple[str, ...] = ()
 
 
-class Offence(NamedTuple):
-    """A name that is not allowed, and the number of the subgoal that it stands in, from 0."""
-
-    subgoal: int
-    misuse: Misuse
-
-    def __str__(self) -> str:
-        return f"subgoal {self.subgoal + 1}, {self.misuse.primitive}: {self.misuse.detail}"
+Offence: TypeAlias = tuple[int, Misuse]
+"""The number of a subgoal, from 0, and a name in it that is not allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +126,7 @@ _PRECEDENCE = (MisuseKind.UNKNOWN_PREDICATE, MisuseKind.WRONG_ARITY, MisuseKind.
 
 def offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
     """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
-    subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence.misuse.kind))
+    subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
     wrong_number = worst.kind is MisuseKind.WRONG_ARITY
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION
     objects = (worst.name,) if worst.kind is MisuseKind.UNKNOWN_OBJECT else ()

@@ -170,7 +170,7 @@ class SubgoalDecomposition(Scorer):
             goals=self.goals.tallies(reached),
             repairs=rejected.repairs,
             goals_satisfied=reached,
-            offences=tuple(dict.fromkeys([offence.misuse.kind.value for offence in rejected.offences])),
+            offences=tuple(dict.fromkeys([misuse.kind.value for _, misuse in rejected.offences])),
         )
 
     def _with_most_goals(self, outcome: Outcome) -> Branch:
@@ -220,7 +220,8 @@ class SubgoalDecomposition(Scorer):
     def _explain_refusal(
         self, verdict: SubgoalVerdict, rejected: Rejected, repairs: Sequence[str]
     ) -> Explanation:
-        wrong = list(map(str, rejected.offences)) or [_describe(rejected.error)]
+        named = [f"subgoal {n + 1}, {misuse.primitive}: {misuse.detail}" for n, misuse in rejected.offences]
+        wrong = named or [_describe(rejected.error)]
         left_out = _left_out(rejected)
         if left_out:
             left_out.append("subgoals are numbered without what is left out")

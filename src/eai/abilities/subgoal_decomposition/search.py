@@ -28,7 +28,6 @@ from eai.abilities.goal_test import ACTION_ARGUMENTS, StateTest
 from eai.abilities.subgoal_decomposition.program import (
     TOO_FAR,
     Do,
-    End,
     Instruction,
     Plan,
     Program,
@@ -408,7 +407,7 @@ class _Search:
                 self._effort.used += instruction.effort
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
-            case End():
+            case None:
                 reached = self._goal.reached(branch.met, branch.state)
                 self._finish(branch, self._successful if reached else self._executable)
             case _:

@@ -24,9 +24,20 @@ from eai.abilities.declaration import (
     label_of,
     score_columns,
 )
-from eai.abilities.merit import Merit, merit_of_parts
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import ALL, NOTHING, Confusion, Json, Share, Verdict, add, confusion_shares, of_all
+from eai.abilities.verdict import (
+    ALL,
+    NOTHING,
+    Confusion,
+    Json,
+    Merit,
+    Share,
+    Verdict,
+    add,
+    confusion_shares,
+    merit_of_parts,
+    of_all,
+)
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import NO_MATCH, SideMatch, predicates_in
 from eai.pddl.planning import PlannerOutcome

@@ -19,7 +19,7 @@ from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
-from eai.english.english import english_of
+from eai.english import english_of
 from eai.households.behavior.activities import open_activities, open_planning_problems, problem_text
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.notation import BehaviorGoals, BehaviorSubgoals

@@ -11,7 +11,7 @@ from eai.abilities.transition_modeling.declaration import Category
 from eai.abilities.transition_modeling.task import TransitionTask, declared_tasks
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
-from eai.english.english import English, english_of
+from eai.english import English, english_of
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.conventions import conventions
 from eai.households.behavior_1k.operators import declared

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import eai.logic.formula as f
-from eai.english.english import NUMBERS, English, plural, sentences_of, turned
+from eai.english import NUMBERS, English, plural, sentences_of, turned
 from eai.errors import InputError
 
 Names = Mapping[str, str]

@@ -11,7 +11,7 @@ from importlib.resources import files
 from eai.abilities.task import Task, goal
 from eai.data.files import parse_toml
 from eai.data.store import PackFile
-from eai.english.english import English
+from eai.english import English
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import Scenes

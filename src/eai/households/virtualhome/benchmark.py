@@ -24,7 +24,7 @@ from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
 from eai.data.source import open_bundle
 from eai.data.store import Report, Store, silent
-from eai.english.english import english_of
+from eai.english import english_of
 from eai.households import packs
 from eai.households.published import official_prompts, open_virtualhome
 from eai.households.virtualhome.domain import as_meant, with_either_hand

@@ -108,7 +108,7 @@ def _placed(records: Sequence[Record]) -> Iterator[Placed]:
     for record in records:
         verdict, task = record.verdict, record.task
         if isinstance(verdict, PlanVerdict) and verdict.excluded is None and task is not None:
-            kinds = () if verdict.goals is None else tuple([tally.total > 0 for tally in verdict.goals])
+            kinds = () if verdict.goals is None else tuple([share.denominator > 0 for share in verdict.goals])
             steps = None if task.annotated_steps is None else _bin(task.annotated_steps, STEPS)
             case = Case(record.task_id, task.name, of_all(verdict.success))
             yield case, (steps, _bin(task.goals, GOALS), kinds)
