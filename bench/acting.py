@@ -15,7 +15,7 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import FIRST, find_benchmark
@@ -90,7 +90,7 @@ def main() -> None:
     parser.add_argument("--sample", type=int, default=40, help="tasks of each suite, about; 0: all")
     parser.add_argument("--seeds", type=int, default=1, help="games of each null in each task")
     parser.add_argument("--agents", nargs="+", choices=AGENTS, default=list(AGENTS))
-    parser.add_argument("--view", type=View, choices=list(View), default=View.SCENE)
+    parser.add_argument("--view", choices=get_args(View), default="scene")
     arguments = parser.parse_args()
     rules = STANDARD.model_copy(update={"view": arguments.view})
     print("| suite | agent | games |", *[f"{times} L |" for times in TIMES], "budget | CPU ms a game |")

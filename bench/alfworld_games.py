@@ -15,7 +15,7 @@ from time import process_time
 
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game, Stage
-from eai.envs.rules import Feedback, Rules
+from eai.envs.rules import Rules
 from eai.tasks.source import Source
 
 CHILD = Path(__file__).with_name("alfworld_child.py")

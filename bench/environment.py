@@ -17,7 +17,7 @@ import argparse
 import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import NamedTuple, cast
+from typing import NamedTuple, cast, get_args
 
 from eai.abilities.action_sequencing.notation import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
@@ -28,7 +28,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import open_suite
 from eai.envs import TextEnvironment, make
-from eai.envs.rules import Feedback, Observe
+from eai.envs.rules import Observe
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 
@@ -98,14 +98,14 @@ def main() -> None:
         plans = gold_plans(name)
         plain = steps_per_second(partial(observe_plainly, plans), seconds)
         print(f"{name}: {len(plans)} plans, {plain:,.0f} steps/s the plain way")
-        told = [(observe, Feedback.FACTS) for observe in Observe]
-        for observe, feedback in [*told, (Observe.FULL, Feedback.CHANGES), (Observe.FULL, Feedback.OUTCOME)]:
+        told = [(observe, "facts") for observe in get_args(Observe)]
+        for observe, feedback in [*told, ("full", "changes"), ("full", "outcome")]:
             environment = make(name, observe=observe, max_steps=None, feedback=feedback)
             for _ in play(environment, plans):  # the tasks are built
                 pass
             rate = steps_per_second(partial(play, environment, plans), seconds)
             times = f"{rate / plain:5.1f} times the plain way"
-            print(f"  {observe.value:8} {feedback.value:8} {rate:9,.0f} steps/s, {times}")
+            print(f"  {observe:8} {feedback:8} {rate:9,.0f} steps/s, {times}")
 
 
 if __name__ == "__main__":

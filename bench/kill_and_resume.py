@@ -27,7 +27,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING
@@ -43,7 +43,7 @@ from eai.scoring.trials import open_trials
 from eai.studies.pipeline.stage_one import believe
 from eai.studies.variation import Endpoint
 
-EXPERIMENT = Experiment(3, feedback=Feedback.EXPLAINED, slip=0.05, slip_seed=0)
+EXPERIMENT = Experiment(3, feedback="explained", slip=0.05, slip_seed=0)
 MODEL = "eai/noisy"
 JOURNAL = "answers.jsonl"
 COMPARED = ("records.jsonl", "summary.json")

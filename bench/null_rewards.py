@@ -18,6 +18,7 @@ from dataclasses import replace
 from itertools import permutations, product
 from random import Random
 from statistics import mean
+from typing import get_args
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import WrittenGoal
@@ -30,7 +31,7 @@ from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.suite import Suite, open_suite
 from eai.envs import TextEnvironment, make
 from eai.envs.command import DONE
-from eai.envs.rules import Feedback, Observe
+from eai.envs.rules import Observe
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import AddEffect, Both
 from eai.pddl.writer import write_action
@@ -128,7 +129,7 @@ def done_at_once(name: str, reward: Shaping) -> float:
 
 def steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
     """After how many steps a random agent won each episode; one more than there are where it did not."""
-    feedback = Feedback.FACTS if observe is Observe.PARTIAL else Feedback.OUTCOME
+    feedback = "facts" if observe == "partial" else "outcome"
     environment = make(name, observe=observe, feedback=feedback, admissible=True, max_steps=STEPS[-1])
     steps = []
     for sweep in range(sweeps):
@@ -167,10 +168,10 @@ def main() -> None:
                 )
     for name in HOUSEHOLDS if arguments.sweeps else ():
         print(name, {reward.value: done_at_once(name, reward) for reward in Shaping})
-        for observe in Observe:
+        for observe in get_args(Observe):
             steps = steps_to_win(name, observe, arguments.sweeps)
             won = {most: f"{100 * sum(step <= most for step in steps) / len(steps):.1f} %" for most in STEPS}
-            print(name, observe.value, f"{len(steps)} episodes, won after steps:", won, flush=True)
+            print(name, observe, f"{len(steps)} episodes, won after steps:", won, flush=True)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_args, get_type_hints
 
 from hypothesis import strategies as st
 
@@ -66,7 +66,7 @@ EXPERIMENTS = with_every_field(
     harness=st.just("react"),
     effort=st.just("high"),
     preset=st.sampled_from((None, "eai-1.0.5")),
-    feedback=st.sampled_from([each for each in Feedback if each is not Feedback.STATE]),
+    feedback=st.sampled_from([each for each in get_args(Feedback) if each != "state"]),
 )
 st.register_type_strategy(Experiment, EXPERIMENTS)
 for kind in (Explanation, Origin, Stated, Perceived):

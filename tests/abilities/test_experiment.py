@@ -6,16 +6,16 @@ import pytest
 from hypothesis import given
 
 from abilities.random_records import EXPERIMENTS
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.errors import InputError
 
 
 @pytest.mark.parametrize(
     ("experiment", "name", "label"),
     [
-        (Experiment(3, feedback=Feedback.EXPLAINED), "replanning", "replans-3-restart-explained"),
+        (Experiment(3, feedback="explained"), "replanning", "replans-3-restart-explained"),
         (
-            Experiment(2, feedback=Feedback.KIND, form="chat"),
+            Experiment(2, feedback="kind", form="chat"),
             "replanning",
             "replans-2-restart-kind-chat",
         ),
@@ -63,7 +63,7 @@ def test_what_is_out_of_range() -> None:
         {"prompt_name": ".."},
         {"prompt_name": ""},
         {"scene": "."},
-        {"feedback": Feedback.STATE},  # which is the initial one again
+        {"feedback": "state"},  # which is the initial one again
     ):
         with pytest.raises(InputError):
             replace(Experiment(), **wrong)

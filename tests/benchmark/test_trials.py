@@ -13,7 +13,7 @@ import pytest
 from eai.abilities.action_sequencing.notation import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback, World
+from eai.abilities.experiment import Experiment, World
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt
 from eai.benchmark.gold_answers import corrupted_versions, heeding_answer, noisy_answer
@@ -30,7 +30,7 @@ from suites import answer_book
 
 ACTIONS = Ability.ACTION_SEQUENCING
 ATTEMPTS = 4
-EXPLAINED = Experiment(ATTEMPTS - 1, feedback=Feedback.EXPLAINED)
+EXPLAINED = Experiment(ATTEMPTS - 1, feedback="explained")
 HELD_ANSWERS = {
     "virtualhome": ("tasks", "id", "llm_output"),
     "behavior": ("records", "identifier", "response"),
@@ -169,7 +169,7 @@ class Resampling:
 @pytest.mark.parametrize(("name", "step"), [("virtualhome", 6), ("behavior", 2)])
 def test_the_resampling_arm_keeps_to_its_closed_form(name: str, step: int, data_store: Store) -> None:
     """Success within k answers has the chance 1 - (1 - s)^k, if one succeeds with chance s."""
-    trials = trials_of(name, data_store, replace(EXPLAINED, feedback=Feedback.NONE))
+    trials = trials_of(name, data_store, replace(EXPLAINED, feedback="none"))
     model, seeds = Resampling(trials.suite, data_store, 0.1), 2
     succeeded, chances = [0] * ATTEMPTS, []
     for task_id in trials.suite.task_ids[::step]:

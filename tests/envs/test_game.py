@@ -3,7 +3,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given, settings
@@ -18,7 +18,7 @@ from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Game, Stage, stage_of, staged
 from eai.envs.listed import spelled_out
-from eai.envs.rules import STANDARD, Feedback, Observe, Rules, View
+from eai.envs.rules import STANDARD, Rules, View
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.tasks.source import Source
@@ -235,15 +235,15 @@ def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_succe
     assert make(SWITCHES, "both").rules == Rules()
     assert Rules() == Rules(
         slip=0.0,
-        view=View.TASK,
-        observe=Observe.FULL,
+        view="task",
+        observe="full",
         reward=Shaping.SUCCESS,
         gamma=1.0,
         until="goal",
         max_steps=100,
         budget=None,
         admissible=False,
-        feedback=Feedback.FACTS,
+        feedback="facts",
     )
 
 
@@ -333,7 +333,7 @@ def test_what_is_reached_and_not_declared_is_no_success(reward: str, kept: float
 
 def test_a_named_task_is_made_ready_once(data_store: Store) -> None:
     task_id = eai.open("behavior", "action_sequencing").task_ids[0]
-    task, brief = f"behavior/action_sequencing/{task_id}", Rules(feedback=Feedback.CHANGES)
+    task, brief = f"behavior/action_sequencing/{task_id}", Rules(feedback="changes")
     assert stage_of(task) is stage_of(task)
     assert stage_of(task, brief) is not stage_of(task)
     with pytest.raises(InputError, match="has no task"):
@@ -568,15 +568,15 @@ def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
 
 def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
-    shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening()[0] for view in View}
-    assert "lamp, torch [lamp]" in shown[View.SCENE]
-    assert "[lamp]" not in shown[View.TASK]
+    shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening()[0] for view in get_args(View)}
+    assert "lamp, torch [lamp]" in shown["scene"]
+    assert "[lamp]" not in shown["task"]
 
 
 def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
     own = replace(SWITCHES, domain=replace(SWITCHES.domain, egocentric=(at,)))
     task = own.tasks(Source())["both"]
-    for view, lamp in ((View.TASK, True), (View.SCENE, False)):
+    for view, lamp in (("task", True), ("scene", False)):
         stage = Stage(task, own, Rules(view=view))
         facts = spelled_out(Game(stage).opening()[0]).partition("Now:")[2]
         assert "at(robot, hall)" in facts

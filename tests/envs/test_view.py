@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import random
 import re
+from typing import get_args
 
 import pytest
 
@@ -25,7 +26,7 @@ TASKS = {
 }
 
 
-@pytest.mark.parametrize("observe", list(Observe), ids=lambda observe: observe.value)
+@pytest.mark.parametrize("observe", get_args(Observe))
 @pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
 def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
     name: str, task_id: str, observe: Observe, data_store: Store

@@ -20,7 +20,6 @@ from eai.acting.setting import STANDARD
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import RULES, Game, Stage
-from eai.envs.rules import Feedback
 from eai.generator.spec import Generated, TaskKind
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source

@@ -8,7 +8,7 @@ import pytest
 
 from abilities.action_sequencing.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict

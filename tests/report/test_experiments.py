@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.record import Attempt, Record
 from eai.cli import app
 from eai.report.explorer import ExplorerData
@@ -17,7 +17,7 @@ from eai.scoring.runs import read_runs
 from report.samples import RIGHT, WRONG, action_run, write_runs
 
 RUNNER = CliRunner()
-REPLANNING = Experiment(3, feedback=Feedback.EXPLAINED)
+REPLANNING = Experiment(3, feedback="explained")
 LABEL = "first, replans-3-restart-explained"
 
 

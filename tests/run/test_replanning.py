@@ -73,16 +73,16 @@ def offline(experiment: Experiment, store: Store, heed: float | None) -> dict[st
     return found
 
 
-@pytest.mark.parametrize(("feedback", "heed"), first_of([(Feedback.EXPLAINED, 1.0), (Feedback.NONE, None)]))
+@pytest.mark.parametrize(("feedback", "heed"), first_of([("explained", 1.0), ("none", None)]))
 def test_the_loop_of_a_run_is_the_loop_without_inspect(
     feedback: Feedback, heed: float | None, data_store: Store, tmp_path: Path
 ) -> None:
     """And what it leaves behind can be replayed, to the same records."""
-    arguments = f"--with attempts.replans=2 --with attempts.feedback={feedback.value}"
+    arguments = f"--with attempts.replans=2 --with attempts.feedback={feedback}"
     heeding = "" if heed is None else f"-M heed={heed}"
     done = eai(*f"{NOISY} {heeding} {arguments} --out {tmp_path}".split())
     assert done.status == 0, done.err
-    label = f"replans-2-restart-{feedback.value}"
+    label = f"replans-2-restart-{feedback}"
     folder = tmp_path / FOLDER / label
     records = records_of(folder)
     attempts = {

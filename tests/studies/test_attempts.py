@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.errors import InputError
 from eai.studies.attempts.study import REPLANNING
 
@@ -18,11 +18,11 @@ from eai.studies.attempts.study import REPLANNING
         # What cannot matter is as in a plain run:
         ({"world": "continue", "feedback_form": "chat", "slip_notice": "silent", "slip_seed": 3}, None),
         ({"feedback": "none", "until": "done"}, None),
-        ({"replans": 1}, Experiment(1, feedback=Feedback.EXPLAINED)),
+        ({"replans": 1}, Experiment(1, feedback="explained")),
         ({"replans": 1, "feedback": "none", "feedback_form": "chat"}, Experiment(1)),
         (
             {"replans": 1, "feedback_form": "chat"},
-            Experiment(1, feedback=Feedback.EXPLAINED, form="chat"),
+            Experiment(1, feedback="explained", form="chat"),
         ),
         (
             {"replans": 2, "world": "continue"},
@@ -30,7 +30,7 @@ from eai.studies.attempts.study import REPLANNING
         ),
         (
             {"replans": 2, "world": "continue", "feedback": "state", "until": "done"},
-            Experiment(2, "continue", Feedback.STATE),
+            Experiment(2, "continue", "state"),
         ),
         ({"slip": 0.1}, Experiment(slip=0.1, slip_seed=7)),
         (

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.record import Record
 from eai.abilities.responses import read_responses
 from eai.cli import app
@@ -28,8 +28,8 @@ from eai.studies.records import Records
 from protocols import of_reference
 from studies.told import told_tables
 
-EXPLAINED = Experiment(2, feedback=Feedback.EXPLAINED)
-NONE = replace(EXPLAINED, feedback=Feedback.NONE)
+EXPLAINED = Experiment(2, feedback="explained")
+NONE = replace(EXPLAINED, feedback="none")
 RIGHT, EARLY, MISSED, UNREADABLE = plan(*BOTH), plan(LAMP, TORCH), plan(SHED, BOX, TORCH), "no plan"
 
 
@@ -97,7 +97,7 @@ def test_what_became_of_each_kind_of_first_failure() -> None:
 
 
 def test_several_seeds_are_one_arm_whose_unit_is_still_the_task() -> None:
-    slipping = Experiment(1, "continue", Feedback.STATE, slip=0.2)
+    slipping = Experiment(1, "continue", "state", slip=0.2)
     one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
     (arm,) = arms_of([one, two])
     assert list(arm.runs) == [1, 2]

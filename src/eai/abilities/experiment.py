@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 from typing import Literal, TypeAlias
 
 from eai.abilities.responses import file_name
@@ -19,19 +18,13 @@ World: TypeAlias = Literal["restart", "continue"]
 """Where a further attempt begins: in the initial state again, or where the one before it ended."""
 
 
-class Feedback(str, Enum):
-    """The feedback to a model on its earlier attempts.
+Feedback: TypeAlias = Literal["none", "kind", "explained", "state"]
+"""The feedback to a model on its earlier attempts.
 
-    ``none``: nothing, so that it is asked the same again (the resampling arm). ``kind``: its answer, the kind
-    of its error and what that means, and the goals that were missed. ``explained``: the failed check in words
-    besides. ``state``: no word on what failed; the question describes the state that the world is in now.
-    """
-
-    NONE = "none"
-    KIND = "kind"
-    EXPLAINED = "explained"
-    STATE = "state"
-
+``none``: nothing, so that it is asked the same again (the resampling arm). ``kind``: its answer, the kind of
+its error and what that means, and the goals that were missed. ``explained``: the failed check in words
+besides. ``state``: no word on what failed; the question describes the state that the world is in now.
+"""
 
 FeedbackForm: TypeAlias = Literal["prompt", "chat"]
 """Where feedback stands: at the end of the one question, or as turns of a conversation."""
@@ -67,7 +60,7 @@ class Experiment:
 
     replans: int = 0
     world: World = "restart"
-    feedback: Feedback = Feedback.NONE
+    feedback: Feedback = "none"
     form: FeedbackForm = "prompt"
     slip: float = 0.0
     slip_seed: int | None = None
@@ -87,7 +80,7 @@ class Experiment:
         for name in (self.prompt_name, self.scene, self.harness, self.effort):
             if name is not None:
                 file_name(name)
-        if self.feedback is Feedback.STATE and self.world == "restart":
+        if self.feedback == "state" and self.world == "restart":
             raise InputError("feedback of the state says nothing in a world that begins anew")
 
     @property
@@ -123,7 +116,7 @@ class Experiment:
     def _carried_out(self) -> Iterator[str]:
         """The parts of the label that say how answers are carried out."""
         if self.acts:
-            words = f"{self.world}-{self.feedback.value}"
+            words = f"{self.world}-{self.feedback}"
             if self.form != "prompt":
                 words += f"-{self.form}"
             yield f"replans-{self.replans}-{words}" if self.replans else "replans-0"

@@ -22,7 +22,7 @@ from eai.benchmark.suite import Suite
 from eai.envs.agents import NULLS, UPPER
 from eai.envs.command import DONE, Commands, is_look
 from eai.envs.game import Game, Stage, manual, staged
-from eai.envs.rules import Feedback, Rules
+from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.pictures.rendered import VIEWS, photographs_of
 from eai.prompts.prompt import Image, Prompt
@@ -237,7 +237,7 @@ class Play:
         if self.game.over:
             return OVER
         stage = self.game.stage
-        if stage.rules.feedback is not Feedback.CHANGES and is_look(said, stage.domain):
+        if stage.rules.feedback != "changes" and is_look(said, stage.domain):
             return self.game.look_around()
         said, thought = _encodable(said), _encodable(thought)
         told = self.game.act(said).observation
@@ -253,7 +253,7 @@ class Play:
             EaiError: what draws them is not installed.
         """
         game = self.game
-        if game.stage.rules.feedback is not Feedback.PICTURES or game.over:
+        if game.stage.rules.feedback != "pictures" or game.over:
             return ()
         return photographs_of(game.task, VIEWS[:2], state=game.state)
 

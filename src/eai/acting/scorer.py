@@ -153,7 +153,7 @@ class _ActingScorer(Scorer):
             reached=bool(turns) and all(held),
             shortest=stage.reference.shortest,
             budget=stage.limit,
-            view=f"{stage.rules.view.value}, {stage.rules.observe.value}",
+            view=f"{stage.rules.view}, {stage.rules.observe}",
             harness=episode.harness,
             begun=episode.begun,
         )

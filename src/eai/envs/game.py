@@ -110,14 +110,14 @@ class _View:
         first: what is seen of the initial state.
     """
 
-    def __init__(self, task: Task, wording: Wording, observe: Observe, of: View = View.TASK) -> None:
+    def __init__(self, task: Task, wording: Wording, observe: Observe, of: View = "task") -> None:
         self._task = task
         self._wording = wording
-        self._is_full = observe is Observe.FULL
+        self._is_full = observe == "full"
         self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
-        about = subjects(task) if of is View.TASK else list(range(len(task.scene.objects)))
+        about = subjects(task) if of == "task" else list(range(len(task.scene.objects)))
         self.agent = task.scene.agent
-        self._of_agent = {each.name for each in wording.domain.egocentric if of is View.SCENE}
+        self._of_agent = {each.name for each in wording.domain.egocentric if of == "scene"}
         self.landmarks = () if self._is_full else _landmarks(task, wording)
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
         self._place = {index: place for place, index in enumerate(self.subjects)}
@@ -338,7 +338,7 @@ def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     parts += [known] if known else []
     agent = task.scene.agent
     notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
-    if rules.observe is Observe.PARTIAL:
+    if rules.observe == "partial":
         notes.append("You do not see everything: an action may name only what is listed below or seen later.")
     return "\n\n".join([*parts, " ".join(notes)] if notes else parts)
 
@@ -492,7 +492,7 @@ class Game:
 
     def _described(self, objects: Collection[int]) -> str:
         things = self.stage.view.objects(objects)
-        is_pictured = self._rules.feedback is Feedback.PICTURES
+        is_pictured = self._rules.feedback == "pictures"
         now = "What the pictures show." if is_pictured else self.look.text or "-"
         return f"Objects [kind]: properties\n{things}\n\nNow:\n{now}"
 
@@ -505,7 +505,7 @@ class Game:
         if self.over:
             raise InputError("the episode is over")
         self.action, self._changes = None, []
-        if self._rules.feedback is Feedback.CHANGES and is_look(text, self.stage.domain):
+        if self._rules.feedback == "changes" and is_look(text, self.stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())
         fits, operators = self.task.fits, self.stage.domain.arities
@@ -561,7 +561,7 @@ class Game:
             observation += "\nAll goals are reached." if self.ended == "goal" else "\nThe episode is over."
         elif self._rules.budget is not None and limit is not None:
             observation += f"\n{limit - self._turns} of {limit} actions left."
-        if self._rules.feedback is Feedback.FACTS:
+        if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.look.text or '-'}"
         terminated = self.over and not truncated
         return _Turn(observation, self._pay(), terminated, truncated, self._info(tried, repairs))
@@ -578,7 +578,7 @@ class Game:
 
     def _nameable(self) -> Collection[int]:
         """The objects that a command may name."""
-        if self._rules.observe is Observe.PARTIAL:
+        if self._rules.observe == "partial":
             return self.known
         return range(len(self.stage.task.scene.objects))
 
@@ -601,7 +601,7 @@ class Game:
                 self.taken.append(meant.operator)
                 if self._rules.feedback not in OUTCOMES:
                     return _Tried(f"{line}: done.\n{self._news(outcome)}")
-                if self._rules.observe is Observe.PARTIAL:  # what is in sight now may not be later
+                if self._rules.observe == "partial":  # what is in sight now may not be later
                     self._catch_up()
                 return _Tried(f"{line}: done.")
             case _:
@@ -616,7 +616,7 @@ class Game:
         news = [*self._signed(self._changes)] or ["No fact that you see has changed."]
         new = [index for index in after.sight if index not in self._known]
         self._known.update(new)
-        is_brief = self._rules.feedback is Feedback.CHANGES and before.sight != after.sight
+        is_brief = self._rules.feedback == "changes" and before.sight != after.sight
         if is_brief:
             new = [index for index in after.sight if index not in self._seen]
             self._seen.update(new)
@@ -686,22 +686,22 @@ class Game:
 
 _AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
 _OBSERVED: Mapping[Feedback, str] = {
-    Feedback.FACTS: (
+    "facts": (
         "Each turn you are told what your action has changed and what holds now; of what you see, nothing"
         " else holds."
     ),
-    Feedback.CHANGES: f"{_AT_FIRST} your action has changed.",
-    Feedback.OUTCOME: f"{_AT_FIRST} became of your action; what it changes follows from the list of actions.",
-    Feedback.PICTURES: (
+    "changes": f"{_AT_FIRST} your action has changed.",
+    "outcome": f"{_AT_FIRST} became of your action; what it changes follows from the list of actions.",
+    "pictures": (
         "At first and after each turn two pictures show what holds: from where the robot stands, and near the"
         " place of work. Each turn you are told what became of your action."
     ),
 }
 
 
-def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS, view: View = View.TASK) -> str:
+def manual(benchmark: Benchmark, feedback: Feedback = "facts", view: View = "task") -> str:
     """Return the manual of a world: its predicates, and its actions."""
-    egocentric = benchmark.domain.egocentric if view is View.SCENE else ()
+    egocentric = benchmark.domain.egocentric if view == "scene" else ()
     names = " and ".join([each.name for each in egocentric])
     told = f"{_OBSERVED[feedback]} {names}: of yourself alone." if names else _OBSERVED[feedback]
     wording = benchmark.observed_wording()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from typing import Literal, TypeAlias
 
 from pydantic import model_validator
 from typing_extensions import Self
@@ -12,39 +12,24 @@ from eai.errors import InputError
 from eai.scoring.reward import Shaping
 from eai.world.slips import Until
 
+View: TypeAlias = Literal["task", "scene"]
+"""The objects that an observation is about: those of the task, or all of the scene.
 
-class View(str, Enum):
-    """The objects that an observation is about: those of the task, or all of the scene.
+Which objects a task is about is a hint, which prompts give too. In the view of the scene, relations that a
+domain declares as `egocentric` are shown of the agent alone.
+"""
 
-    Which objects a task is about is a hint, which prompts give too. In the view of the scene, relations that
-    a domain declares as `egocentric` are shown of the agent alone.
-    """
+Observe: TypeAlias = Literal["full", "partial"]
+"""How much of these objects an observation shows: all, or what the agent can see."""
 
-    TASK = "task"
-    SCENE = "scene"
+Feedback: TypeAlias = Literal["facts", "changes", "outcome", "pictures"]
+"""The observation after a turn: all visible facts, the changes, or the outcome of the action alone.
 
+The opening lists all facts, so that with ``changes`` they are known to who keeps count; but with ``pictures``
+it lists none: what holds is in rendered pictures, then and after each turn.
+"""
 
-class Observe(str, Enum):
-    """How much of these objects an observation shows: all, or what the agent can see."""
-
-    FULL = "full"
-    PARTIAL = "partial"
-
-
-class Feedback(str, Enum):
-    """The observation after a turn: all visible facts, the changes, or the outcome of the action alone.
-
-    The opening lists all facts, so that with ``changes`` they are known to who keeps count; but with
-    ``pictures`` it lists none: what holds is in rendered pictures, then and after each turn.
-    """
-
-    FACTS = "facts"
-    CHANGES = "changes"
-    OUTCOME = "outcome"
-    PICTURES = "pictures"
-
-
-OUTCOMES = (Feedback.OUTCOME, Feedback.PICTURES)
+OUTCOMES: tuple[Feedback, ...] = ("outcome", "pictures")
 """The ways in which a turn tells the outcome of the action alone."""
 
 
@@ -59,12 +44,12 @@ class Rules(Options):
     view: View = option(
         "Which objects observations are about: task (those that the task is about, a hint that prompts give "
         "too), or scene (all).",
-        View.TASK,
+        "task",
     )
     observe: Observe = option(
         "How much of the world is shown: full, or partial: what the agent can see, as the domain declares "
         "it. Then actions may name only what has been seen.",
-        Observe.FULL,
+        "full",
     )
     reward: Shaping = option(
         "What is paid for: success, goals, progress, diagnosis or repair, as by eai.Reward. A turn pays by "
@@ -94,12 +79,12 @@ class Rules(Options):
         "What is told of each turn: all facts that are seen, changes alone, the outcome of the action alone, "
         "or this and no facts even at first, for those who are shown pictures. In a partial view changes say "
         "also what comes into sight, with its facts, and what goes.",
-        Feedback.FACTS,
+        "facts",
     )
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
-        if self.observe is Observe.PARTIAL and self.feedback in OUTCOMES:
+        if self.observe == "partial" and self.feedback in OUTCOMES:
             raise InputError("a partial view is told by its facts or changes, not by the outcome alone")
         return self
 

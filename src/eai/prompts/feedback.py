@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Attempt
 from eai.abilities.reports import UNTOLD, formula_text
@@ -50,11 +50,11 @@ class Asker:
     def question(self, trial: Trial) -> Prompt:
         """The next question."""
         prompt, chosen = self.prompt_of(trial.task.id), trial.experiment
-        if not trial.attempts or chosen.feedback is Feedback.NONE:
+        if not trial.attempts or chosen.feedback == "none":
             return prompt
         if chosen.form == "chat":
             return self._conversation(prompt, trial)
-        feedback = self._feedback_on(trial.attempts, chosen) if chosen.feedback is not Feedback.STATE else ""
+        feedback = self._feedback_on(trial.attempts, chosen) if chosen.feedback != "state" else ""
         if chosen.world == "continue" and self.restate is not None:
             prompt = self.restate(trial.remaining)
         elif chosen.world == "continue":
@@ -72,7 +72,7 @@ class Asker:
     def _reply(self, number: int, attempt: Attempt, chosen: Experiment) -> str:
         """The reply to one answer in a conversation."""
         values = {"world": self._text(chosen.world), "again": self._text(f"again_{chosen.world}")}
-        if chosen.feedback is Feedback.STATE:
+        if chosen.feedback == "state":
             return " ".join(values.values())
         return self._fill("chat", reasons=self._reasons(number, attempt, chosen), **values)
 
@@ -101,7 +101,7 @@ class Asker:
     def _each_reason(self, attempt: Attempt, chosen: Experiment) -> Iterator[str]:
         """Why an attempt failed: the steps that were not executed, and the goals that were missed."""
         error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
-        explains = chosen.feedback is Feedback.EXPLAINED
+        explains = chosen.feedback == "explained"
         for number, step in enumerate(explanation.steps):
             if step.outcome == FaultKind.ADDITIONAL_STEP.value:
                 yield self._of_step(FaultKind.ADDITIONAL_STEP, number, step, explains=explains)

@@ -17,7 +17,7 @@ from functools import partial
 
 from eai.abilities.action_sequencing.notation import Course
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Share
@@ -168,7 +168,7 @@ def scripted_experiment(slip: float, slip_seed: int, replans: int) -> Experiment
     return Experiment(
         replans or _REPLANS,
         "continue",
-        Feedback.STATE,
+        "state",
         slip=slip,
         slip_seed=slip_seed if slip else None,
         until="goal",

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
-from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
 from eai.abilities.verdict import Json
@@ -93,7 +93,7 @@ class Inquiry:
     @property
     def done(self) -> tuple[Action, ...]:
         """The actions executed in the world that the question is about, if it says how that is now."""
-        if self._trial is None or self._trial.experiment.feedback is Feedback.NONE:
+        if self._trial is None or self._trial.experiment.feedback == "none":
             return ()
         return self._trial.done
 

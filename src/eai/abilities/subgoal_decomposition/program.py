@@ -84,7 +84,7 @@ class Split(NamedTuple):
 
 
 Instruction: TypeAlias = Do | Require | Split | None
-"""What to do next; None where all subgoals are carried out."""
+"""The next thing to do; None where all subgoals are carried out."""
 
 Program: TypeAlias = Sequence[Instruction]
 """Instructions that lead to earlier ones only; the last one is the first to run, number 0 is None."""

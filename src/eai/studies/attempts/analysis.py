@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
+from typing import get_args
 
 from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback
@@ -54,7 +55,7 @@ class Arm:
     @property
     def control(self) -> Experiment:
         """The same without a word."""
-        return replace(self.experiment, feedback=Feedback.NONE, form="prompt")
+        return replace(self.experiment, feedback="none", form="prompt")
 
     def records(self, attempts: int) -> list[Record]:
         """Those of all seeds, as they would be after so many attempts."""
@@ -76,7 +77,7 @@ def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
         experiment = records[0].experiment
         if experiment is not None and experiment.acts:
             found.setdefault(replace(experiment, slip_seed=None), {})[experiment.slip_seed] = records
-    order = [*Feedback]
+    order = [*get_args(Feedback)]
     return sorted(
         (Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),
         key=lambda arm: (arm.experiment.slip, order.index(arm.experiment.feedback), arm.name),
@@ -166,7 +167,7 @@ def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
     after as many attempts; the difference is in points. In the first attempt both ask the same: what differs
     there is chance, and shows how much of it there is.
     """
-    controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback is Feedback.NONE}
+    controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback == "none"}
     for arm in arms:
         control = controls.get(arm.control)
         if control is None or control is arm:

@@ -108,15 +108,15 @@ class _Attempts(Variation):
         scripted = preset_experiment(self.preset, self.slip, self.slip_seed, self.replans)
         if scripted is not None:
             return scripted
-        feedback = self.feedback or (Feedback.EXPLAINED if self.replans else Feedback.NONE)
-        if feedback is not Feedback.NONE and not self.replans:
-            raise InputError(f"attempts.feedback {feedback.value}: there is none without attempts.replans")
+        feedback = self.feedback or ("explained" if self.replans else "none")
+        if feedback != "none" and not self.replans:
+            raise InputError(f"attempts.feedback {feedback}: there is none without attempts.replans")
         continues = self.world == "continue" and bool(self.replans)
         experiment = Experiment(
             self.replans,
             "continue" if continues else "restart",
             feedback,
-            "prompt" if feedback is Feedback.NONE else self.feedback_form,
+            "prompt" if feedback == "none" else self.feedback_form,
             self.slip,
             self.slip_seed if self.slip else None,
             self.slip_notice if self.slip else "detected",
@@ -214,7 +214,7 @@ def draw(arms: Sequence[Arm]) -> Figure | None:
         )
         below = [value - low for value, low in zip(values, lows, strict=True)]
         above = [high - value for value, high in zip(values, highs, strict=True)]
-        has_feedback = arm.experiment.feedback is not Feedback.NONE
+        has_feedback = arm.experiment.feedback != "none"
         panel.errorbar(
             places,
             values,
