@@ -61,7 +61,7 @@ def main() -> None:
         subprocess.run([chosen.python, "-E", str(CHILD), *map(str, words)], check=True)
         benchmark = find_benchmark(f"alfworld:{folder}")
         tasks = benchmark.tasks(Source())
-        rules = Rules(until="done", max_steps=None, feedback=Feedback.OUTCOME)
+        rules = Rules(until="done", max_steps=None, feedback="outcome")
         odd, won, before = list[str](), 0, process_time()
         for played in sorted(Path(folder).rglob("played.jsonl")):
             task = tasks[".".join(played.parent.relative_to(folder).parts)]

@@ -24,7 +24,7 @@ from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.envs.game import Game, Stage
-from eai.envs.rules import Feedback, Rules
+from eai.envs.rules import Rules
 from eai.logic.ltl import read_formula
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
@@ -103,7 +103,7 @@ def judging(steps: list[str]) -> dict[str, float]:
     actions = [
         Action(name, tuple(place[each] for each in objects)) for name, *objects in map(str.split, steps)
     ]
-    rules = Rules(until="done", max_steps=None, feedback=Feedback.OUTCOME)
+    rules = Rules(until="done", max_steps=None, feedback="outcome")
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder) / "plan"
         plan.write_text(text + "\n")

@@ -20,7 +20,7 @@ from eai.errors import InputError
             "replans-2-restart-kind-chat",
         ),
         (
-            Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=4, until="goal"),
+            Experiment(3, "continue", "state", slip=0.1, slip_seed=4, until="goal"),
             "replanning",
             "replans-3-continue-state+slip-0.1-seed-4+until-goal",
         ),

@@ -62,7 +62,7 @@ def test_every_field_is_on_the_page() -> None:
     "kind",
     [
         *(FOUR, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus),
-        *(Feedback, *map(get_args, (World, FeedbackForm, Notice, Until))),
+        *map(get_args, (World, Feedback, FeedbackForm, Notice, Until)),
     ],
 )
 def test_every_value_of_a_closed_vocabulary_is_on_the_page(kind: Iterable[Ability | str]) -> None:

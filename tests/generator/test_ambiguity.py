@@ -117,7 +117,7 @@ def test_the_budget_does_not_say_whether_to_ask(like: str) -> None:
 
 def test_an_acting_agent_is_told_which_and_it_costs_an_action() -> None:
     benchmark = find_benchmark("behavior")
-    rules = RULES.model_copy(update={"until": "done", "feedback": Feedback.CHANGES, "max_steps": 2})
+    rules = RULES.model_copy(update={"until": "done", "feedback": "changes", "max_steps": 2})
     for task in pairs("behavior")[0]:
         stage = Stage(task, benchmark, rules)
         assert "ASK(your question)" in stage.opening

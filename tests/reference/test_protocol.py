@@ -36,7 +36,7 @@ def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
 
 
 def test_the_preset_is_an_experiment_of_its_own() -> None:
-    ours = Experiment(3, "continue", Feedback.STATE, slip=0.1, slip_seed=0, until="goal")
+    ours = Experiment(3, "continue", "state", slip=0.1, slip_seed=0, until="goal")
     assert replace(scripted(0.1), preset=None) == ours
     assert scripted(0.1).label == f"{ours.label}+as-eai-1.0.5"
     assert preset_experiment("", 0.1, 0, 3) is None

@@ -26,7 +26,7 @@ from eai.studies.attempts.study import REPLANNING
         ),
         (
             {"replans": 2, "world": "continue"},
-            Experiment(2, "continue", Feedback.EXPLAINED, until="goal"),
+            Experiment(2, "continue", "explained", until="goal"),
         ),
         (
             {"replans": 2, "world": "continue", "feedback": "state", "until": "done"},

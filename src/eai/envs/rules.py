@@ -90,10 +90,10 @@ class Rules(Options):
 
 
 STANDARD = Rules(
-    view=View.SCENE,
-    observe=Observe.PARTIAL,
+    view="scene",
+    observe="partial",
     until="done",
-    feedback=Feedback.CHANGES,
+    feedback="changes",
     max_steps=None,
     budget=2.0,
 )
