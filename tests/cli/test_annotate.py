@@ -79,7 +79,7 @@ def test_choosing_goes_on_where_it_was_left(eai: Command, monkeypatch: pytest.Mo
     saying(monkeypatch, "drop 2")
     going_on = eai(*CHOOSE)
     assert re.search(r"candidate 1, met by 2:\n    lit\(lamp\)\n   2  on", going_on.out)
-    chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
+    chosen = read_decisions(Path("decisions.toml"))[1]["Tidy up"]
     assert (len(chosen.candidates), len(chosen.dropped)) == (1, 1)
 
 
@@ -160,6 +160,6 @@ def test_an_interrupt_loses_no_decision() -> None:
         rest = process.stdout.read()
     assert "interrupted; every decision is in decisions.toml, and the same command resumes from here" in rest
     assert process.returncode == 128 + signal.SIGINT
-    chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
+    chosen = read_decisions(Path("decisions.toml"))[1]["Tidy up"]
     assert [list(map(str, entry)) for entry in chosen.candidates[0]] == [["lit(lamp)"]]
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)"]

@@ -11,7 +11,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.planning import PlannerOutcome
-from eai.report.ranking import Ranking, RowSource
+from eai.report.ranking import Ranking
 from eai.report.rankings import cells_by_model, make_ranking
 from eai.report.run_summary import summary_of
 from eai.report.table_specs import tables_of
@@ -37,7 +37,7 @@ def table(
     found = whole_table(name, runs, protocol, with_paper=with_paper)
     if found is None:
         return None
-    rows = tuple(row for row in found.rows if row.source is not RowSource.FLOOR)
+    rows = tuple(row for row in found.rows if row.source != "floor")
     return replace(found, rows=rows, notes=tuple(n for n in found.notes if not n.startswith("Floor")))
 
 
@@ -96,7 +96,7 @@ def test_paper_stands_beside_with_notes_on_its_cells() -> None:
     assert len(found.rows) == 19 + len(NULL_MODELS)
     assert found.rows[0].model == "a"
     opus = next(row for row in found.rows if row.model == "Claude-3 Opus")
-    assert opus.source is RowSource.PAPER
+    assert opus.source == "paper"
     assert opus.cells[0].percent == 64.6
     (note,) = opus.cells[0].notes
     assert "64.9" in note
@@ -108,8 +108,8 @@ def test_paper_stands_beside_with_notes_on_its_cells() -> None:
 def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() -> None:
     found = table("overview", [plans(4, "a")], with_paper=True)
     assert found is not None
-    assert {row.source for row in found.rows} == {RowSource.RUN, RowSource.PUBLISHED}
-    ours = next(row for row in found.rows if row.source is RowSource.RUN)
+    assert {row.source for row in found.rows} == {"run", "published"}
+    ours = next(row for row in found.rows if row.source == "run")
     gpt_4o = next(row for row in found.rows if row.model == "GPT-4o")
     assert (gpt_4o.rank, str(gpt_4o.coverage)) == (4, "342/342")
     assert (ours.rank, str(ours.coverage)) == (7, "10/10")
@@ -242,7 +242,7 @@ def test_rows_say_which_planner_judged_where_that_is_not_the_same(
     runs = [judged_by(planner, model) for planner, model in zip(planners, "ab", strict=True)]
     found = table("transition_modeling_planner", runs, with_paper=with_paper)
     assert found is not None
-    own = {row.model: row for row in found.rows if row.source is RowSource.RUN}
+    own = {row.model: row for row in found.rows if row.source == "run"}
     notes = [list(own[model].notes) for model in "ab"]
     assert notes == [[f"Planner that judged operators: {name}."] if name else [] for name in told]
 
@@ -256,7 +256,7 @@ def test_null_models_stand_below_every_table_and_compete_with_nobody(
     assert found is not None
     floor = found.rows[-len(NULL_MODELS) :]
     assert [row.model for row in floor] == list(NULL_MODELS)
-    assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({RowSource.FLOOR})
+    assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({"floor"})
     assert not any(row.rank or cell.best for row in floor for cell in row.cells)
     rates = null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
     lookup = floor[list(NULL_MODELS).index("eai/lookup")]
@@ -279,9 +279,7 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
         (None, "eai/random"),
         (None, "eai_lookup"),
     ]
-    assert [row.model for row in found.rows if row.source is RowSource.FLOOR] == [
-        row.model for row in found.rows[1:]
-    ]
+    assert [row.model for row in found.rows if row.source == "floor"] == [row.model for row in found.rows[1:]]
     assert not any(cell.best for row in found.rows[1:] for cell in row.cells)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
-from eai.report.ranking import Ranking, RowSource
+from eai.report.ranking import Ranking
 from eai.report.rankings import besides as rankings_besides
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.table_specs import place_of_column
@@ -32,7 +32,7 @@ def besides(*runs: RunSummary) -> dict[tuple[str, str], Ranking]:
 
 
 def runs_in(table: Ranking) -> list[str]:
-    return [row.model for row in table.rows if row.source is RowSource.RUN]
+    return [row.model for row in table.rows if row.source == "run"]
 
 
 @pytest.mark.parametrize("name", OTHER_TABLES)

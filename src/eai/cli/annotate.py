@@ -26,7 +26,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.studies.annotation import decisions as annotation
-from eai.studies.annotation.decisions import Annotation, Chosen, Decisions, Listing, differences
+from eai.studies.annotation.decisions import Annotation, Chosen, Listing, differences
 from eai.studies.annotation.demonstration import Difference, frequencies, is_met
 from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.tasks.source import ErrataChoice, Source
@@ -77,8 +77,8 @@ def _open(
 def _annotations(benchmark: Benchmark, titles: Mapping[str, list[Task]], decisions: Path) -> list[Annotation]:
     if not decisions.exists():
         raise InputError(f"{decisions}: no such file; eai data annotate choose writes it")
-    known = annotation.read_decisions(decisions)
-    strangers = [name for name in known.titles if name not in titles]
+    _, known = annotation.read_decisions(decisions)
+    strangers = [name for name in known if name not in titles]
     if strangers and len(titles) > 1:
         hint = did_you_mean(strangers[0], tuple(titles))
         raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}{hint}")
@@ -158,28 +158,28 @@ def choose(
 
     Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
-    known = annotation.read_decisions(decisions)
+    not_counted, known = annotation.read_decisions(decisions)
     if without:
-        known = replace(known, without=tuple(dict.fromkeys((*known.without, *without))))
+        not_counted = tuple(dict.fromkeys((*not_counted, *without)))
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    listing = Listing(differences(titles[title], benchmark.domain), benchmark.domain, known.without)
+    listing = Listing(differences(titles[title], benchmark.domain), benchmark.domain, not_counted)
     say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
     say(annotation.HELP)
-    _show(listing, known.titles.get(title, Chosen()))
+    _show(listing, known.get(title, Chosen()))
     left = _conversation(decisions, known, title, listing)
     say(f"{left}; written to {decisions}")
 
 
-def _conversation(path: Path, known: Decisions, title: str, listing: Listing) -> str:
+def _conversation(path: Path, known: Mapping[str, Chosen], title: str, listing: Listing) -> str:
     """Take commands until there are no more; what is decided is in the file after each of them.
 
     Raises:
         InterruptError: the user ended it.
     """
-    chosen, before = known.titles.get(title, Chosen()), list[Chosen]()
+    chosen, before = known.get(title, Chosen()), list[Chosen]()
     try:
         while True:
-            annotation.write_decisions(path, known.deciding(title, chosen))
+            annotation.write_decisions(path, listing.without, {**known, title: chosen})
             command = input("> " if sys.stdin.isatty() else "").strip()
             if command == "done":
                 return "done"
@@ -193,7 +193,7 @@ def _conversation(path: Path, known: Decisions, title: str, listing: Listing) ->
         return "the input ended"
     except KeyboardInterrupt:
         # it may have come before the last was written
-        annotation.write_decisions(path, known.deciding(title, chosen))
+        annotation.write_decisions(path, listing.without, {**known, title: chosen})
         raise InterruptError(
             f"interrupted; every decision is in {path}, and the same command resumes from here"
         ) from None

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from eai.errors import EaiError, InputError, how_to_install
+from eai.errors import InputError, needing
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -33,10 +33,8 @@ def parquet() -> Any:
     Raises:
         EaiError: pyarrow is not installed.
     """
-    try:
+    with needing("analysis", "Parquet needs"):
         import pyarrow.parquet
-    except ImportError as error:
-        raise EaiError(f"Parquet needs pyarrow: {how_to_install('analysis')}") from error
     return pyarrow.parquet
 
 

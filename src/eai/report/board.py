@@ -9,10 +9,11 @@ seed and digests, is published before the tasks are, and whose secret is reveale
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from datetime import date
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from pydantic import Field
 
 from eai import __version__
 from eai.abilities.options import Options
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
 from eai.benchmark.answer_files import MAX_SIZE, ZIP, suite_files, unpacked
 from eai.benchmark.benchmark import Benchmark
@@ -29,7 +31,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below, read_toml
 from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
-from eai.report.ranking import Ranking, Row, RowSource
+from eai.report.ranking import Ranking, Row
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.page import build_page
@@ -88,25 +90,6 @@ class _Season:
     is_revealed: bool
 
 
-@dataclass(slots=True)
-class _Scorer:
-    """Scores answers to suites, each of which is opened once."""
-
-    source: Source
-    seasons: Mapping[str, Benchmark]
-    suites: dict[tuple[str, str], Suite] = field(default_factory=dict)
-
-    def summary(self, name: str, file: Path, domain: str, ability: Any) -> RunSummary:
-        """The results of a response file, under the name of its submission."""
-        key = domain, ability.value
-        if key not in self.suites:
-            self.suites[key] = open_suite(self.seasons.get(domain, domain), ability, source=self.source)
-        suite = self.suites[key]
-        answers = replace(_answers(file, suite), model=name)
-        records = score_run(suite, answers, without_row(suite, answers), ScoringOptions(explanations=False))
-        return summary_of(Run(RunKey(suite.protocol, domain, ability, name), tuple(records)))
-
-
 def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
     """The page of the submissions and seasons at some paths, and how many submissions there are.
 
@@ -121,8 +104,12 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
     """
     places = [each for path in paths for each in _places(path)]
     seasons = [_season(place) for place in places if (place / MANIFEST).is_file()]
-    opened = {each.benchmark.name: each.benchmark for each in seasons if each.benchmark is not None}
-    scorer = _Scorer(source, opened)
+    opened = {each.name: each for season in seasons if (each := season.benchmark) is not None}
+
+    @cache
+    def suite_of(domain: str, ability: Ability) -> Suite:
+        return open_suite(opened.get(domain, domain), ability, source=source)
+
     submissions: dict[str, _Submission] = {}
     for place in places:
         if (place / MANIFEST).is_file():
@@ -132,7 +119,7 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
             raise InputError(f"{place}: another submission has the name {name}")
         told(name)
         with _checked(place) as folder:
-            submissions[name] = _submission(name, folder, scorer)
+            submissions[name] = _submission(name, folder, opened, suite_of)
     return _page(submissions, seasons), len(submissions)
 
 
@@ -173,7 +160,10 @@ def _checked(place: Path) -> Iterator[Path]:
         yield described[0].parent
 
 
-def _submission(name: str, folder: Path, scorer: _Scorer) -> _Submission:
+def _submission(
+    name: str, folder: Path, seasons: Collection[str], suite_of: Callable[[str, Ability], Suite]
+) -> _Submission:
+    """The submission in a folder, scored; a withdrawn one is not."""
     description = _Description.of_file(_small(folder / DESCRIPTION))
     specification, text = _small(folder / SPECIFICATION), ""
     if specification.is_file():
@@ -182,14 +172,21 @@ def _submission(name: str, folder: Path, scorer: _Scorer) -> _Submission:
     if description.withdrawn:
         return _Submission(name, description, text, ())
     summaries = [
-        scorer.summary(name, file.path, file.domain, file.ability)
-        for file in suite_files(folder, scorer.seasons)
+        _summary(name, file.path, file.domain, suite_of(file.domain, file.ability))
+        for file in suite_files(folder, seasons)
     ]
     asked = [(each.key.domain, each.key.ability) for each in summaries]
     for domain, ability in asked:
         if asked.count((domain, ability)) > 1:
             raise InputError(f"{folder}: expected one file with answers to {domain} {ability.value}")
     return _Submission(name, description, text, tuple(sorted(summaries, key=lambda each: each.key.order)))
+
+
+def _summary(name: str, file: Path, domain: str, suite: Suite) -> RunSummary:
+    """The results of a response file, under the name of its submission."""
+    answers = replace(_answers(file, suite), model=name)
+    records = score_run(suite, answers, without_row(suite, answers), ScoringOptions(explanations=False))
+    return summary_of(Run(RunKey(suite.protocol, domain, suite.ability, name), tuple(records)))
 
 
 def _answers(file: Path, suite: Suite) -> ResponseFile:
@@ -287,13 +284,13 @@ def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
 
 
 def _row(row: Row, order: Sequence[int], table: Ranking, submissions: Mapping[str, _Submission]) -> str:
-    submission = submissions[row.model] if row.source is RowSource.RUN else None
+    submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
     numbers = [_number(row.cells[place].shown(table)) for place in order]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
     protocol, marks = table.protocol.value, _marks(table.numbers(row.notes))
     if submission is None:
-        model = f"{escape(row.model)}{marks} <small>{escape(row.source.value)}</small>"
+        model = f"{escape(row.model)}{marks} <small>{escape(row.source)}</small>"
         return _tr([rank, model, *numbers, answered, *[""] * 5, protocol, "", ""], ' class="other"')
     model = f'<a href="#{escape(submission.name)}">{escape(submission.description.model)}</a>{marks}'
     said = [*_facts(submission.description), protocol, _errata(submission, table), _logs(submission)]

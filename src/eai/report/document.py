@@ -134,10 +134,10 @@ def report_markdown(
         *_titled("Experiments", _EXPERIMENTS, experiments),
         *_titled("What the paper reports besides", _BESIDES, besides),
         *_strata(plain),
-        *_certainty(plain),
+        *_section("How sure the numbers are", _certainty_rows(plain), _CERTAINTY, unnamed_remark(plain)),
         *_repeated(runs),
         *_protocols(plain),
-        *_agreement(agreements),
+        *_section("Against the paper, cell by cell", map(_agreement_row, agreements), _AGREEMENT),
         *_outcomes(plain),
         *_runs(runs),
         *([cost] if cost else []),
@@ -213,11 +213,6 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
                 row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
                 rows.append(row)
     yield from _section("Both protocols", rows)
-
-
-def _agreement(agreements: Sequence[_Agreement]) -> Iterator[str]:
-    rows = map(_agreement_row, agreements)
-    yield from _section("Against the paper, cell by cell", rows, _AGREEMENT)
 
 
 def _agreement_row(item: _Agreement) -> dict[str, str]:
@@ -326,34 +321,29 @@ _UNNAMED = (
 )
 
 
-def _certainty(runs: Sequence[RunSummary]) -> Iterator[str]:
-    """The section of the page."""
-    rows = (row for item in runs for row in _certainty_rows(item))
-    yield from _section("How sure the numbers are", rows, _CERTAINTY, unnamed_remark(runs))
-
-
 def unnamed_remark(runs: Sequence[RunSummary]) -> str:
     """The remark on runs whose records do not describe their tasks; empty if there are none."""
     unnamed = sum(bool(item.unnamed) for item in runs)
     return _UNNAMED.format(runs=unnamed, all=len(runs)) if unnamed else ""
 
 
-def _certainty_rows(item: RunSummary) -> Iterator[dict[str, str]]:
-    for metric in declaration_of(item.key.ability).main:
-        certainty = item.certainties.get(metric)
-        if certainty is not None:
-            effective = certainty.effective_tasks
-            yield _named(item) | {
-                "metric": label_of(metric),
-                "percent": _percent(item.rates[metric].percent),
-                "mean over names": _percent(mean_over_names(item.cases[metric])),
-                "95 %": _interval(certainty.interval),
-                "95 % if independent": _interval(certainty.by_task),
-                "tasks": str(certainty.tasks),
-                "names": str(certainty.names),
-                "design effect": _percent(certainty.design_effect),
-                "effective tasks": "–" if effective is None else f"{effective:.0f}",
-            }
+def _certainty_rows(runs: Sequence[RunSummary]) -> Iterator[dict[str, str]]:
+    for item in runs:
+        for metric in declaration_of(item.key.ability).main:
+            certainty = item.certainties.get(metric)
+            if certainty is not None:
+                effective = certainty.effective_tasks
+                yield _named(item) | {
+                    "metric": label_of(metric),
+                    "percent": _percent(item.rates[metric].percent),
+                    "mean over names": _percent(mean_over_names(item.cases[metric])),
+                    "95 %": _interval(certainty.interval),
+                    "95 % if independent": _interval(certainty.by_task),
+                    "tasks": str(certainty.tasks),
+                    "names": str(certainty.names),
+                    "design effect": _percent(certainty.design_effect),
+                    "effective tasks": "–" if effective is None else f"{effective:.0f}",
+                }
 
 
 def _interval(interval: Interval) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import title_of
-from eai.report.ranking import Cell, Ranking, Row, RowSource
+from eai.report.ranking import Cell, Ranking, Row
 from eai.report.table_specs import ability_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 
@@ -41,7 +41,7 @@ class _Entry(NamedTuple):
     others: dict[str, list[float]]
 
 
-_PAPERS = (RowSource.PAPER, RowSource.PUBLISHED)
+_PAPERS = ("paper", "published")
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +57,7 @@ class _Panel:
 
 def models_of(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
     """The models that runs are of, each with its protocols, in the order of the tables."""
-    found = (
-        (row.model, table.protocol) for table in tables for row in table.rows if row.source is RowSource.RUN
-    )
+    found = ((row.model, table.protocol) for table in tables for row in table.rows if row.source == "run")
     return list(dict.fromkeys(found))
 
 
@@ -130,14 +128,14 @@ def _entries(
 
 
 def _row_of(table: Ranking, model: str) -> Row | None:
-    return next((row for row in table.rows if row.model == model and row.source is RowSource.RUN), None)
+    return next((row for row in table.rows if row.model == model and row.source == "run"), None)
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
     """The meaning of the ticks; None if there are none."""
     rows = [row for table in tables for row in table.rows]
-    printed = {row.model for row in rows if row.source is RowSource.PAPER}
-    scored = {row.model for row in rows if row.source is RowSource.PUBLISHED}
+    printed = {row.model for row in rows if row.source == "paper"}
+    scored = {row.model for row in rows if row.source == "published"}
     if printed:
         return f"the paper's models, as it prints them ({len(printed)})"
     return f"published answers of the paper's models ({len(scored)})" if scored else None

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
+from typing import Literal, TypeAlias, get_args
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability, Protocol
@@ -55,16 +55,14 @@ class Cell:
         return self.coverage is None or self.coverage.ranked
 
 
-class RowSource(str, Enum):
-    """Where the numbers of a row are from."""
+RowSource: TypeAlias = Literal["run", "paper", "published", "floor"]
+"""Where the numbers of a row are from, in the order of rows of one rank.
 
-    RUN = "run"
-    PAPER = "paper"
-    """As the paper prints them."""
-    PUBLISHED = "published"
-    """The published answers of one of the paper's models, scored by us."""
-    FLOOR = "floor"
-    """The score of a null model, which decides nothing."""
+- run: a run.
+- paper: the paper, as it prints them.
+- published: the published answers of one of the paper's models, scored by us.
+- floor: a null model, which decides nothing.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +90,7 @@ class Row:
     @property
     def competes(self) -> bool:
         """Whether it may have a rank, and the best number of a column."""
-        return self.source is not RowSource.FLOOR and (self.coverage is None or self.coverage.ranked)
+        return self.source != "floor" and (self.coverage is None or self.coverage.ranked)
 
     @property
     def all_notes(self) -> list[str]:
@@ -101,7 +99,7 @@ class Row:
 
     def shown(self, ranking: Ranking) -> tuple[TableCell, ...]:
         """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
-        origin = "" if self.source is RowSource.RUN else self.source.value
+        origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
         numbers = [cell.shown(ranking) for cell in self.cells]
         model = Label(self.model, origin=origin, notes=ranking.numbers(self.notes))
@@ -174,7 +172,7 @@ class Ranking:
     def _caption(self) -> str:
         """The protocol is that of runs, so a table of the paper's rows alone has none."""
         title = f"{self.title}, {title_of(self.domain)}"
-        if all(row.source is RowSource.PAPER for row in self.rows):
+        if all(row.source == "paper" for row in self.rows):
             return f"{title}. Percent{self.ranked_by}"
         return f"{title}, protocol {self.protocol.value}. Percent{self.ranked_by}"
 
@@ -212,7 +210,7 @@ def ranked(place: int, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> 
     ranked = [
         replace(row, rank=rank) for row, rank in zip(with_best_marked(columns, rows), ranks, strict=True)
     ]
-    order = list(RowSource)
+    order = get_args(RowSource)
     return sorted(
         ranked, key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model)
     )
@@ -236,7 +234,7 @@ def _marked(row: Row, cell: Cell, best: str | None) -> Cell:
 
 
 def _may_be_best(row: Row, cell: Cell) -> bool:
-    return cell.ranked and row.source is not RowSource.FLOOR
+    return cell.ranked and row.source != "floor"
 
 
 def _above(other: float | None, value: float) -> bool:

@@ -93,7 +93,7 @@ def run_rows(
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
-            source = RowSource.FLOOR if is_null_model(model) else RowSource.RUN
+            source: RowSource = "floor" if is_null_model(model) else "run"
             yield Row(
                 model,
                 source,
@@ -142,7 +142,7 @@ def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable]) -> 
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
         cells = tuple(_paper_cell(model, column, papers) for column in columns)
         if any(cell.percent is not None for cell in cells):
-            yield Row(model, RowSource.PAPER, cells)
+            yield Row(model, "paper", cells)
 
 
 def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -> Cell:
@@ -178,7 +178,7 @@ def published_rows(
     known = len({model for suite in suites.values() for model in suite.models})
     everyone = len(set(paper_models().values()))
     text = _PUBLISHED.format(sha256=published_scores_sha256(), known=known, all=everyone)
-    yield from _scored_rows(suites, columns, runs, RowSource.PUBLISHED, text)
+    yield from _scored_rows(suites, columns, runs, "published", text)
 
 
 def floor_rows(
@@ -187,7 +187,7 @@ def floor_rows(
     """The null models in the suites that come with the package; arguments as for `published_rows`."""
     suites = _suites(null_scores(protocol.value).suites, columns, domain)
     names = "; ".join(f"{model} {what}" for model, what in NULL_MODELS.items())
-    return _scored_rows(suites, columns, runs, RowSource.FLOOR, _FLOOR.format(names=names))
+    return _scored_rows(suites, columns, runs, "floor", _FLOOR.format(names=names))
 
 
 def _suites(

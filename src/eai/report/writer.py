@@ -192,7 +192,7 @@ def _line(table: Ranking, row: Row, column: MetricColumn, cell: Cell) -> list[st
         table.protocol.value,
         table.domain,
         row.model,
-        row.source.value,
+        row.source,
         row.rank,
         column.ability.value if column.ability else "all",
         column.metric,
@@ -222,7 +222,7 @@ def _numbers(cell: Cell) -> dict[str, Any]:
 def _row_json(table: Ranking, row: Row) -> Json:
     return {
         "model": row.model,
-        "source": row.source.value,
+        "source": row.source,
         "rank": row.rank,
         "coverage": None if row.coverage is None else row.coverage.to_json(),
         "notes": list(table.numbers(row.notes)),

@@ -15,7 +15,6 @@ from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
 from eai.studies.annotation.decisions import (
     Chosen,
-    Decisions,
     Listing,
     annotate,
     by_title,
@@ -147,7 +146,7 @@ def test_the_first_candidate_that_is_met_in_all_is_assigned(
 
 
 def test_goals_follow_from_all_that_meets_an_entry() -> None:
-    known = Decisions(titles={"Tidy up": Chosen((candidate("lit(lamp)", "do LIGHT"),))})
+    known = {"Tidy up": Chosen((candidate("lit(lamp)", "do LIGHT"),))}
     made = list(annotate(by_title(shelves().tasks(Source())), DOMAIN, known))
     goals = [[print_ltl(goal.formula) for goal in of_task] for _, _, of_task in made]
     assert goals == [[], ["lit(lamp_1)", "LIGHT()"], ["lit(lamp_1)", "lit(lamp_2)", "LIGHT()"]]
@@ -208,11 +207,11 @@ def test_a_wrong_command_is_told_and_changes_nothing(command: str, why: str) -> 
 
 def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     path = tmp_path / "decisions.toml"
-    assert read_decisions(path) == Decisions()
-    made = Decisions(("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": Chosen()})
-    write_decisions(path, made)
+    assert read_decisions(path) == ((), {})
+    made = ("near",), {'Say "hi" \\ ok': decided(*COMMANDS), "Tidy up": Chosen()}
+    write_decisions(path, *made)
     assert read_decisions(path) == made
-    assert path.read_text() == decisions_text(made)
+    assert path.read_text() == decisions_text(*made)
     assert [each.name for each in tmp_path.iterdir()] == ["decisions.toml"]
 
 

@@ -68,23 +68,6 @@ class Chosen:
 
 
 @dataclass(frozen=True, slots=True)
-class Decisions:
-    """All that was decided.
-
-    Attributes:
-        without: predicates that are not counted, because they hold of too much.
-        titles: by name.
-    """
-
-    without: tuple[str, ...] = ()
-    titles: Mapping[str, Chosen] = field(default_factory=dict)
-
-    def deciding(self, title: str, chosen: Chosen) -> Decisions:
-        """The same with other decisions about one title."""
-        return replace(self, titles={**self.titles, title: chosen})
-
-
-@dataclass(frozen=True, slots=True)
 class _Table:
     """A title as a file has it."""
 
@@ -96,7 +79,7 @@ class _Table:
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A file of decisions."""
+    """A file of decisions; ``without`` names predicates that are not counted, as they hold of too much."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
@@ -108,14 +91,14 @@ _MEMBERS = ("without", "title", "candidates", "dropped")
 """The names in a file of decisions."""
 
 
-def read_decisions(path: Path) -> Decisions:
-    """The decisions in a file; none if there is no such file.
+def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
+    """The predicates that are not counted, and the decisions by title; none if there is no such file.
 
     Raises:
         InputError: it is not one of decisions; the message names the place.
     """
     if not path.exists():
-        return Decisions()
+        return (), {}
     try:
         found = TypeAdapter(_File).validate_python(parse_toml(path.read_text(encoding="utf-8")))
     except ValidationError as error:
@@ -129,7 +112,7 @@ def read_decisions(path: Path) -> Decisions:
             titles[name] = Chosen(candidates, tuple(map(read_pattern, table.dropped)))
         except InputError as error:
             raise InputError(f"{path}: title {name!r}: {error}") from error
-    return Decisions(tuple(found.without), titles)
+    return tuple(found.without), titles
 
 
 def _entry(texts: list[str]) -> Entry:
@@ -141,19 +124,19 @@ def _entry(texts: list[str]) -> Entry:
     return patterns
 
 
-def write_decisions(path: Path, decisions: Decisions) -> None:
-    """Write the decisions so that the file is whole at every moment: the old one or the new one.
+def write_decisions(path: Path, without: Sequence[str], titles: Mapping[str, Chosen]) -> None:
+    """Write decisions so that the file is whole at every moment: the old one or the new one.
 
     Raises:
         InputError: it cannot be written.
     """
-    write_whole({path: decisions_text(decisions)})
+    write_whole({path: decisions_text(without, titles)})
 
 
-def decisions_text(decisions: Decisions) -> str:
-    """The decisions as a file has them, an entry a line."""
-    lines = [f"without = {_strings(decisions.without)}"]
-    for name, chosen in decisions.titles.items():
+def decisions_text(without: Sequence[str], titles: Mapping[str, Chosen]) -> str:
+    """Decisions as a file has them, an entry a line."""
+    lines = [f"without = {_strings(without)}"]
+    for name, chosen in titles.items():
         lines += [
             "",
             f"[title.{json.dumps(name)}]",
@@ -166,7 +149,7 @@ def decisions_text(decisions: Decisions) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _strings(values: tuple[Pattern, ...] | tuple[str, ...]) -> str:
+def _strings(values: Sequence[Pattern] | Sequence[str]) -> str:
     """A list of texts on one line; the strings of JSON are strings of TOML."""
     return json.dumps([str(value) for value in values])
 
@@ -327,7 +310,7 @@ def differences(tasks: Iterable[Task], domain: Domain) -> list[Difference]:
 
 
 def annotate(
-    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Decisions
+    titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, Chosen]
 ) -> Iterator[Annotation]:
     """Each demonstration under decisions, title by title.
 
@@ -335,7 +318,7 @@ def annotate(
         InputError: a plan cannot be carried out, or what was decided is about what is not declared.
     """
     for name, tasks in titles.items():
-        candidates = decisions.titles.get(name, Chosen()).candidates
+        candidates = decisions.get(name, Chosen()).candidates
         for candidate in candidates:
             for pattern in (each for entry in candidate for each in entry):
                 _refuse(name, pattern, domain)

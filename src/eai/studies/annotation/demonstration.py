@@ -176,7 +176,11 @@ def difference(task: Task, domain: Domain) -> Difference:
         fact
         for fact in final.facts()
         if _counts(task.scene.vocabulary, fact.predicate, len(fact.arguments))
-        and (changed >> fact.arguments[0] & 1 if len(fact.arguments) == 1 else not _held(task.initial, fact))
+        and (
+            changed >> fact.arguments[0] & 1
+            if len(fact.arguments) == 1
+            else not task.initial.has(fact.predicate, *fact.arguments)
+        )
     )
     return Difference(task, tuple(facts), tuple(action.operator for action in task.script))
 
@@ -189,10 +193,6 @@ def _final(task: Task, domain: Domain) -> State:
         step = len(done.executed) + 1
         raise InputError(f"{task.id}: no demonstration; step {step} of its plan cannot be carried out")
     return done.final
-
-
-def _held(state: State, fact: Fact) -> bool:
-    return state.has(fact.predicate, *fact.arguments)
 
 
 def _changed(before: State, after: State) -> int:

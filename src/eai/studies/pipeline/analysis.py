@@ -102,6 +102,12 @@ class Pipeline:
             raise InputError("expected records of a pipeline on the other side; eai score --goals makes them")
 
     @property
+    def suite(self) -> SuiteKey:
+        """The suite of both."""
+        record = self.modular[0]
+        return SuiteKey(record.protocol.value, record.domain, record.ability.value)
+
+    @property
     def metric(self) -> str:
         """The metric of success."""
         return next(iter(declaration_of(self.modular[0].ability).main))
@@ -280,15 +286,15 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
     found = [_opened(*pair, records.source, goals, search=search) for pair in pairs]
     if not found:
         raise InputError("expected a pipeline beside a plain run of its model, domain, ability and protocol")
-    for place, group in groupby(found, key=_place):
+    for suite, group in groupby(found, key=lambda each: each.suite):
         pipelines = [*group]
         for each in pipelines:
             record = each.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
-            folder = f"{place}/{file_name(record.model)}/{label}" if len(found) > 1 else ""
+            folder = f"{suite.file_name}/{file_name(record.model)}/{label}" if len(found) > 1 else ""
             yield _analysis(each, f"{record.model}, {label}", folder)
         if len(pipelines) > 1:
-            yield _analysis(pooled(pipelines), f"{len(pipelines)} pipelines", place)
+            yield _analysis(pooled(pipelines), f"{len(pipelines)} pipelines", suite.file_name)
 
 
 def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
@@ -306,11 +312,6 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             records.note(f"left out, as it has no modular run: {run.key}")
         else:
             yield alone, run
-
-
-def _place(found: Pipeline) -> str:
-    record = found.modular[0]
-    return f"{record.domain}-{record.ability.value}-{record.protocol.value}"
 
 
 def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> Pipeline:
@@ -357,8 +358,7 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
 
 def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
-    suite = SuiteKey(record.protocol.value, record.domain, record.ability.value)
-    heading = f"{title}, {suite_title(suite)}"
+    heading = f"{title}, {suite_title(found.suite)}"
     goals = next(table for table in tables if table.name == "goals")
     papers = [paper_table(f"pipeline_{record.ability.value}")] if found.paper else []
     remarks = paper_remarks(papers, record.protocol) if papers else []

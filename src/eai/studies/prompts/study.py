@@ -64,8 +64,7 @@ def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
         experiment = run.key.experiment
         if experiment is not None and (experiment.acts or experiment.goals_from is not None):
             raise InputError(f"{run.key}: expected runs that differ in their prompts alone")
-        suite = f"{run.key.domain}-{run.key.ability.value}-{run.key.protocol.value}"
-        suites.setdefault(suite, []).append(run)
+        suites.setdefault(run.key.suite.file_name, []).append(run)
     return suites
 
 
