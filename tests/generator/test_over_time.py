@@ -19,7 +19,6 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
 from eai.generator import walk as module
-from eai.generator.prior import Kind
 from eai.generator.spec import Generated, TaskKind
 from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
 from eai.logic.ltl_printer import print_ltl
@@ -115,8 +114,8 @@ LIT, PACKED = {"lit(lamp_1)": list(range(2, 9))}, {"inside(ball, box)": [8]}
     [
         ({}, LIT | PACKED),
         ({"wanted": {("inside", True): 1, ("lit", False): 1}}, PACKED),
-        ({"kinds": frozenset({Kind("TAKE", 0, "ball")}), "taken": frozenset({"ball"})}, LIT | PACKED),
-        ({"kinds": frozenset({Kind("TAKE", 0, "cup")}), "taken": frozenset({"cup"})}, LIT),
+        ({"kinds": frozenset({("TAKE", 0, "ball")}), "taken": frozenset({"ball"})}, LIT | PACKED),
+        ({"kinds": frozenset({("TAKE", 0, "cup")}), "taken": frozenset({"cup"})}, LIT),
     ],
 )
 def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(

@@ -9,7 +9,7 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, Subgoal
 from eai.errors import InputError, did_you_mean
 from eai.logic.ltl import read_formula
 from eai.logic.rewriting import rewrite_in_time
-from eai.logic.signature import MisuseKind, takes
+from eai.logic.signature import takes
 from eai.logic.traversal import bound_by, free_variables, is_state_formula, objects, walk
 from eai.world.domain import Domain
 from eai.world.frame import AGENT
@@ -33,7 +33,7 @@ def read_goal(text: str, domain: Domain, scene: Scene) -> f.Formula:
     signature = lexicon.signature
     stated, offences = read_formula(text, signature)
     for offence in offences:
-        is_object = offence.kind is MisuseKind.UNKNOWN_OBJECT
+        is_object = offence.kind == "unknown_object"
         known = lexicon.objects if is_object else {**signature.predicates, **signature.actions}
         raise InputError(f"{offence}{did_you_mean(offence.name, known)}")
     formula = rewrite_in_time(stated, lexicon.meaning)

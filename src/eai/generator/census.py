@@ -20,11 +20,11 @@ from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.measures import needed_by
 from eai.generator.prior import (
-    Kind,
     Pattern,
     Patterns,
     Prior,
     Theme,
+    Use,
     kept,
     kinds_of,
     narrowed,
@@ -55,10 +55,10 @@ class Usage:
         if not prior.kinds:
             self.domain = domain
             return
-        for kind in sorted(prior.kinds):
-            key = kind.operator, kind.place
-            self._predicates.setdefault(key, Predicate(f"usual {kind.operator} {kind.place}", 1, static=True))
-            self._categories.setdefault(key, []).append(kind.category)
+        for operator, place, category in sorted(prior.kinds):
+            key, name = (operator, place), f"usual {operator} {place}"
+            self._predicates.setdefault(key, Predicate(name, 1, static=True))
+            self._categories.setdefault(key, []).append(category)
         vocabulary = Vocabulary(
             (*self._original.predicates, *self._predicates.values()), self._original.derived
         )
@@ -131,7 +131,7 @@ class _Census:
         self._actions: Counter[tuple[str, ...]] = Counter()
         self._found: dict[Pattern, None] = {}
         self._crowds: Counter[str] = Counter()
-        self._kinds: dict[Kind, None] = {}
+        self._kinds: dict[Use, None] = {}
         self._operators: dict[str, None] = {}
         self._states: list[State] = []
         self._several: set[str] = set()
@@ -228,8 +228,8 @@ class _Census:
             actions=self._actions,
             operators=frozenset(self._operators),
             kinds=frozenset(self._kinds),
-            taken=frozenset({kind.category for kind in self._kinds if roles[kind.operator] is Role.TAKES}),
-            used=frozenset({kind.category for kind in self._kinds if roles[kind.operator] not in going}),
+            taken=frozenset({kind for operator, _, kind in self._kinds if roles[operator] is Role.TAKES}),
+            used=frozenset({kind for operator, _, kind in self._kinds if roles[operator] not in going}),
             places=places,
             parts=parts,
             several=frozenset(self._several if is_plain else ()),

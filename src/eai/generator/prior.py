@@ -132,12 +132,8 @@ def narrowed(patterns: Patterns, categories: Collection[str]) -> Patterns:
     return kept(patterns, lambda pattern: about.issuperset(pattern.categories))
 
 
-class Kind(NamedTuple):
-    """That an operator is used with an object of a category in one of its places."""
-
-    operator: str
-    place: int
-    category: str
+Use: TypeAlias = tuple[str, int, str]
+"""An operator, one of its places, and the category of an object with which it is used there."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +192,7 @@ class Prior:
     needy: frozenset[tuple[str, str]]
     actions: Mapping[tuple[str, ...], int]
     operators: frozenset[str]
-    kinds: frozenset[Kind]
+    kinds: frozenset[Use]
     places: tuple[str, ...]
     parts: tuple[str, ...]
     taken: frozenset[str]
@@ -206,10 +202,10 @@ class Prior:
     holding: frozenset[str]
 
 
-def kinds_of(action: Action, scene: Scene) -> Iterator[Kind]:
+def kinds_of(action: Action, scene: Scene) -> Iterator[Use]:
     """The uses of objects by an action."""
     for place, index in enumerate(action.arguments):
-        yield Kind(action.operator, place, scene.objects[index].category)
+        yield action.operator, place, scene.objects[index].category
 
 
 def patterns_of(

@@ -48,7 +48,7 @@ class Hiding:
             for operator in domain.operators
             if any(schema.atom.predicate in names for schema in effect_schemas(operator))
         }
-        opened = {kind.category for kind in prior.kinds if kind.operator in opening}
+        opened = {category for operator, _, category in prior.kinds if operator in opening}
         usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
         self._places = [
             pattern

@@ -247,16 +247,16 @@ class _LtlReader:
         arities, objects = signature.arities(name), signature.objects
         if name not in arities:
             detail = f"{name} is no predicate and no action"
-            self._offend(MisuseKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
+            self._offend("unknown_predicate", name, name, position(0), detail)
         elif (wanted := arities[name]) is not None and wanted != len(terms):
             detail = f"{takes(name, wanted, 'argument')}, not {len(terms)}"
-            self._offend(MisuseKind.WRONG_ARITY, name, name, position(0), detail)
+            self._offend("wrong_arity", name, name, position(0), detail)
         if objects is None:
             return
         for i, each in enumerate(terms, start=1):
             if isinstance(each, f.Constant) and each.name not in objects:
                 detail = f"there is no object {each.name}"
-                self._offend(MisuseKind.UNKNOWN_OBJECT, each.name, name, position(i), detail)
+                self._offend("unknown_object", each.name, name, position(i), detail)
 
     def _offend(self, kind: MisuseKind, name: str, primitive: str, position: int, detail: str) -> None:
         line, column = place(self._text, position)

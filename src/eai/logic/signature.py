@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum
+from typing import Literal, TypeAlias
 
 from eai.errors import ParseError
 from eai.logic.formula import Constant, Formula, Term, Variable
@@ -26,15 +26,13 @@ def either(words: Sequence[str]) -> str:
     return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
-class MisuseKind(Enum):
-    """How a formula that parses can still be about nothing that exists."""
+MisuseKind: TypeAlias = Literal["unknown_predicate", "unknown_object", "wrong_arity"]
+"""How a formula that parses can still be about nothing that exists.
 
-    UNKNOWN_PREDICATE = "unknown_predicate"
-    """The name is neither a predicate nor an action."""
-    UNKNOWN_OBJECT = "unknown_object"
-    """An argument is neither an object nor a variable that is bound there."""
-    WRONG_ARITY = "wrong_arity"
-    """The predicate or action takes another number of arguments."""
+``unknown_predicate``: the name is neither a predicate nor an action. ``unknown_object``: an argument is
+neither an object nor a variable that is bound there. ``wrong_arity``: the predicate or action takes another
+number of arguments.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
@@ -108,13 +108,6 @@ def read_problem(text: str) -> m.PddlProblem:
 def read_action(text: str) -> m.PddlAction:
     """The operator ``(:action ...)`` with which a text begins."""
     return PddlReader(text).action(read_group(text))
-
-
-class _Typed(NamedTuple):
-    """A name of a typed list; ``type`` is None where none is written."""
-
-    symbol: Symbol
-    type: str | None
 
 
 class PddlReader:
@@ -285,9 +278,9 @@ class PddlReader:
             m.TypedName(symbol.text, category or m.OBJECT) for symbol, category in self._typed_list(items)
         )
 
-    def _typed_list(self, items: Sequence[SExpr]) -> list[_Typed]:
+    def _typed_list(self, items: Sequence[SExpr]) -> list[tuple[Symbol, str | None]]:
         """``a b - t c`` as [(a, t), (b, t), (c, None)]."""
-        found: list[_Typed] = []
+        found: list[tuple[Symbol, str | None]] = []
         waiting: list[Symbol] = []
         rest = iter(items)
         for item in rest:
@@ -299,9 +292,9 @@ class PddlReader:
             if category is None:
                 raise self._error(symbol, "a type behind the hyphen")
             kind = self._type(category, of_variables=any(_is_variable(name.text) for name in waiting))
-            found.extend(_Typed(name, kind) for name in waiting)
+            found += [(name, kind) for name in waiting]
             waiting.clear()
-        return [*found, *(_Typed(name, None) for name in waiting)]
+        return [*found, *[(name, None) for name in waiting]]
 
     def _type(self, category: SExpr, *, of_variables: bool) -> str:
         match category:

@@ -17,7 +17,7 @@ from eai.households.behavior.benchmark import behavior
 from eai.households.behavior_1k.benchmark import behavior_1k, challenge_2025, of_behavior_100, untold
 from eai.households.behavior_1k.conventions import HEADING
 from eai.households.behavior_1k.operators import declared
-from eai.households.behavior_1k.tasks import Evidence
+from eai.households.behavior_1k.tasks import left_out
 from eai.households.packs import BEHAVIOR_1K
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
@@ -63,20 +63,20 @@ def test_gold_plans_reach_the_goals(activities: TaskSet[Task], domain: Domain, e
 def test_no_step_of_a_gold_plan_is_needless(activities: TaskSet[Task], domain: Domain, every: int) -> None:
     for task_id in list(activities)[::every]:
         task = activities[task_id]
-        for left_out in range(len(task.script)):
-            fewer = (*task.script[:left_out], *task.script[left_out + 1 :])
+        for number in range(len(task.script)):
+            fewer = (*task.script[:number], *task.script[number + 1 :])
             trajectory = execute(domain, task.initial, fewer)
             taken = [action.operator for action in fewer]
             reached = GoalTest(task).reached(trajectory.final, taken, trajectory.states)
-            assert trajectory.failure is not None or not all(reached), (task_id, left_out)
+            assert trajectory.failure is not None or not all(reached), (task_id, number)
 
 
 def test_an_activity_has_a_plan_or_is_left_out_with_a_reason(activities: TaskSet[Task]) -> None:
     planned = {task_id for task_id, task in activities.items() if task.script}
-    left_out = Evidence.load().left_out
+    reasons = left_out()
     assert len(planned) == PLANNED
-    assert planned.isdisjoint(left_out)
-    assert planned | set(left_out) == set(activities)
+    assert planned.isdisjoint(reasons)
+    assert planned | set(reasons) == set(activities)
 
 
 @every(50)

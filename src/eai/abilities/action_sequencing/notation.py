@@ -19,7 +19,7 @@ from eai.abilities.scorer import UNKNOWN_ACTION
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.data.grouping import grouped
-from eai.logic.signature import MisuseKind, takes
+from eai.logic.signature import takes
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
 from eai.world.fault import FaultKind
@@ -84,7 +84,7 @@ def resolve(
             return _unknown(number, f"{word}: {stranger} {name}", str(name))
         if misapplied is None and len(objects) != arity:
             detail = f"{takes(operator, arity, 'object')}, not {len(objects)}"
-            check = MisuseKind.WRONG_ARITY.value
+            check = "wrong_arity"
             misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
         actions.append(Action(operator, objects))
     return misapplied or tuple(actions)
@@ -92,7 +92,7 @@ def resolve(
 
 def _unknown(number: int, detail: str, name: str) -> ErrorReport:
     """A step names an object that there is not."""
-    return ErrorReport(FaultKind.HALLUCINATION, number, detail, MisuseKind.UNKNOWN_OBJECT.value, (name,))
+    return ErrorReport(FaultKind.HALLUCINATION, number, detail, "unknown_object", (name,))
 
 
 class Course(NamedTuple):

@@ -9,7 +9,7 @@ from typing import NamedTuple, TypeAlias
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import TRUE, Formula
-from eai.logic.signature import Misuse, MisuseKind
+from eai.logic.signature import Misuse
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
@@ -121,14 +121,14 @@ def unparseable(reason: str, repairs: tuple[str, ...] = (), subgoal: int | None 
     return Rejected(SubgoalCategory.NOT_PARSEABLE, error, repairs)
 
 
-_PRECEDENCE = (MisuseKind.UNKNOWN_PREDICATE, MisuseKind.WRONG_ARITY, MisuseKind.UNKNOWN_OBJECT)
+_PRECEDENCE = ("unknown_predicate", "wrong_arity", "unknown_object")
 
 
 def offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
     """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
     subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence[1].kind))
-    wrong_number = worst.kind is MisuseKind.WRONG_ARITY
+    wrong_number = worst.kind == "wrong_arity"
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION
-    objects = (worst.name,) if worst.kind is MisuseKind.UNKNOWN_OBJECT else ()
-    error = ErrorReport(kind, subgoal, worst.detail, worst.kind.value, objects)
+    objects = (worst.name,) if worst.kind == "unknown_object" else ()
+    error = ErrorReport(kind, subgoal, worst.detail, worst.kind, objects)
     return Rejected(SubgoalCategory.HALLUCINATION, error, repairs, tuple(offences))

@@ -170,7 +170,7 @@ class SubgoalDecomposition(Scorer):
             goals=self.goals.tallies(reached),
             repairs=rejected.repairs,
             goals_satisfied=reached,
-            offences=tuple(dict.fromkeys([misuse.kind.value for _, misuse in rejected.offences])),
+            offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.offences])),
         )
 
     def _with_most_goals(self, outcome: Outcome) -> Branch:

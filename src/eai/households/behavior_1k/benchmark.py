@@ -15,7 +15,7 @@ from eai.english import English, english_of
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.conventions import conventions
 from eai.households.behavior_1k.operators import declared
-from eai.households.behavior_1k.tasks import Evidence, open_tasks
+from eai.households.behavior_1k.tasks import open_tasks, subsets
 from eai.tasks.source import Source, TaskSet, once_per_store
 
 NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
@@ -45,7 +45,7 @@ def _activities(source: Source) -> TaskSet[Task]:
 
 def _listed(subset: str, source: Source) -> TaskSet[Task]:
     tasks = _activities(source)
-    return TaskSet(Evidence.load().subsets[subset], tasks.__getitem__, tasks.sha256)
+    return TaskSet(subsets()[subset], tasks.__getitem__, tasks.sha256)
 
 
 @once_per_store

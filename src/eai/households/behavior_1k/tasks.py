@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
 
@@ -21,28 +20,20 @@ from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """Facts of activities besides their definitions: the table `evidence.toml`.
+def _evidence() -> bytes:
+    """The table of facts of activities besides their definitions."""
+    return (files("eai.households.behavior_1k") / "evidence.toml").read_bytes()
 
-    Attributes:
-        sha256: digest of the table.
-        left_out: why an activity is in no rate, by its name.
-        subsets: named lists of activities.
-    """
 
-    sha256: str
-    left_out: Mapping[str, str]
-    subsets: Mapping[str, tuple[str, ...]]
+def left_out() -> Mapping[str, str]:
+    """Why an activity is in no rate, by its name."""
+    entries = parse_toml(_evidence().decode())["left_out"]
+    return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
-    @staticmethod
-    def load() -> Evidence:
-        """Read the table of this package."""
-        content = (files("eai.households.behavior_1k") / "evidence.toml").read_bytes()
-        table = parse_toml(content.decode())
-        left_out = {name: each["reason"] for each in table["left_out"] for name in each["activities"]}
-        subsets = {name: tuple(each) for name, each in table["subsets"].items()}
-        return Evidence(hashlib.sha256(content).hexdigest(), left_out, subsets)
+
+def subsets() -> Mapping[str, tuple[str, ...]]:
+    """Named lists of activities."""
+    return {name: tuple(each) for name, each in parse_toml(_evidence().decode())["subsets"].items()}
 
 
 class _ActivityTasks(TaskSet[Task]):
@@ -56,9 +47,9 @@ class _ActivityTasks(TaskSet[Task]):
     def __init__(self, pack: PackFile, english: English) -> None:
         self._pack = pack
         self._english = english
-        self._evidence = Evidence.load()
+        self._left_out = left_out()
         self._texts = _lines(pack, ACTIVITIES)
-        digest = f"{pack.sha256}{self._evidence.sha256}{READING}"
+        digest = f"{pack.sha256}{hashlib.sha256(_evidence()).hexdigest()}{READING}"
         super().__init__(self._texts, self._task, hashlib.sha256(digest.encode()).hexdigest())
 
     @cached_property
@@ -85,7 +76,7 @@ class _ActivityTasks(TaskSet[Task]):
             goals=goals,
             relevant=tuple(range(setting.nameable)),
             script=_plan(self._plans.get(task_id, "")),
-            unsolvable=self._evidence.left_out.get(task_id),
+            unsolvable=self._left_out.get(task_id),
             unnamed=tuple(range(setting.nameable, len(setting.state.scene.objects))),
         )
 
