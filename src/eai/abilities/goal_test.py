@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Share
-from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable
+from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
@@ -136,8 +136,7 @@ def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
 
 def alternatives(goal: Goal) -> tuple[str, ...]:
     """The actions each of which meets an action goal, in order."""
-    operands = goal.formula.operands if isinstance(goal.formula, Or) else (goal.formula,)
-    return tuple([operand.action for operand in operands if isinstance(operand, Occurs)])
+    return tuple([part.action for part in operands(goal.formula, Or) if isinstance(part, Occurs)])
 
 
 def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:

@@ -72,5 +72,5 @@ def check_goal(formula: f.Formula, scene: Scene) -> None:
 
 def _is_choice(formula: f.Formula) -> bool:
     """Whether a formula is an action, or several of which one will do, with whatever objects."""
-    parts = formula.operands if isinstance(formula, f.Or) else (formula,)
+    parts = f.operands(formula, f.Or)
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)

@@ -153,7 +153,7 @@ def presence(domain: Domain) -> f.Formula:
     What is not, such as the halves of a whole apple, is nowhere to be found, and can only be made.
     """
     visible = domain.visible or f.TRUE
-    parts = visible.operands if isinstance(visible, f.And) else (visible,)
+    parts = f.operands(visible, f.And)
     return f.And(tuple([part for part in parts if _is_of_itself(domain.vocabulary, part)]))
 
 

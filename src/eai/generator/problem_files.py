@@ -101,7 +101,7 @@ def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmar
             expected = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
             raise InputError(f"{file.path}: line {_line(file.text, each)}: {expected}")
     asked = file.problem.goal
-    parts = asked.operands if isinstance(asked, f.And) else (asked,)
+    parts = f.operands(asked, f.And)
     line = file.text[: file.text.lower().find("(:goal")].count("\n") + 1
     goals = list(dict.fromkeys([_meant(meaning(part), initial, file, line) for part in parts]))
     if not goals:

@@ -129,7 +129,7 @@ class Walk:
 
 def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
     """The actions one of which a goal asks for; none if it is about states."""
-    parts = wanted.operands if isinstance(wanted, f.Or) else (wanted,)
+    parts = f.operands(wanted, f.Or)
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 

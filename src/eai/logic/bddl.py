@@ -51,7 +51,7 @@ class Problem:
     @property
     def goals(self) -> tuple[f.Formula, ...]:
         """The goal's top-level conjuncts, which are counted one by one."""
-        return self.goal.operands if isinstance(self.goal, f.And) else (self.goal,)
+        return f.operands(self.goal, f.And)
 
 
 def parse_problem(text: str) -> Problem:

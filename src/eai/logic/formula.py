@@ -42,10 +42,10 @@ class _Connectives:
     __slots__ = ()
 
     def __and__(self: Formula, other: Formula) -> And:  # type: ignore[misc]
-        return And((*_operands(self, And), *_operands(other, And)))
+        return And((*operands(self, And), *operands(other, And)))
 
     def __or__(self: Formula, other: Formula) -> Or:  # type: ignore[misc]
-        return Or((*_operands(self, Or), *_operands(other, Or)))
+        return Or((*operands(self, Or), *operands(other, Or)))
 
     def __invert__(self: Formula) -> Not:  # type: ignore[misc]
         return Not(self)
@@ -202,6 +202,6 @@ TRUE = And(())
 FALSE = Or(())
 
 
-def _operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
+def operands(formula: Formula, connective: type[And] | type[Or]) -> tuple[Formula, ...]:
     """The operands of a formula that already is of this connective, else the formula alone."""
     return formula.operands if isinstance(formula, connective) else (formula,)

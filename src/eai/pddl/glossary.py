@@ -88,7 +88,7 @@ def _junction(
     """The parts connected: ``nothing`` is left out, ``decisive`` is the whole, and so are two opposites."""
     found: dict[f.Formula, None] = {}
     for part in parts:
-        found |= dict.fromkeys(part.operands if isinstance(part, connective) else (part,))
+        found |= dict.fromkeys(f.operands(part, connective))
     if any(part == decisive or negation(part) in found for part in found):
         return decisive
     kept = tuple(part for part in found if part != nothing)

@@ -139,7 +139,7 @@ class Grounder:
         return iter(stack)
 
     def _never_added(self, precondition: f.Formula) -> list[f.Atom]:
-        conjuncts = precondition.operands if isinstance(precondition, f.And) else (precondition,)
+        conjuncts = f.operands(precondition, f.And)
         may_become_true = self._added.union(self._axioms)
         return [
             part for part in conjuncts if isinstance(part, f.Atom) and part.predicate not in may_become_true

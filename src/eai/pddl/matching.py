@@ -157,7 +157,7 @@ def _denied(clause: Clause) -> Clause:
 def _joined(connective: type[f.And] | type[f.Or], parts: Iterable[Clause]) -> Clause:
     flat: list[Clause] = []
     for part in parts:
-        flat.extend(part.operands if isinstance(part, connective) else (part,))
+        flat.extend(f.operands(part, connective))
     return flat[0] if len(flat) == 1 else connective(tuple(flat))
 
 

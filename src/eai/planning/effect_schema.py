@@ -145,7 +145,7 @@ def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -
             same = zip(arguments, condition.arguments, strict=True)
             return f.Or((check, _all([f.Equals(one, other) for one, other in same])))
         case f.Exists(quantified, body) if quantified == variable:
-            parts = body.operands if isinstance(body, f.And) else (body,)
+            parts = f.operands(body, f.And)
             return _all([part for part in parts if part != condition]) if condition in parts else check
         case f.Not(operand):
             inner = _of_this_one(operand, variable, condition)

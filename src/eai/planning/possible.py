@@ -7,22 +7,20 @@ proved out of reach. Predicates that are computed may be anything.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from itertools import product
 from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, walk
+from eai.world.condition import Scope
 from eai.world.derived import Defined, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
-
-Scope: TypeAlias = Mapping[str, int]
-"""The objects that variables stand for, by index."""
 
 _Literal: TypeAlias = tuple[str, tuple[int, ...], bool]
 """A predicate, what it is said of, and whether it is so."""

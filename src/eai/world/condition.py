@@ -163,7 +163,7 @@ class Conditions:
     ) -> Extension:
         """The extension of "there is some": for each object that is left by what is said of it alone."""
         names = {name for name, each in scope.items() if each == slot} - {variable.name}
-        parts = body.operands if isinstance(body, f.And) else (body,)
+        parts = f.operands(body, f.And)
         alone = tuple([part for part in parts if names.isdisjoint(free_variables(part))])
         if not alone:
             return self._by_trial(f.Exists(variable, body), slot, scope)
