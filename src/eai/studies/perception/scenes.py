@@ -25,7 +25,7 @@ from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
 from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
-from eai.studies.perception.study import Perception, Scene
+from eai.studies.perception.study import PICTURED, Perception, Showing
 from eai.studies.variation import Endpoint, Stage
 
 ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
@@ -82,13 +82,13 @@ def shown_scenes(
     )
 
 
-def _said(scene: Scene, task: Task, benchmark: Benchmark, templates: Templates) -> str:
+def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates) -> str:
     """The words of the question about its pictures."""
-    text = templates.text(f"scene_{scene.value}.txt")
+    text = templates.text(f"scene_{scene}.txt")
     names = scene_words(benchmark).names(task)
-    if scene is Scene.NUMBERED:
+    if scene == "numbered":
         return f"{text}\n{', '.join([f'{number} {names[number]}' for number in subjects(task)])}"
-    if scene is not Scene.POINTED:
+    if scene != "pointed":
         return text
     where = places_of(task)
     lines = [f"{names[i]}: {'picture {}, ({}, {})'.format(*where[i])}" for i in subjects(task) if i in where]
@@ -100,12 +100,12 @@ def _pictures(
 ) -> Mapping[str, tuple[Image, ...]]:
     if choice.images is not None:
         return images_in(choice.images, tasks)
-    if choice.scene in (Scene.RENDERED, Scene.NUMBERED, Scene.POINTED):
-        return photographed(tasks, numbered=choice.scene is Scene.NUMBERED)
+    if choice.scene in ("rendered", "numbered", "pointed"):
+        return photographed(tasks, numbered=choice.scene == "numbered")
     return drawn_images(benchmark, tasks, choice.clutter or "none")
 
 
-def scene_abilities(abilities: Collection[Ability], scene: Scene) -> list[Ability]:
+def scene_abilities(abilities: Collection[Ability], scene: Showing) -> list[Ability]:
     """The abilities that are asked for, in order; all that tell of a scene if none is named.
 
     Scene graphs are of pictures alone.
@@ -113,10 +113,10 @@ def scene_abilities(abilities: Collection[Ability], scene: Scene) -> list[Abilit
     Raises:
         InputError: the questions of one that is named tell of none.
     """
-    known = (*ABILITIES, SCENE_GRAPH) if scene.is_pictured else ABILITIES
+    known = (*ABILITIES, SCENE_GRAPH) if scene in PICTURED else ABILITIES
     for each in abilities:
         if each not in known:
-            raise InputError(f"perception.scene {scene.value}: questions of {each.value} tell of no scene")
+            raise InputError(f"perception.scene {scene}: questions of {each.value} tell of no scene")
     return [each for each in known if each in (abilities or ABILITIES)]
 
 
@@ -125,7 +125,7 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
     is_posed = declaration_of(suite.ability).asked.pose is not None
     published = suite.benchmark.published_prompts is not None and not is_posed
     if library.prompts is PromptSet.OFFICIAL and published:
-        scene = choice.scene.value
+        scene = choice.scene
         raise InputError(
             f"perception.scene {scene}: published prompts tell of scenes in their own way; "
             "ask ours (--set eai, in Inspect -T prompts=eai)"
@@ -167,7 +167,7 @@ class Scenes(Stage):
             InputError: published prompts cannot describe another scene.
         """
         _refuse_published(self.choice, self.library, suite)
-        if self.choice.scene is not Scene.PREDICTED:
+        if self.choice.scene != "predicted":
             return None
         return Scenes(self.library, self.wanted, self.ask, self.choice.of_pictures())
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
 from pydantic import BeforeValidator, model_validator
 from typing_extensions import Self
@@ -33,28 +32,17 @@ if TYPE_CHECKING:
 _NAME = "perception"
 
 
-class Scene(str, Enum):
-    """How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).
+Showing: TypeAlias = Literal["text", "image", "both", "predicted", "noisy", "rendered", "numbered", "pointed"]
+"""How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).
 
-    ``text``: as a list of what holds. ``image``: in pictures alone. ``both``: in both. ``predicted``: as the
-    list that a second model made from pictures. ``noisy``: as a list with seeded errors. Ours are
-    ``rendered``: in pictures of things with bodies; ``numbered``: in these, with a number at each thing; and
-    ``pointed``: in these as they are, and a pixel of each thing with its name.
-    """
+``text``: as a list of what holds. ``image``: in pictures alone. ``both``: in both. ``predicted``: as the list
+that a second model made from pictures. ``noisy``: as a list with seeded errors. Ours are ``rendered``: in
+pictures of things with bodies; ``numbered``: in these, with a number at each thing; and ``pointed``: in these
+as they are, and a pixel of each thing with its name.
+"""
 
-    TEXT = "text"
-    IMAGE = "image"
-    BOTH = "both"
-    PREDICTED = "predicted"
-    NOISY = "noisy"
-    RENDERED = "rendered"
-    NUMBERED = "numbered"
-    POINTED = "pointed"
-
-    @property
-    def is_pictured(self) -> bool:
-        """Whether it is shown in pictures alone."""
-        return self in (Scene.IMAGE, Scene.RENDERED, Scene.NUMBERED, Scene.POINTED)
+PICTURED = ("image", "rendered", "numbered", "pointed")
+"""The ways to show it in pictures alone."""
 
 
 def _noise(given: object) -> object:
@@ -73,11 +61,11 @@ class Perception(Variation):
         InputError: it makes no sense; the message names the option.
     """
 
-    scene: Scene = option(
+    scene: Showing = option(
         "How questions show the scene: text, image, both, predicted (as a second model lists it), "
         "noisy (with seeded errors), rendered (with bodies), numbered (with a number at each thing) or "
         "pointed (with a pixel of each thing).",
-        Scene.TEXT,
+        "text",
     )
     images: Path | None = option(
         "A folder with pictures of your own: files that begin with the id of their task. "
@@ -96,21 +84,21 @@ class Perception(Variation):
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
-        how = f"perception.scene {self.scene.value}"
-        pictured = self.scene in (Scene.IMAGE, Scene.BOTH, Scene.PREDICTED)
+        how = f"perception.scene {self.scene}"
+        pictured = self.scene in ("image", "both", "predicted")
         for name, given, fits in (
             ("images", self.images, pictured),
             ("clutter", self.clutter, pictured),
-            ("scene_model", self.scene_model, self.scene is Scene.PREDICTED),
-            ("noise", self.noise, self.scene is Scene.NOISY),
+            ("scene_model", self.scene_model, self.scene == "predicted"),
+            ("noise", self.noise, self.scene == "noisy"),
         ):
             if given is not None and not fits:
                 raise InputError(f"perception.{name}: means nothing with {how}")
         if self.images is not None and self.clutter is not None:
             raise InputError("perception.clutter: is of schematic pictures, not of perception.images")
-        if self.scene is Scene.PREDICTED and self.scene_model is None:
+        if self.scene == "predicted" and self.scene_model is None:
             raise InputError(f"{how}: expected perception.scene_model, who sees; eai/captioner is built in")
-        if self.scene is Scene.NOISY and self.noise is None:
+        if self.scene == "noisy" and self.noise is None:
             raise InputError(f"{how}: expected rates of errors, such as perception.noise.missing=0.1")
         if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
             raise InputError("perception.scene_args, scene_base_url: expected perception.scene_model")
@@ -119,12 +107,12 @@ class Perception(Variation):
     @property
     def choice(self) -> str:
         """The scene, if questions do not list it as it is."""
-        return "" if self.scene is Scene.TEXT else f"perception.scene {self.scene.value}"
+        return "" if self.scene == "text" else f"perception.scene {self.scene}"
 
     @property
     def heading(self) -> str:
         """How the scene is shown."""
-        return "" if self.scene is Scene.TEXT else f"scene: {self.label}"
+        return "" if self.scene == "text" else f"scene: {self.label}"
 
     @property
     def captioner(self) -> str | None:
@@ -137,7 +125,7 @@ class Perception(Variation):
         Raises:
             InputError: those of one that is named tell of none.
         """
-        if self.scene is Scene.TEXT:
+        if self.scene == "text":
             return super().abilities(named)
         from eai.studies.perception.scenes import scene_abilities
 
@@ -149,19 +137,19 @@ class Perception(Variation):
         """The scenes."""
         from eai.studies.perception.scenes import Scenes
 
-        return None if self.scene is Scene.TEXT else Scenes(library, wanted, ask, self, prices)
+        return None if self.scene == "text" else Scenes(library, wanted, ask, self, prices)
 
     @property
     def label(self) -> str:
         """A short text that tells it from other ways to show the scene."""
         if self.noise is not None:
-            return f"{self.scene.value}-{self.noise.label}"
+            return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{file_name(self.scene_model)}"
-        return f"{self.scene.value}{who}{self._pictures}"
+        return f"{self.scene}{who}{self._pictures}"
 
     def of_pictures(self) -> Self:
         """The way to show the same pictures alone, as a captioner sees them."""
-        return type(self)(scene=Scene.IMAGE, images=self.images, clutter=self.clutter)
+        return type(self)(scene="image", images=self.images, clutter=self.clutter)
 
     @property
     def _pictures(self) -> str:
