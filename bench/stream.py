@@ -126,15 +126,16 @@ class Simulated:
 
     def __init__(self, answers: Path, *, explanations: bool) -> None:
         suite = open_suite(*SUITE)
-        rows = [*islice(read_responses(answers, suite.task_ids, samples=True).rows(), BATCH)]
         settings = ScoringOptions(explanations=explanations)
         file = answers.with_name("batch_outputs.jsonl")
-        file.write_bytes(b"".join(row for row in rows if isinstance(row, bytes)))
-        batch = read_responses(file, suite.task_ids, samples=True)
-        for _ in range(2):  # tasks are made the first time
+        rows = read_responses(answers, suite.task_ids, samples=True).rows()
+        for number in (2 * len(suite.task_ids), BATCH):  # the first make all tasks; the others are new
+            some = islice(rows, number)
+            file.write_bytes(b"".join(row for row in some if isinstance(row, bytes)))
+            batch = read_responses(file, suite.task_ids, samples=True)
             start = time.process_time()
             self.parts = [*Scoring().parts(suite, batch, {}, settings)]
-            self.seconds = (time.process_time() - start) / BATCH
+            self.seconds = (time.process_time() - start) / number
 
     def __call__(self, rows: Sequence[Row]) -> list[Part]:
         time.sleep(len(rows) * self.seconds)
