@@ -40,7 +40,7 @@ class CountScorer(Scorer):
 
 
 def pose(world: AskedWorld, task: Task) -> Posed:
-    return Posed(f"How many objects does this task name: {task.title}?", str(len(task.relevant)))
+    return f"How many objects does this task name: {task.title}?", str(len(task.relevant))
 
 
 COUNTING = AbilityDeclaration(

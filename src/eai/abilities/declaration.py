@@ -118,16 +118,9 @@ class AskedWorld:
     benchmark: object = None
 
 
-class Posed(NamedTuple):
-    """A question about a task, and a right answer to it, which built-in models give.
-
-    Attributes:
-        question: the question, or the values of places in the template of the ability's name.
-        gold: the answer.
-    """
-
-    question: str | Mapping[str, str]
-    gold: str
+Posed: TypeAlias = tuple[str | Mapping[str, str], str]
+"""A question about a task, or the values of places in the template of the ability's name; and a right answer
+to it, which built-in models give."""
 
 
 class OwnTasks(NamedTuple):

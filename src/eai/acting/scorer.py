@@ -57,7 +57,7 @@ def pose(world: AskedWorld, task: Task) -> Posed:
     arena = Arena(_benchmark_of(world))
     commands = arena.stage(task).reference.commands if task.left_out is None else None
     end = [] if task.missing else [DONE]
-    return Posed(arena.prompt(task).user, "\n".join([*(commands or ()), *end]))
+    return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
 
 
 NO_REFERENCE = "nobody is known to win the task with what is seen in this setting"

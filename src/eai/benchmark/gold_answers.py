@@ -14,8 +14,7 @@ from typing import TypeAlias, TypeVar
 
 from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_interpretation.lexicon import write_goals
-from eai.abilities.goal_interpretation.stated import read_stated
+from eai.abilities.goal_interpretation.lexicon import read_stated, write_goals
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.planning import FindPlan, find_plan
 from eai.abilities.protocol import Ability
@@ -278,7 +277,7 @@ def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook
     if pose is None:
         raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
     tasks = benchmark.tasks_for(ability, source)
-    return written_answers(tasks, lambda task: (pose(world, task).gold,), "".join)
+    return written_answers(tasks, lambda task: pose(world, task)[1:], "".join)
 
 
 def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:

@@ -138,7 +138,7 @@ class Library:
 
         def posed(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
-            question = pose(world, tasks[task_id] if belief is None else belief.task).question
+            question, _ = pose(world, tasks[task_id] if belief is None else belief.task)
             text = question if isinstance(question, str) else templates.fill(f"{ability}.txt", question)
             if belief is not None:
                 return Prompt(text, images=belief.images)

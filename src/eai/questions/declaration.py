@@ -162,7 +162,7 @@ def open_questions(path: Path) -> OwnTasks | None:
 
 
 def _pose(world: AskedWorld, asked: _AskedQuestion) -> Posed:
-    return Posed(asked.question.prompt, gold_text(asked.question))
+    return asked.question.prompt, gold_text(asked.question)
 
 
 def _features(asked: _AskedQuestion) -> TaskFeatures:

@@ -1,14 +1,28 @@
-"""The vocabulary of answers to a task, and in it the goals of the task, with all ways to meet each."""
+"""The vocabulary of answers to a task, the goals of the task in it, and what goals of an answer mean there.
+
+Someone may take the goals of an answer to goal interpretation for the task's (`read_stated`). They are read
+as goal interpretation reads them, with one difference: where the notation has connectives and quantifiers,
+they are understood too, though no answer is compared with them. What is well-formed is asked for as it
+stands, be it right or wrong, and a name that means nothing stays in it as it was written. What is ill-formed
+is left out. An answer that cannot be read states no goals.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
 from math import prod
 
 from eai.abilities.goal_interpretation.notation import GoalNotation, WrittenGoal
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.task import Goal, GoalKind, Task, goal
+from eai.abilities.verdict import Unreadable
+from eai.data.grouping import grouped
 from eai.logic.choice import Literal, choice_options
-from eai.logic.formula import Atom, Constant, Not, Occurs, Term
+from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Term
+from eai.logic.signature import term
+from eai.logic.traversal import objects, walk
 from eai.world.domain import Domain
 
 
@@ -99,3 +113,85 @@ def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
     conditions = dict.fromkeys(condition for option in options for condition in option)
     return notation.write([lexicon.spelt(condition) for condition in conditions])
+
+
+@dataclass(frozen=True, slots=True)
+class _StatedGoals:
+    """The goals that an answer states, as goals of its task.
+
+    Attributes:
+        goals: each once, in order.
+        meaningful: those of them all of whose names mean something, in order.
+        unknown: the names that mean nothing, each once: predicates, actions, objects.
+        left_out: the ill-formed entries of the answer, as texts.
+        unreadable: why no goals could be read; None if the answer could be.
+    """
+
+    goals: tuple[Goal, ...]
+    meaningful: tuple[Goal, ...] = ()
+    unknown: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+    unreadable: str | None = None
+
+
+def read_stated(text: str, task: Task, domain: Domain, notation: GoalNotation) -> _StatedGoals:
+    """The goals that an answer to goal interpretation states for a task."""
+    meaning = _Meaning(task, domain, notation)
+    read = notation.conditions(text, meaning.formula)
+    if isinstance(read, Unreadable):
+        return _StatedGoals((), unreadable=read.reason)
+    formulas, left_out = read
+    strange = {formula: tuple(meaning.unknown(formula)) for formula in formulas}
+    return _StatedGoals(
+        tuple([goal(formula) for formula in strange]),
+        tuple([goal(formula) for formula, names in strange.items() if not names]),
+        tuple(dict.fromkeys(name for names in strange.values() for name in names)),
+        left_out,
+    )
+
+
+class _Meaning:
+    """The meaning of the words of an answer in a task.
+
+    A name that several objects share means the last of them, as in a plan of names alone. Said once more, a
+    goal is meant of the object before, as goal interpretation counts it.
+    """
+
+    def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
+        self._lexicon = GoalLexicon(task, domain, notation)
+        self._predicates = notation.words(domain)
+        self._vocabulary, self._actions = domain.vocabulary, domain.arities
+        names, things = notation.names(task), task.scene.objects
+        self._named = grouped((names[index], things[index].name) for index in reversed(task.relevant))
+        self._known = {thing for things in self._named.values() for thing in things}
+        self._times: Counter[WrittenGoal] = Counter()
+
+    def formula(self, said: WrittenGoal, variables: frozenset[str]) -> Formula | None:
+        """The meaning of a goal below quantifiers that bind these variables; None if it is ill-formed."""
+        if not self._lexicon.is_well_formed(said):
+            return None
+        terms = tuple([term(name, variables) for name in self._objects(said, variables)])
+        if said.is_action:
+            return Occurs(said.predicate, terms)
+        atom = Atom(self._predicates.get((said.predicate, len(terms)), said.predicate), terms)
+        return atom if said.positive else ~atom
+
+    def unknown(self, formula: Formula) -> Iterator[str]:
+        """The names in a formula that mean nothing."""
+        for part in walk(formula):
+            match part:
+                case Atom(name, terms) if self._vocabulary.arity(name) != len(terms):
+                    yield name
+                case Occurs(name) if name not in self._actions:
+                    yield name
+        yield from (name for name in objects(formula) if name not in self._known)
+
+    def _objects(self, said: WrittenGoal, variables: frozenset[str]) -> tuple[str, ...]:
+        """The objects that a goal is meant of; what is no object's name stays."""
+        named = [[name] if name in variables else self._named.get(name, [name]) for name in said.names]
+        first = tuple([things[0] for things in named])
+        if len(first) > 2:  # of so many no other reading is tried
+            return first
+        meant = [chosen for chosen in product(*named) if len({*chosen}) == len(chosen)] or [first]
+        self._times[said] += 1
+        return meant[min(self._times[said], len(meant)) - 1]

@@ -78,7 +78,7 @@ def _words(world: AskedWorld) -> SceneWords:
 def _pose(world: AskedWorld, task: Task) -> Posed:
     words = _words(world)
     values = {"vocabulary": words.wording.vocabulary(), "objects": words.wording.objects(task)}
-    return Posed(values, words.describe(task).text)
+    return values, words.describe(task).text
 
 
 def _pictures(world: AskedWorld, task: Task) -> Sequence[tuple[str, bytes]]:

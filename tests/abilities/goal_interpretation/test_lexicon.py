@@ -6,9 +6,8 @@ import json
 
 import pytest
 
-from eai.abilities.goal_interpretation.lexicon import write_goals
+from eai.abilities.goal_interpretation.lexicon import _StatedGoals, read_stated, write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
-from eai.abilities.goal_interpretation.stated import _StatedGoals, read_stated
 from eai.abilities.goal_test import alternatives
 from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task, make_task
