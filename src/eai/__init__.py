@@ -101,10 +101,10 @@ def open(
         InputError: there is no such benchmark, ability or protocol.
         DataError: the data cannot be had.
     """
-    from eai.abilities.protocol import ability_of, protocol_of
+    from eai.abilities.protocol import Ability, Protocol
     from eai.benchmark.suite import open_suite
 
-    return open_suite(benchmark, ability_of(ability), protocol_of(protocol), source=source)
+    return open_suite(benchmark, Ability.named(ability), Protocol.named(protocol), source=source)
 
 
 def __getattr__(name: str) -> object:

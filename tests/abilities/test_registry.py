@@ -12,7 +12,7 @@ import pytest
 
 from abilities import counting
 from eai.abilities import declaration, protocol
-from eai.abilities.protocol import FOUR, Ability, ability_of, place_of
+from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.benchmark.suite import open_suite
 from eai.errors import InputError
 from eai.scoring.reward import Reward
@@ -93,7 +93,7 @@ def test_without_it_its_records_are_refused_in_one_line(tmp_path: Path, distribu
 
 
 def test_an_ability_is_one_value_for_each_name() -> None:
-    assert ability_of("action_sequencing") is Ability.ACTION_SEQUENCING
+    assert Ability.named("action_sequencing") is Ability.ACTION_SEQUENCING
     assert pickle.loads(pickle.dumps(FOUR)) == FOUR  # noqa: S301 - our own
     assert pickle.loads(pickle.dumps(Ability("counting"))) is Ability("counting")  # noqa: S301
     assert sorted(FOUR, key=place_of) == list(FOUR)

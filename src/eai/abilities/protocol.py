@@ -172,24 +172,6 @@ def place_of(ability: Ability) -> int:
     return known.index(ability) if ability in known else len(known)
 
 
-def ability_of(name: Ability | str) -> Ability:
-    """The registered ability of this name.
-
-    Raises:
-        InputError: there is none.
-    """
-    return Ability.named(name)
-
-
-def protocol_of(name: Protocol | str) -> Protocol:
-    """The protocol of this name.
-
-    Raises:
-        InputError: there is none.
-    """
-    return Protocol.named(name)
-
-
 def member(kind: type[E], name: E | str, noun: str) -> E:
     """The member of an enumeration with this value; ``noun`` is what a message calls such a thing.
 

@@ -13,7 +13,7 @@ from typing import Annotated, TextIO
 
 import typer
 
-from eai.abilities.protocol import FOUR, Ability, ability_of
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
@@ -116,7 +116,7 @@ def prompts(
     domain: Annotated[list[str], flag(DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
-        list[Ability] | None, flag(f"{ABILITIES}. All if not given.", parser=ability_of)
+        list[Ability] | None, flag(f"{ABILITIES}. All if not given.", parser=Ability.named)
     ] = None,
     prompt_set: OfSet = PromptSet.OFFICIAL,
     form: _OfFormat = _Format.JSONL,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from eai.abilities.options import Options
-from eai.abilities.protocol import FOUR, Ability, ability_of
+from eai.abilities.protocol import FOUR, Ability
 from eai.cli.console import DOMAIN_HELP
 from eai.cli.progress import data_progress
 from eai.data.store import VARIABLE, Store
@@ -40,7 +40,7 @@ def flag(meaning: str, *names: str, panel: str | None = None, **more: Any) -> An
 
 
 OfDomain = Annotated[str, flag(DOMAIN_HELP, "--domain")]
-OfAbility = Annotated[Ability, flag(f"{ABILITIES}.", "--ability", parser=ability_of)]
+OfAbility = Annotated[Ability, flag(f"{ABILITIES}.", "--ability", parser=Ability.named)]
 Seed = Annotated[int, flag("Of all that is random.", "--seed")]
 
 

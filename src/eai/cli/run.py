@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
+from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.benchmark.suite import Suite, open_suite
@@ -82,7 +82,7 @@ def run(
     epochs: Annotated[int | None, run_flag("epochs", _WHO)] = None,
     max_connections: Annotated[int | None, run_flag("max_connections", _WHO)] = None,
     domain: Annotated[list[str] | None, run_flag("domain", _WHAT)] = None,
-    ability: Annotated[list[Ability] | None, run_flag("ability", _WHAT, parser=ability_of)] = None,
+    ability: Annotated[list[Ability] | None, run_flag("ability", _WHAT, parser=Ability.named)] = None,
     tasks: Annotated[str | None, run_flag("tasks", _WHAT)] = None,
     limit: Annotated[int | None, run_flag("limit", _WHAT)] = None,
     adaptive: Annotated[float | None, run_flag("adaptive", _WHAT, metavar="S")] = None,
@@ -98,7 +98,7 @@ def run(
             metavar="OPTION=VALUE",
         ),
     ] = None,
-    protocol: Annotated[Protocol | None, run_flag("protocol", SCORING, parser=protocol_of)] = None,
+    protocol: Annotated[Protocol | None, run_flag("protocol", SCORING, parser=Protocol.named)] = None,
     planner: Annotated[PlannerChoice | None, run_flag("planner", SCORING, parser=planner_choice)] = None,
     errata: Annotated[ErrataChoice | None, run_flag("errata", SCORING, parser=errata_choice)] = None,
     workers: Annotated[int | None, run_flag("workers", SCORING)] = None,

@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, ability_of, protocol_of
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Json
@@ -74,9 +74,11 @@ def score(
     ],
     domain: Annotated[str | None, flag(DOMAIN_HELP, "--domain", panel=ANSWERS)] = None,
     ability: Annotated[
-        Ability | None, flag(f"{options.ABILITIES}.", panel=ANSWERS, parser=ability_of)
+        Ability | None, flag(f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.named)
     ] = None,
-    protocol: Annotated[Protocol, scoring("protocol", "--protocol", parser=protocol_of)] = DEFAULT_PROTOCOL,
+    protocol: Annotated[
+        Protocol, scoring("protocol", "--protocol", parser=Protocol.named)
+    ] = DEFAULT_PROTOCOL,
     planner: options.Planner = PlannerChoice.AUTO,
     errata: options.Errata = ErrataChoice.CURRENT,
     planner_seconds: Annotated[int | None, scoring("planner_seconds")] = None,

@@ -32,7 +32,7 @@ from inspect_ai.solver import TaskState
 from eai.abilities.codec import experiment_from_json, record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.explanation import Explanation, PartReport, StepReport
-from eai.abilities.protocol import Ability, ability_of, protocol_of, registered_abilities
+from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.verdict import Verdict
@@ -114,7 +114,7 @@ def paper_metrics(ability: str) -> Metric:
     """
 
     def pooled(scores: list[SampleScore]) -> Value:
-        asked = ability_of(ability)
+        asked = Ability.named(ability)
         ordered = sorted(scores, key=lambda score: int(_metadata(score)["epoch"]))
         by_task = grouped((str(score.sample_id), score) for score in ordered).values()
         averaged = declaration_of(asked).of_epochs
@@ -209,7 +209,7 @@ def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
 @cache
 def _suite(benchmark: Benchmark, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
     source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
-    return open_suite(benchmark, ability, protocol_of(protocol), source=source)
+    return open_suite(benchmark, ability, Protocol.named(protocol), source=source)
 
 
 def _metadata(score: SampleScore) -> dict[str, Any]:
@@ -250,4 +250,4 @@ def _suite_of(score: SampleScore) -> Suite:
     benchmark, about = (score.sample_metadata or {})["domain"], _metadata(score)
     errata = ErrataChoice.CURRENT if about.get("errata") else ErrataChoice.NONE
     rules = (about["protocol"], PlannerChoice.NONE.value, errata.value)
-    return _suite(find_benchmark(benchmark), ability_of(about["ability"]), *rules)
+    return _suite(find_benchmark(benchmark), Ability.named(about["ability"]), *rules)

@@ -20,7 +20,7 @@ from typing_extensions import assert_never
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member, protocol_of
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
@@ -232,7 +232,9 @@ def reward_of(
         InputError: there is no such suite or shaping.
         DataError: the data cannot be had.
     """
-    return _opened(task.benchmark, task.ability, member(Shaping, shaping, "shaping"), protocol_of(protocol))
+    return _opened(
+        task.benchmark, task.ability, member(Shaping, shaping, "shaping"), Protocol.named(protocol)
+    )
 
 
 def suite_of(task: TaskReference, protocol: Protocol | str = DEFAULT_PROTOCOL) -> Suite:
@@ -242,7 +244,7 @@ def suite_of(task: TaskReference, protocol: Protocol | str = DEFAULT_PROTOCOL) -
         InputError: there is no such suite.
         DataError: the data cannot be had.
     """
-    return _suite(task.benchmark, task.ability, protocol_of(protocol))
+    return _suite(task.benchmark, task.ability, Protocol.named(protocol))
 
 
 @cache

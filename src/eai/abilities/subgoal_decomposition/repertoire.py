@@ -60,7 +60,7 @@ class _Kind(Enum):
     REST = "rest"
 
 
-class Known(NamedTuple):
+class _Known(NamedTuple):
     """An operator as a search has to know it.
 
     Attributes:
@@ -234,7 +234,7 @@ class Repertoire:
         movement = self._closure([*asking, *helping], self.movement, self._checks)
         return helping, [o.name for o in self.movement if o in movement or o.name in names]
 
-    def _known(self, operator: Operator) -> Known:
+    def _known(self, operator: Operator) -> _Known:
         compiled = self._domain.compiled[operator.name]
         asked = [*([check.condition] for check in operator.checks), list(_tried(operator))]
         moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in asked]
@@ -246,7 +246,7 @@ class Repertoire:
         rest = compiled.is_possible if operator.tries else rest
         kept = zip(compiled.checks, kinds, mended, strict=False)
         unmoved = all_of([check.holds for check, kind, can in kept if kind is _Kind.REST and not can])
-        return Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved)
+        return _Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved)
 
     def _kind(self, check: Check, moved: bool) -> _Kind:
         if self._changed.isdisjoint(self._sources([check.condition])):
@@ -321,7 +321,7 @@ class Ground(NamedTuple):
     """
 
     action: Action
-    known: Known
+    known: _Known
     binding: Binding
     possible: dict[State, bool]
     results: dict[State, State]
@@ -329,7 +329,7 @@ class Ground(NamedTuple):
     touched: int = 0
 
     @classmethod
-    def of(cls, action: Action, known: Known, state: State) -> Ground:
+    def of(cls, action: Action, known: _Known, state: State) -> Ground:
         """An action of an operator, for a new search."""
         return cls(action, known, known.operator.bind(state, action.arguments), {}, {})
 
