@@ -16,6 +16,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite
+from eai.tasks.source import TaskSet
 
 TASK_IDS = tuple(f"{number}_1" for number in range(7))
 
@@ -33,7 +34,7 @@ class Echo(Scorer):
 
 def echo_suite() -> Suite:
     benchmark = find_benchmark("virtualhome")
-    suite = Suite(benchmark, Ability.ACTION_SEQUENCING, Protocol.STRICT, TASK_IDS, "0" * 64, Echo)
+    suite = Suite(benchmark, Ability.ACTION_SEQUENCING, Protocol.STRICT, TaskSet(TASK_IDS, Echo, "0" * 64))
     return replace(suite, reopen=echo_suite)
 
 

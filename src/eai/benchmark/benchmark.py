@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.declaration import AskedWorld, declaration_of
@@ -62,25 +62,8 @@ class Figure:
     remark: str = ""
 
 
-Opener: TypeAlias = Callable[["Benchmark", Ability, Source], "Opened"]
-"""Opens the suite of a benchmark and an ability. It can be pickled."""
-
-
-class Opened(NamedTuple):
-    """The particulars of a suite: its tasks in order, the digest of its data, and its scorers.
-
-    Attributes:
-        task_ids: the ids of its tasks.
-        data_sha256: the digest.
-        make: makes the scorer of a task.
-        over: what opens the suite for answers that are scored together; None if each is read by itself.
-    """
-
-    task_ids: tuple[str, ...]
-    data_sha256: str
-    make: Callable[[str], Scorer]
-    over: Callable[[Sequence[str]], Opener] | None = None
-
+Opener: TypeAlias = Callable[["Benchmark", Ability, Source], TaskSet[Scorer]]
+"""Opens the scorers of a benchmark and an ability, by task. It can be pickled."""
 
 OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
 """Opens demonstrations that an archive holds; DataError if it is not there, or damaged."""

@@ -6,7 +6,7 @@ else knows of it: what a protocol does otherwise is in that value.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -17,8 +17,9 @@ from eai.errors import InputError, did_you_mean
 if TYPE_CHECKING:
     from eai.abilities.action_sequencing.trial import Trial
     from eai.abilities.experiment import Experiment
+    from eai.abilities.protocol import Ability
     from eai.abilities.record import Record
-    from eai.benchmark.benchmark import Opener
+    from eai.benchmark.benchmark import Benchmark, Opener
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +34,7 @@ class Implementation:
         trial: how that script carries out plans.
         as_asked: a record as it counts by the goals that the published runs were asked for.
         as_counted: the record of an experiment with its errors counted as that script did.
+        over: what opens a suite for answers that are scored together; None where each is read by itself.
     """
 
     open_suite: Opener
@@ -40,6 +42,7 @@ class Implementation:
     trial: type[Trial]
     as_asked: Callable[[Record], Record]
     as_counted: Callable[[Record], Record]
+    over: Callable[[Benchmark, Ability, Iterable[str]], Opener | None] | None = None
 
 
 @cache

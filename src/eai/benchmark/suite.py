@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -12,20 +12,20 @@ from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
-from eai.benchmark.benchmark import Benchmark, Opened, Opener
+from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.errata import Errata
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import silent
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import ErrataChoice, Source, TaskReference
+from eai.tasks.source import ErrataChoice, Source, TaskReference, TaskSet
 
 
-def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
-    """The suite of an ability as it declares itself; of one of the four as the paper has it (``strict``)."""
+def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
+    """The scorers of an ability as it declares them; of one of the four as the paper has it (``strict``)."""
     tasks = benchmark.tasks_for(ability, source)
     make = declaration_of(ability).asked.scorers(benchmark.world(source))
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
+    return TaskSet(tasks, lambda task_id: make(tasks[task_id]), tasks.sha256)
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,7 @@ class Suite:
     """The tasks of a benchmark and an ability under one protocol.
 
     Attributes:
-        task_ids: the ids of all tasks, in the order of the data set.
-        data_sha256: digest of the data behind them.
+        scorers: those of all tasks, in the order of the data set.
         tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
@@ -44,12 +43,8 @@ class Suite:
     benchmark: Benchmark
     ability: Ability
     protocol: Protocol
-    task_ids: tuple[str, ...]
-    data_sha256: str
-    _make: Callable[[str], Scorer]
-    _over: Callable[[Sequence[str]], Opener] | None = None
+    scorers: TaskSet[Scorer] = field(repr=False)
     tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
-    _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
     source: Source = field(default_factory=Source)
@@ -59,6 +54,16 @@ class Suite:
         if self.reopen is None or not self.portable:
             raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
         return self.reopen, ()
+
+    @cached_property
+    def task_ids(self) -> tuple[str, ...]:
+        """The ids of all tasks, in the order of the data set."""
+        return tuple(self.scorers)
+
+    @property
+    def data_sha256(self) -> str:
+        """The digest of the data behind them."""
+        return self.scorers.sha256
 
     @cached_property
     def _known(self) -> frozenset[str]:
@@ -90,10 +95,11 @@ class Suite:
 
     def over(self, answers: Iterable[str]) -> Suite:
         """The suite as it scores these answers together: a protocol may read each as all are written."""
-        if self._over is None or self.reopen is None:
+        implementation = implementation_of(self.protocol.value)
+        if self.reopen is None or implementation is None or implementation.over is None:
             return self
-        texts = list(answers)
-        return self.reopen(opener=self._over(texts)) if texts else self
+        opener = implementation.over(self.benchmark, self.ability, answers)
+        return self if opener is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
         """The scorer of a task; it is made once.
@@ -101,13 +107,10 @@ class Suite:
         Raises:
             InputError: there is no such task.
         """
-        scorer = self._made.get(task_id)
-        if scorer is None:
-            if task_id not in self._known:
-                hint = did_you_mean(task_id, self.task_ids)
-                raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
-            scorer = self._made[task_id] = self._make(task_id)
-        return scorer
+        if task_id not in self._known:
+            hint = did_you_mean(task_id, self.task_ids)
+            raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
+        return self.scorers[task_id]
 
     def features(self, task_id: str) -> TaskFeatures | None:
         """Return the features of a task; None if the benchmark has only operators of it."""
@@ -155,11 +158,11 @@ def open_suite(
     source = source or Source()
     if protocol is not DEFAULT_PROTOCOL:
         source = replace(source, errata=ErrataChoice.NONE)
-    opened = (opener or _opener(protocol))(found, ability, source)
+    scorers = (opener or _opener(protocol))(found, ability, source)
     tasks = found.tasks(source)
     source = replace(source, report=silent)
     again = partial(open_suite, found.reference or found, ability, protocol, source=source, opener=opener)
-    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source)
+    return Suite(found, ability, protocol, scorers, tasks, reopen=again, source=source)
 
 
 def _opener(protocol: Protocol) -> Opener:

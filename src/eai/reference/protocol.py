@@ -11,7 +11,7 @@ stochastic actions in BEHAVIOR is in the package (``action_sequencing/scripts/re
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -20,11 +20,12 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
+from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Share
-from eai.benchmark.benchmark import Benchmark, Opened, Opener
+from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
-from eai.tasks.source import Source
+from eai.tasks.source import Source, TaskSet
 from eai.world.episode import Episode
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
@@ -35,7 +36,7 @@ NAME = "eai-1.0.5"
 
 def open_virtualhome(
     benchmark: Benchmark, ability: Ability, source: Source, *, with_ids: bool | None = None
-) -> Opened:
+) -> TaskSet[Scorer]:
     """A suite of VirtualHome.
 
     Args:
@@ -46,34 +47,35 @@ def open_virtualhome(
     """
     from eai.households.virtualhome.benchmark import open_tasks
 
-    tasks, task_ids = open_tasks(source), tuple(benchmark.tasks_for(ability, source))
+    tasks, task_ids = open_tasks(source), benchmark.tasks_for(ability, source)
     match ability:
         case Ability.ACTION_SEQUENCING:
             from eai.reference.virtualhome_plans import VirtualHomeActionSequencing as Plans
 
-            return Opened(
-                task_ids, tasks.sha256, lambda i: Plans(tasks[i], with_ids=with_ids), _read_together
-            )
+            return TaskSet(task_ids, lambda i: Plans(tasks[i], with_ids=with_ids), tasks.sha256)
         case Ability.GOAL_INTERPRETATION:
             from eai.reference.virtualhome_goals import ByLargestId
 
-            return Opened(task_ids, tasks.sha256, lambda i: ByLargestId(tasks[i], benchmark.domain))
+            return TaskSet(task_ids, lambda i: ByLargestId(tasks[i], benchmark.domain), tasks.sha256)
         case Ability.SUBGOAL_DECOMPOSITION:
             from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition as Subgoals
 
-            return Opened(task_ids, tasks.sha256, lambda i: Subgoals(tasks[i]))
+            return TaskSet(task_ids, lambda i: Subgoals(tasks[i]), tasks.sha256)
         case _:
             raise _unscored(f"{benchmark.name} {ability.value}")
 
 
-def _read_together(answers: Sequence[str]) -> Opener:
-    """Plans of one file are read with ids, or without, as most of them are written."""
+def read_together(benchmark: Benchmark, ability: Ability, answers: Iterable[str]) -> Opener | None:
+    """Plans of one file in VirtualHome are read with ids, or without, as most of them are written."""
+    if (benchmark.name, ability) != ("virtualhome", Ability.ACTION_SEQUENCING):
+        return None
     from eai.reference.virtualhome_plans import written_with_ids
 
-    return partial(open_virtualhome, with_ids=written_with_ids(answers))
+    texts = list(answers)
+    return partial(open_virtualhome, with_ids=written_with_ids(texts)) if texts else None
 
 
-def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
+def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """A suite of BEHAVIOR."""
     from eai.households.behavior.benchmark import open_tasks
 
@@ -82,20 +84,20 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Ope
         case Ability.ACTION_SEQUENCING:
             from eai.reference.behavior_plans import BehaviorActionSequencing as Plans
 
-            return Opened(tuple(tasks), tasks.sha256, lambda task_id: Plans(tasks[task_id]))
+            return TaskSet(tasks, lambda task_id: Plans(tasks[task_id]), tasks.sha256)
         case Ability.GOAL_INTERPRETATION:
             from eai.reference.behavior_goals import ByFirstOption as Goals
 
-            return Opened(tuple(tasks), tasks.sha256, lambda task_id: Goals(tasks[task_id]))
+            return TaskSet(tasks, lambda task_id: Goals(tasks[task_id]), tasks.sha256)
         case Ability.SUBGOAL_DECOMPOSITION:
             from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
 
-            return Opened(tuple(tasks), tasks.sha256, lambda task_id: Subgoals(tasks[task_id]))
+            return TaskSet(tasks, lambda task_id: Subgoals(tasks[task_id]), tasks.sha256)
         case _:
             raise _unscored(f"{benchmark.name} {ability.value}")
 
 
-def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
+def _transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer]:
     """A suite of operators.
 
     The names of BEHAVIOR's are those in the data set: ``extract_action_details`` reads a name up to its first
@@ -107,13 +109,13 @@ def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
 
     tasks = benchmark.operators(source)
     rules = ReferenceRules(make_planner(source.planner, benchmark.planner_seconds, source.terms))
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
+    return TaskSet(tasks, lambda task_id: TransitionModeling(tasks[task_id], rules), tasks.sha256)
 
 
 _OPENERS: Mapping[str, Opener] = {"virtualhome": open_virtualhome, "behavior": open_behavior}
 
 
-def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
+def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> TaskSet[Scorer]:
     """A suite of one of the two households.
 
     Raises:
@@ -242,5 +244,6 @@ EAI_1_0_5 = Implementation(
     trial=_ScriptedTrial,
     as_asked=count_as_the_paper_did,
     as_counted=counted_as_published,
+    over=read_together,
 )
 """The protocol."""
