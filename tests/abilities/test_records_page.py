@@ -20,8 +20,8 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
+from eai.world.episode import Notice, Until
 from eai.world.fault import FaultKind
-from eai.world.slips import Notice, Until
 
 PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = {Ability(json.loads(line)["ability"]): line for line in re.findall(r"```json\n(.*?)\n```", PAGE)}

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from eai.abilities.responses import file_name
 from eai.errors import InputError
-from eai.world.slips import Notice, Slips, Until
+from eai.world.episode import Notice, Slips, Until
 
 SEPARATOR = "+"
 """The separator of the parts of a name or a label."""

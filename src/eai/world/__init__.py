@@ -30,13 +30,12 @@ if TYPE_CHECKING:
     from eai.world.derived import Computed, Defined, Lookup, is_a
     from eai.world.domain import Domain, Simulator
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-    from eai.world.episode import Episode, Luck, Slip
+    from eai.world.episode import Episode, Luck, Slip, Slips
     from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
     from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
     from eai.world.history import Past, each_held_before, was_possible_before
     from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
-    from eai.world.slips import Slips
     from eai.world.state import Change, Fact, Scene, State, WorldObject, change
     from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -52,7 +51,6 @@ _MODULES = (
     "eai.world.frame",
     "eai.world.history",
     "eai.world.operator",
-    "eai.world.slips",
     "eai.world.state",
     "eai.world.vocabulary",
 )

@@ -16,8 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
 from eai.benchmark.suite import open_suite
-from eai.world.episode import Luck
-from eai.world.slips import Slips
+from eai.world.episode import Luck, Slips
 from envs.switches import SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING

@@ -24,7 +24,7 @@ from eai.studies.attempts.analysis import Arm, arms_of, remarks, success_by_atte
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation
-from eai.world.slips import Notice, Until
+from eai.world.episode import Notice, Until
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
