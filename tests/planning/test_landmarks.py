@@ -1,8 +1,11 @@
-"""Landmarks of repairs, held against plans that succeed: what is dropped mends what is left."""
+"""Landmarks, held against plans that succeed: what is dropped mends what is left."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import reduce
 from itertools import combinations
+from operator import or_
 from random import Random
 
 import pytest
@@ -12,12 +15,13 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.planning import planning_goal
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Unreadable
+from eai.planning.landmarks import Landmarks, _HittingSets
 from eai.planning.planner import Planner
-from eai.planning.repair import Mender, _Entry
+from eai.planning.repair import Mender
 from eai.planning.search import Effort
 from eai.world.execution import Action
 from suites import answer_book
-from sweeps import swept
+from sweeps import examples, swept
 
 
 def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Mender, tuple[Action, ...]] | None:
@@ -34,11 +38,20 @@ def mender_and_gold(name: str, task_id: str, planner: Planner) -> tuple[Mender, 
     return Mender(planner, scorer.task.initial, planning_goal(scorer.task), objects), steps
 
 
+def lacking(mender: Mender, plan: Sequence[Action]) -> tuple[Landmarks, int]:
+    """The landmarks that are found for a plan, and how many steps it lacks at least, as they show."""
+    landmarks, least = mender.landmarks(plan), -1
+    while (now := landmarks.lacking(landmarks.open(plan))) > least:
+        least = now
+        landmarks.refine(frozenset(plan), Effort(2_000))
+    return landmarks, least
+
+
 @pytest.mark.parametrize(
     ("name", "every"),
     [("virtualhome", 23), ("behavior", 19), *swept(("virtualhome", 2), ("behavior", 2))],
 )
-def test_the_steps_that_were_dropped_hit_every_landmark(name: str, every: int) -> None:
+def test_every_plan_hits_every_landmark_and_lacks_no_more_than_was_dropped(name: str, every: int) -> None:
     random, found = Random(1), []
     suite = eai.open(name, "action_sequencing")
     planner = Planner(suite.scorer(suite.task_ids[0]).domain)
@@ -49,13 +62,12 @@ def test_the_steps_that_were_dropped_hit_every_landmark(name: str, every: int) -
         mender, gold = case
         for number in {1, 2, len(gold) // 2, len(gold)}:
             dropped = set(random.sample(range(len(gold)), min(number, len(gold))))
-            plan = tuple([_Entry(i, step) for i, step in enumerate(gold) if i not in dropped])
-            cuts = mender.needed(plan)
-            inserted = {gold[i] for i in dropped}
-            assert all(cut & inserted for cut in cuts), (task_id, dropped)
-            assert all(one.isdisjoint(other) for one, other in combinations(cuts, 2))
-            found.append(len(cuts))
-    assert max(found) > 2
+            plan = [step for i, step in enumerate(gold) if i not in dropped]
+            landmarks, least = lacking(mender, plan)
+            assert all(cut & {*gold} for cut in landmarks.cuts), (task_id, dropped)
+            assert least <= len({gold[i] for i in dropped})
+            found.append(least)
+    assert max(found) > 3
 
 
 def test_an_empty_plan_lacks_what_leads_to_the_goals_too() -> None:
@@ -66,9 +78,35 @@ def test_an_empty_plan_lacks_what_leads_to_the_goals_too() -> None:
         if case is None:
             continue
         mender, gold = case
-        at_least = len(mender.needed(()))
+        _, at_least = lacking(mender, ())
         assert 1 <= at_least <= len(gold)
-        assert mender.least(Effort(1)) >= at_least
+        assert mender.least(Effort(20_000)) >= at_least
+
+
+def test_landmarks_lead_all_the_way_where_each_step_needs_the_one_before() -> None:
+    """A floor is cleaned with a brush that is taken, put into a running sink, soaked and taken again."""
+    suite = eai.open("behavior", "action_sequencing")
+    task_id = next(each for each in suite.task_ids if each.startswith("cleaning_floors_"))
+    case = mender_and_gold("behavior", task_id, Planner(suite.scorer(task_id).domain))
+    assert case is not None
+    mender, gold = case
+    assert lacking(mender, ())[1] == 5, "in the relaxation it stays in the hand that it is taken with"
+    assert lacking(mender, [step for step in gold if step.operator != "SOAK"])[1] == 1
+    for step in gold:
+        assert lacking(mender, [step])[1] in (4, 5)
+
+
+def test_the_fewest_actions_that_hit_all_cuts_are_those_of_brute_force() -> None:
+    random = Random(3)
+    for _ in range(examples(200)):
+        number = random.randint(1, 7)
+        patterns = sorted({random.randrange(1, 1 << number) for _ in range(random.randint(1, 7))})
+        mask = reduce(or_, patterns)
+        sizes = range(1, len(patterns) + 1)
+        fewest = next(n for n in sizes for some in combinations(patterns, n) if reduce(or_, some) == mask)
+        found = _HittingSets(patterns, mask)
+        assert found.least == len(found.best) == fewest
+        assert reduce(or_, found.best) == mask
 
 
 def test_a_step_is_mended_where_it_fails_and_the_rest_stays() -> None:

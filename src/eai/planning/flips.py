@@ -34,6 +34,9 @@ from eai.world.state import State
 Changes: TypeAlias = frozenset[Change]
 """Changes of which one has to happen; if there are none, nothing helps."""
 
+Part: TypeAlias = tuple[f.Formula, Scope]
+"""A condition, and what its variables stand for."""
+
 _NOTHING: Changes = frozenset()
 _FEW = 4
 """So few actions that no other part of a condition is looked at for fewer."""
@@ -56,6 +59,8 @@ class Flips:
         self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self._made: dict[Action, list[tuple[str, tuple[int | None, ...], bool | None]]] = {}
+        self._conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
         self._unread = {o.name: set(changed_by(o)) for o in domain.operators if self._is_unread(o.name)}
         self._writers: dict[Change, tuple[Action, ...]] = {}
         self._taking: dict[str, tuple[Action, ...]] = {}
@@ -64,9 +69,11 @@ class Flips:
         for schema in [each for schemas in self._schemas.values() for each in schemas]:
             self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
         self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
-        self._depths: dict[int, int] = {}
+        self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = Readings(domain.vocabulary)
         self.holds = self._readings.holds
+        self.names = self._readings.names
+        self.derived = domain.vocabulary.derived_by_name.get
 
     def _is_unread(self, name: str) -> bool:
         """Whether an operator has effects that are left out of its schemas."""
@@ -75,26 +82,36 @@ class Flips:
     def actions(self, changes: Iterable[Change]) -> dict[Action, None]:
         """The actions that may make one of some changes, in a fixed order."""
         return dict.fromkeys(
-            action for change in sorted(changes, key=_order) for action in self.making(change)
+            action for change in sorted(changes, key=order) for action in self.making(change)
         )
 
     def making(self, change: Change) -> tuple[Action, ...]:
         """The actions that may make a change, as far as what never changes permits them."""
         found = self._writers.get(change)
         if found is None:
-            found = self._writers[change] = tuple(dict.fromkeys(self._making(change)))
+            makers = [action for actions, _ in self.makers(change) for action in actions]
+            found = self._writers[change] = tuple(dict.fromkeys(makers))
         return found
 
-    def _making(self, change: Change) -> Iterator[Action]:
+    def makers(self, change: Change) -> Iterator[tuple[Sequence[Action], list[Part]]]:
+        """The actions that may make a change, those together of which the same must hold before."""
         for name, changed in self._unread.items():
             if change.predicate in changed:
-                yield from self.taking(name)
+                yield self.taking(name), []
         for schema in self._by_effect.get((change.predicate, change.truth), ()):
             scope = match(schema.atom, change.arguments, self._is_agent)
-            if scope is not None:
-                names = [parameter.name for parameter in schema.operator.parameters]
-                bound = [(place, scope[name]) for place, name in enumerate(names) if name in scope]
-                yield from self._about(schema.operator.name, bound)
+            if scope is None:
+                continue
+            names = [parameter.name for parameter in schema.operator.parameters]
+            bound = [(place, scope[name]) for place, name in enumerate(names) if name in scope]
+            actions = self._about(schema.operator.name, bound)
+            given = [(each, self.names(each)) for each in schema.given]
+            if any(name in names and name not in scope for _, own in given for name in own):
+                for action in actions:
+                    inner = {**scope, **dict(zip(names, action.arguments, strict=True))}
+                    yield (action,), _closed(given, inner)
+            else:
+                yield actions, _closed(given, scope)
 
     def _about(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
         """The actions by an operator that have some objects at their places."""
@@ -125,22 +142,41 @@ class Flips:
 
     def may_make(self, action: Action, change: Change) -> bool:
         """Whether an action may make a change."""
-        if change.predicate in self._unread.get(action.operator, ()):
-            return True
-        schemas = self._schemas[action.operator]
-        return any(self._matches(schema, action, change) is not None for schema in schemas)
+        predicate, arguments, truth = change
+        return any(
+            name == predicate
+            and adds in (truth, None)
+            and all(a == b or a is None or b is None for a, b in zip(own, arguments, strict=True))
+            for name, own, adds in self._effects(action)
+        )
 
-    def ways(self, action: Action, change: Change) -> Iterator[list[tuple[f.Formula, Scope]]]:
+    def _effects(self, action: Action) -> list[tuple[str, tuple[int | None, ...], bool | None]]:
+        """The changes that an action may make; None stands for what is not known."""
+        found = self._made.get(action)
+        if found is None:
+            arity = self._domain.vocabulary.arity
+            unread = self._unread.get(action.operator, ())
+            found = self._made[action] = [(name, (None,) * (arity(name) or 0), None) for name in unread]
+            for schema in self._schemas[action.operator]:
+                known = dict(zip(schema.variables, action.arguments, strict=False))
+                terms = [
+                    known.get(t.name) if isinstance(t, f.Variable) else self._object(t, {})
+                    for t in schema.atom.arguments
+                ]
+                found.append((schema.atom.predicate, tuple(terms), schema.adds))
+        return found
+
+    def ways(self, action: Action, change: Change) -> Iterator[list[Part]]:
         """For each effect by which an action may make a change the conditions of it, as far as known."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
         for schema in self._schemas[action.operator]:
             scope = self._matches(schema, action, change)
             if scope is not None:
-                checks = schema.operator.checks
-                tried = schema.checks[len(checks) :]
-                conditions = (*[left(each, checks) for each in checks], *tried, *schema.given)
-                yield [(each, scope) for each in conditions if free_variables(each) <= scope.keys()]
+                conditions = self._conditions.get(id(schema))
+                if conditions is None:
+                    conditions = self._conditions[id(schema)] = _conditions(schema)
+                yield [(each, scope) for each, names in conditions if names <= scope.keys()]
 
     def behind(
         self, action: Action, state: State, changes: Changes, *, executed: bool
@@ -167,7 +203,7 @@ class Flips:
             if helps and fails:
                 found |= self._of_parts(closed, state, True, all_needed=True)
             elif helps or (executed and not fails):
-                found.update(*[self._any(part[0]) for part in parts if part not in closed])
+                found.update(*[self.anything(part[0]) for part in parts if part not in closed])
                 undoes = undoes or not helps
                 if not helps:
                     found |= self._of_parts(closed, state, False, all_needed=False)
@@ -232,7 +268,7 @@ class Flips:
             case f.Equals():
                 return _NOTHING
             case _:
-                return frozenset(self._any(formula))
+                return frozenset(self.anything(formula))
 
     def _of_parts(
         self, parts: Sequence[tuple[f.Formula, Scope]], state: State, truth: bool, *, all_needed: bool
@@ -265,7 +301,7 @@ class Flips:
         """Of a body for whatever value of its variable: of the part that fails for it."""
         left = state.scene.category(variable.category)
         found: set[Change] = set()
-        for part, wanted in sorted(_conjuncts(body, truth), key=self._depth):
+        for part, wanted in sorted(_conjuncts(body, truth), key=lambda part: self.depth(part[0])):
             holding = mask_of(self._readings.witnesses(variable, part, scope, state))
             holding = holding if wanted else ~holding
             values = list(bits(left & ~holding))
@@ -277,17 +313,14 @@ class Flips:
                     found |= self.of(part, {**scope, variable.name: value}, state, truth=wanted)
         return frozenset(found)
 
-    def _depth(self, part: tuple[f.Formula, bool]) -> int:
+    def depth(self, formula: f.Formula) -> int:
         """How much a condition reads, which makes what is known of it less."""
-        found = self._depths.get(id(part[0]))
-        if found is None:
-            names = stored_sources(
-                [each.predicate for each in walk(part[0]) if isinstance(each, f.Atom)],
-                self._domain.vocabulary,
-            )
-            found = sum(name not in self._static for name in names)
-            self._depths[id(part[0])] = found
-        return found
+        known = self._depths.get(id(formula))
+        if known is None:
+            read = [each.predicate for each in walk(formula) if isinstance(each, f.Atom)]
+            names = stored_sources(read, self._domain.vocabulary)
+            known = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
+        return known[0]
 
     def _patterns(self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool) -> Iterator[Change]:
         """The changes that may help a condition on any objects in the place of None."""
@@ -301,28 +334,32 @@ class Flips:
     def _of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> Changes:
         name = atom.predicate
         derived = self._domain.vocabulary.derived_by_name.get(name)
-        arguments = tuple([self._object(term, scope, state) for term in atom.arguments])
+        arguments = self.arguments(atom, scope)
         if derived is None:
             return _NOTHING if name in self._static else frozenset((Change(name, arguments, truth),))
         defined = meaning(derived)
         if defined is None:
-            return frozenset(self._any(atom))
+            return frozenset(self.anything(atom))
         key = (name, arguments, truth)
         if key in self._open:  # nothing is so because it is so, but it may cease to be so with itself
-            return _NOTHING if truth else frozenset(self._any(atom))
+            return _NOTHING if truth else frozenset(self.anything(atom))
         self._open.add(key)
         inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
         found = self.of(defined.definition, inner, state, truth=truth)
         self._open.discard(key)
         return found
 
-    def _object(self, term: f.Term, scope: Scope, state: State) -> int:
+    def arguments(self, atom: f.Atom, scope: Scope) -> tuple[int, ...]:
+        """The objects that the terms of an atom stand for."""
+        return tuple([self._object(term, scope) for term in atom.arguments])
+
+    def _object(self, term: f.Term, scope: Scope) -> int:
         if isinstance(term, f.Variable):
             return scope[term.name]
-        scene = state.scene
+        scene = self._initial.scene
         return scene.agent if term == AGENT and scene.agent is not None else scene.index[term.name]
 
-    def _any(self, formula: f.Formula) -> Iterator[Change]:
+    def anything(self, formula: f.Formula) -> Iterator[Change]:
         """All changes of what a condition reads."""
         vocabulary = self._domain.vocabulary
         names = [part.predicate for part in walk(formula) if isinstance(part, f.Atom)]
@@ -330,6 +367,18 @@ class Flips:
             if name not in self._static:
                 anything = (None,) * (vocabulary.arity(name) or 0)
                 yield from (Change(name, anything, truth) for truth in (True, False))
+
+
+def _conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
+    """The conditions of an effect with the names of their free variables."""
+    checks = schema.operator.checks
+    found = (*[left(each, checks) for each in checks], *schema.checks[len(checks) :], *schema.given)
+    return [(each, free_variables(each)) for each in found]
+
+
+def _closed(conditions: Iterable[tuple[f.Formula, Iterable[str]]], scope: Scope) -> list[Part]:
+    """The conditions all variables of which have a value."""
+    return [(each, scope) for each, names in conditions if scope.keys() >= set(names)]
 
 
 @cache
@@ -356,5 +405,6 @@ def _conjuncts(formula: f.Formula, truth: bool) -> list[tuple[f.Formula, bool]]:
             return [(formula, truth)]
 
 
-def _order(change: Change) -> tuple[str, tuple[int, ...], bool]:
+def order(change: Change) -> tuple[str, tuple[int, ...], bool]:
+    """The place of a change in a fixed order."""
     return change.predicate, tuple([-1 if i is None else i for i in change.arguments]), change.truth

@@ -1,126 +1,437 @@
-"""Landmarks of a repair: sets of actions, of each of which every repair of a plan inserts one.
+"""Landmarks of plans: sets of actions, of each of which every plan that succeeds has one.
 
-What the steps of a plan do not bring about, in whatever order, takes an action more: one that makes a change
-that a goal needs, or that makes what a step needs first which would make it. Such a cut through all ways to a
-goal is a disjunctive landmark. Cuts with no action in common are so many insertions, as in the heuristic
-LM-cut (Helmert and Domshlak 2009). They are found by backchaining (Hoffmann, Porteous and Sebastia 2004):
-where an action is in another cut already, what it needs is cut instead.
+They are found in the delete relaxation. What some actions never bring about, whatever they delete and
+however often they are taken, takes another action: one that makes the first of the changes that lie between
+them and the goals. Such a cut is a disjunctive landmark, whatever else a plan has. A plan lacks at least as
+many actions as hit all cuts that it does not hit itself; if a fewest set of these is taken to be there, too,
+the next cut is found (an implicit hitting set, Bonet and Helmert 2010), until the goals are in reach.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import deque
+from collections.abc import Collection, Iterable, Sequence
+from functools import reduce
+from operator import or_
 from typing import TypeAlias
 
-from eai.logic.formula import Formula
+import eai.logic.formula as f
 from eai.planning.effect_schema import Change
-from eai.planning.flips import Changes, Flips
+from eai.planning.flips import Flips, order
+from eai.planning.search import Effort
+from eai.planning.subgoal import Subgoal
 from eai.world.condition import Scope
+from eai.world.derived import meaning
 from eai.world.execution import Action
+from eai.world.relation import bits
 from eai.world.state import State
 
 Cut: TypeAlias = frozenset[Action]
-"""Actions of which one is inserted."""
+"""Actions of which every plan that succeeds has one."""
 
-_MOST = 1_000
-"""So many conditions are looked at; then no more landmarks are found."""
+_TRUE, _FALSE = 0, 1
+"""The numbers of the conditions that always hold, and never."""
 
-_DEEPEST = 40
-"""So many changes are followed that need one another."""
+_MOST = 30_000
+"""So many conditions are looked at; then what is asked for is taken to hold."""
 
+_VALUES = 60
+"""Of a variable with more values than this they are not told apart."""
 
-def landmarks(
-    flips: Flips, initial: State, steps: Sequence[Action], wanted: Sequence[Changes], taking: Sequence[Cut]
-) -> list[Cut]:
-    """Landmarks of the repairs of a plan, no two with an action in common.
+_BRANCHES = 200
+"""So many ways to hit all cuts are tried; then disjoint cuts are counted instead."""
 
-    Args:
-        flips: says which changes conditions need, and which actions make them.
-        initial: where plans begin.
-        steps: the steps that a repair may keep.
-        wanted: for each goal that does not hold at the start the changes one of which it needs.
-        taking: for each action goal that no step can be, the actions that can.
-    """
-    cuts = _Cuts(flips, initial, steps)
-    left = [*wanted]
-    while left or taking:
-        sized = sorted((len(cuts.through(changes) or ()), i) for i, changes in enumerate(left))
-        left = [left[i] for size, i in sized if size and cuts.take(cuts.through(left[i]))]
-        for each in taking:
-            cuts.take(each)
-        taking = ()
-    return cuts.taken
+_WIDE = 250
+"""A cut with more actions than this is only taken where it is the first."""
+
+_AT_ONCE = 20
+"""So many conditions of the graph take the effort of a step in each look for a cut."""
 
 
-class _Cuts:
-    """Cuts through the ways to changes.
+class _Relaxation:
+    """The delete relaxation of one episode: a graph of conditions and of the changes they come down to.
+
+    A condition needs all or any of its parts, a change needs one of the actions that make it. The graph grows
+    backwards from the conditions that are asked about.
 
     Args:
         flips: says which changes conditions need, and which actions make them.
         initial: where plans begin.
-        steps: the steps that a repair may keep.
-
-    Attributes:
-        taken: the cuts that are landmarks, no two with an action in common.
+        steps: the steps of a plan, be they about other objects than the actions that flips know.
     """
 
-    def __init__(self, flips: Flips, initial: State, steps: Sequence[Action]) -> None:
-        self.taken: list[Cut] = []
+    def __init__(self, flips: Flips, initial: State, steps: Iterable[Action]) -> None:
         self._flips = flips
         self._initial = initial
-        self._steps = tuple(dict.fromkeys(steps))
-        self._used: set[Action] = set()
-        self._open: set[Change] = set()
-        self._depth = self._looks = 0
+        self._actions = dict.fromkeys(steps)
+        self._others = [each for each in self._actions if each not in flips.taking(each.operator)]
+        self._parts: list[tuple[int, ...]] = [(), ()]
+        self._missing = [0, 1]
+        self._widths = [0, 0]
+        self._above: list[list[int]] = [[], []]
+        self._numbers: dict[object, tuple[int, object]] = {}
+        self._changes: dict[int, Change] = {}
+        self._fresh: list[int] = []
+        self._makers: dict[int, dict[Action, list[int]]] = {}
+        self._grouped: dict[int, list[tuple[Sequence[Action], list[int]]]] = {}
+        self._made: dict[int, list[tuple[Action, int]]] = {}
+        self._open: set[object] = set()
 
-    def take(self, cut: Cut | None) -> bool:
-        """Whether a cut has actions, and none in common with those that are taken; then it is one of them."""
-        if not cut or not self._used.isdisjoint(cut):
-            return False
-        self.taken.append(cut)
-        self._used |= cut
-        return True
+    @property
+    def size(self) -> int:
+        """The number of conditions in the graph."""
+        return len(self._parts)
 
-    def through(self, changes: Changes) -> Cut | None:
-        """A cut through the ways to some changes by actions of no cut that is taken, if it is found.
+    def goal(self, goals: Iterable[Subgoal]) -> int:
+        """The number of the condition that all goals are met."""
+        found = self._all([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
+        self._grow()
+        return found
 
-        A change that comes first is not made by what needs it before: it is cut once on each way.
+    def cut(self, goal: int, actions: Collection[Action]) -> list[Action] | None:
+        """A cut between some actions and a goal; None if they may reach it."""
+        for action in sorted({*actions}.difference(self._actions)):
+            self._admit(action)
+        reached = self._reached(actions)
+        if reached[goal]:
+            return None
+        between = self._between(goal, actions, reached)
+        found: dict[Action, None] = {}
+        for number in between:
+            for makers, given in self._groups(number):
+                if not any(part in between for part in given):
+                    found.update(dict.fromkeys(makers))
+            found.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
+        return [action for action in found if action not in actions]
+
+    def _between(self, goal: int, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
+        """The conditions between some actions and a goal, nearest first.
+
+        Of conditions that are all needed it is one that fails, of those any of which helps it is each.
         """
-        self._looks += 1
-        if self._looks > _MOST or self._depth >= _DEEPEST:
-            return None
-        fresh = sorted(changes - self._open, key=repr)
-        self._open.update(fresh)
-        self._depth += 1
-        cut = _united(self._stopping(change) for change in fresh)
-        self._depth -= 1
-        self._open.difference_update(fresh)
-        return cut
+        seen = {goal: None}
+        pending = deque(seen)
+        while pending:
+            number = pending.popleft()
+            parts: Iterable[int] = self._parts[number]
+            if number in self._changes:
+                parts = [part for a, ways in self._makers[number].items() if a in actions for part in ways]
+            elif self._missing[number] > 1:
+                lacking = [part for part in parts if not reached[part]]
+                near = [part for part in lacking if part in seen]
+                parts = near[:1] or [min(lacking, key=self._widths.__getitem__)]
+            fresh = [part for part in parts if part not in seen]
+            seen.update(dict.fromkeys(fresh))
+            pending += fresh
+        return seen
 
-    def _stopping(self, change: Change) -> Cut | None:
-        """A cut through the ways to one change: by steps of the plan, which are there, and by actions."""
-        steps = [step for step in self._steps if self._flips.may_make(step, change)]
-        actions = self._flips.making(change)
-        known = [*steps, *[action for action in actions if action in self._used]]
-        before = _united(self._before(action, change) for action in known)
-        return None if before is None else before | {a for a in actions if a not in self._used}
+    def _groups(self, number: int) -> list[tuple[Sequence[Action], list[int]]]:
+        """The actions that make a change, those together under the same conditions; none of a condition."""
+        change = self._changes.get(number)
+        if change is None:
+            return []
+        found = self._grouped.get(number)
+        if found is None:
+            makers = [
+                (a, [self._condition(*each, True) for each in given])
+                for a, given in self._flips.makers(change)
+            ]
+            found = self._grouped[number] = [(a, given) for a, given in makers if _FALSE not in given]
+        return found
 
-    def _before(self, action: Action, change: Change) -> Cut | None:
-        """A cut through the ways to what an action needs before it makes a change, by whichever effect."""
-        return _united(self._needed(conditions) for conditions in self._flips.ways(action, change))
+    def _reached(self, actions: Collection[Action]) -> bytearray:
+        """Which conditions some actions may bring about, by number."""
+        missing, reached = self._missing.copy(), bytearray(len(self._missing))
+        pending = [_TRUE]
+        while pending:
+            number = pending.pop()
+            if reached[number]:
+                continue
+            reached[number] = 1
+            for above in self._above[number]:
+                missing[above] -= 1
+                if missing[above] <= 0 and not reached[above]:
+                    pending.append(above)
+            pending += [change for action, change in self._made.get(number, ()) if action in actions]
+        return reached
 
-    def _needed(self, conditions: Sequence[tuple[Formula, Scope]]) -> Cut | None:
-        """The smallest cut through the ways to one of some conditions that fail at the start."""
-        failing = [(c, scope) for c, scope in conditions if not self._flips.holds(c, scope, self._initial)]
-        cuts = [self.through(self._flips.of(*each, self._initial, truth=True)) for each in failing]
-        return min((cut for cut in cuts if cut is not None), key=len, default=None)
+    def _admit(self, action: Action) -> None:
+        """Enter the changes of the graph that an action makes."""
+        self._actions[action] = None
+        for number, change in [*self._changes.items()]:
+            self._enter(number, change, action)
+        self._grow()
+
+    def _grow(self) -> None:
+        while self._fresh:
+            number = self._fresh.pop()
+            change = self._changes[number]
+            for action in self._actions:
+                self._enter(number, change, action)
+
+    def _enter(self, number: int, change: Change, action: Action) -> None:
+        """Enter the conditions under which an action makes a change, one for each way."""
+        if not self._flips.may_make(action, change):
+            return
+        ways: list[int] = []
+        self._makers[number][action] = ways
+        for conditions in self._flips.ways(action, change):
+            condition = self._all([self._condition(*each, True) for each in conditions])
+            if condition != _FALSE:
+                ways.append(condition)
+                self._made.setdefault(condition, []).append((action, number))
+
+    def _condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
+        """The number of a condition."""
+        key = id(formula), tuple([scope[name] for name in self._flips.names(formula)]), truth
+        known = self._numbers.get(key)
+        if known is None:
+            known = self._numbers[key] = self._find(formula, scope, truth), formula
+        return known[0]
+
+    def _find(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
+        if self._flips.holds(formula, scope, self._initial) == truth or len(self._parts) > _MOST:
+            return _TRUE
+        match formula:
+            case f.Not(operand):
+                return self._condition(operand, scope, not truth)
+            case f.And(operands) | f.Or(operands):
+                parts = [(operand, scope) for operand in operands]
+                return self._joined(parts, truth, all_needed=isinstance(formula, f.And) == truth)
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                values = [*bits(self._initial.scene.category(variable.category))]
+                if len(values) <= _VALUES:
+                    parts = [(body, {**scope, variable.name: value}) for value in values]
+                    return self._joined(parts, truth, all_needed=isinstance(formula, f.ForAll) == truth)
+            case f.Atom():
+                return self._atom(formula, scope, truth)
+        return self._any_change(self._flips.of(formula, scope, self._initial, truth=truth))
+
+    def _joined(self, parts: Sequence[tuple[f.Formula, Scope]], truth: bool, *, all_needed: bool) -> int:
+        found: list[int] = []
+        for formula, scope in sorted(parts, key=lambda part: self._flips.depth(part[0])):
+            number = self._condition(formula, scope, truth)
+            if number == (_FALSE if all_needed else _TRUE):
+                return number
+            found.append(number)
+        return self._all(found) if all_needed else self._any(found)
+
+    def _atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
+        arguments = self._flips.arguments(atom, scope)
+        derived = self._flips.derived(atom.predicate)
+        defined = None if derived is None else meaning(derived)
+        if defined is None:
+            return self._any_change(self._flips.of(atom, scope, self._initial, truth=truth))
+        key = atom.predicate, arguments, truth
+        known = self._numbers.get(key)
+        if known is not None and not truth and key in self._open:  # it may cease to be so with itself
+            return self._any_change(self._flips.anything(atom))
+        if known is None:  # nothing is so because it is so: what is asked for on the way is this condition
+            number = self._new((), 1, 0)
+            self._numbers[key] = number, None
+            self._open.add(key)
+            inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
+            part = self._condition(defined.definition, inner, truth)
+            self._open.discard(key)
+            self._parts[number] = (part,)
+            self._widths[number] = self._widths[part]
+            self._above[part].append(number)
+            self._numbers[key] = known = (part if part in (_TRUE, _FALSE) else number), None
+        return known[0]
+
+    def _any_change(self, changes: Iterable[Change]) -> int:
+        return self._any([self._change(change) for change in sorted(changes, key=order)])
+
+    def _change(self, change: Change) -> int:
+        known = self._numbers.get(change)
+        if known is None:
+            makers = self._flips.making(change) or [
+                a for a in self._others if self._flips.may_make(a, change)
+            ]
+            if not makers:
+                self._numbers[change] = _FALSE, None
+                return _FALSE
+            number = self._new((), 1, len(makers))
+            known = self._numbers[change] = number, None
+            self._changes[number] = change
+            self._makers[number] = {}
+            self._fresh.append(number)
+        return known[0]
+
+    def _all(self, parts: Iterable[int]) -> int:
+        own = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
+        return _FALSE if _FALSE in own else self._of(own, len(own), _TRUE)
+
+    def _any(self, parts: Iterable[int]) -> int:
+        own = tuple(dict.fromkeys([part for part in parts if part != _FALSE]))
+        return _TRUE if _TRUE in own else self._of(own, 1, _FALSE)
+
+    def _of(self, parts: tuple[int, ...], needed: int, none: int) -> int:
+        """The number of the condition that needs so many of its parts."""
+        if len(parts) < 2:
+            return parts[0] if parts else none
+        key = needed > 1, parts
+        known = self._numbers.get(key)
+        if known is None:
+            widths = [self._widths[part] for part in parts]
+            known = self._numbers[key] = (
+                self._new(parts, needed, min(widths) if needed > 1 else sum(widths)),
+                None,
+            )
+        return known[0]
+
+    def _new(self, parts: tuple[int, ...], needed: int, width: int) -> int:
+        number = len(self._parts)
+        self._parts.append(parts)
+        self._missing.append(needed)
+        self._widths.append(width)
+        self._above.append([])
+        for part in parts:
+            self._above[part].append(number)
+        return number
 
 
-def _united(cuts: Iterable[Cut | None]) -> Cut | None:
-    """All actions of some cuts; None if one of them is not found."""
-    found: set[Action] = set()
-    for cut in cuts:
-        if cut is None:
-            return None
-        found |= cut
-    return frozenset(found)
+class Landmarks:
+    """The cuts that are known while one plan is repaired, and how many actions hit them.
+
+    Args:
+        flips: says which changes conditions need, and which actions make them.
+        initial: where plans begin.
+        goals: what they are to achieve.
+        steps: the steps of the plan.
+        cuts: cuts that are known from the start.
+
+    Attributes:
+        cuts: those that are known.
+    """
+
+    def __init__(
+        self,
+        flips: Flips,
+        initial: State,
+        goals: Iterable[Subgoal],
+        steps: Iterable[Action],
+        cuts: Iterable[Cut] = (),
+    ) -> None:
+        self._relaxation = _Relaxation(flips, initial, steps)
+        self._goal = self._relaxation.goal(goals)
+        self.cuts: list[Cut] = []
+        self._hits: dict[Action, int] = {}
+        self._fewest: dict[int, tuple[int, tuple[Action, ...]]] = {0: (0, ())}
+        self._done: set[frozenset[Action]] = set()
+        for cut in filter(None, cuts):
+            self._take(cut)
+
+    def _take(self, cut: Iterable[Action]) -> None:
+        bit = 1 << len(self.cuts)
+        self.cuts.append(frozenset(cut))
+        for action in cut:
+            self._hits[action] = self._hits.get(action, 0) | bit
+
+    def hits(self, action: Action | None) -> int:
+        """The cuts that an action hits, as a mask."""
+        return 0 if action is None else self._hits.get(action, 0)
+
+    def open(self, actions: Iterable[Action]) -> int:
+        """The cuts that none of some actions hits, as a mask."""
+        found = (1 << len(self.cuts)) - 1
+        for action in actions:
+            found &= ~self._hits.get(action, 0)
+        return found
+
+    def lacking(self, mask: int) -> int:
+        """The fewest actions that hit some cuts."""
+        return self._hitting(mask)[0]
+
+    def refine(self, own: frozenset[Action], effort: Effort) -> None:
+        """Find cuts until a plan is known to lack more, or all that it lacks is known.
+
+        Args:
+            own: the actions of the plan.
+            effort: what may be spent; it counts conditions that are looked at.
+        """
+        if own in self._done or effort.is_used_up:
+            return
+        lacked = self.lacking(self.open(own))
+        while own not in self._done and not effort.is_used_up and self.lacking(self.open(own)) == lacked:
+            there, number = {*own, *self._hitting(self.open(own))[1]}, len(self.cuts)
+            while not effort.is_used_up:
+                cut = self._relaxation.cut(self._goal, there)
+                effort.used += 1 + self._relaxation.size // _AT_ONCE
+                if not cut or (self.cuts and len(cut) > _WIDE):
+                    break
+                self._take(cut)
+                there.update([action for action in cut if action.arguments == cut[0].arguments])
+            if len(self.cuts) == number:
+                self._done.add(own)
+
+    def _hitting(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+        """The number of actions that hit some cuts at least, and actions that do."""
+        found = self._fewest.get(mask)
+        if found is None:
+            found = self._fewest[mask] = self._find(mask)
+        return found
+
+    def _find(self, mask: int) -> tuple[int, tuple[Action, ...]]:
+        by_hits: dict[int, Action] = {}
+        for action, hits in self._hits.items():
+            if hits & mask:
+                by_hits.setdefault(hits & mask, action)
+        patterns = [p for p in by_hits if not any(p & q == p != q for q in by_hits)]
+        search = _HittingSets(patterns, mask)
+        return search.least, tuple([by_hits[pattern] for pattern in search.best])
+
+
+class _HittingSets:
+    """A search for a fewest set of patterns that covers a mask.
+
+    Args:
+        patterns: the masks that there are.
+        mask: the mask.
+
+    Attributes:
+        least: so many patterns it takes at least.
+        best: the fewest that were found.
+    """
+
+    def __init__(self, patterns: Sequence[int], mask: int) -> None:
+        with_bit = {
+            bit: [pattern for pattern in patterns if pattern & bit] for bit in map((1).__lshift__, bits(mask))
+        }
+        self._with_bit = dict(sorted(with_bit.items(), key=lambda item: len(item[1])))
+        self._beside = {bit: reduce(or_, own) for bit, own in self._with_bit.items()}
+        self._branches = 0
+        self.best: tuple[int, ...] = self._greedy(mask)
+        self.least = self._disjoint(mask)
+        if self.least < len(self.best):
+            self._cover(mask, ())
+            if self._branches <= _BRANCHES:
+                self.least = len(self.best)
+
+    def _greedy(self, mask: int) -> tuple[int, ...]:
+        found = []
+        for bit, patterns in self._with_bit.items():
+            if mask & bit:
+                found.append(max(patterns, key=lambda pattern: (pattern & mask).bit_count()))
+                mask &= ~found[-1]
+        return tuple(found)
+
+    def _disjoint(self, mask: int) -> int:
+        """The number of cuts that are found of which no two are hit by one pattern."""
+        number = 0
+        for bit, beside in self._beside.items():
+            if mask & bit:
+                number += 1
+                mask &= ~beside
+        return number
+
+    def _cover(self, mask: int, chosen: tuple[int, ...]) -> None:
+        self._branches += 1
+        if not mask:
+            self.best = chosen
+            return
+        if self._branches > _BRANCHES or len(chosen) + self._disjoint(mask) >= len(self.best):
+            return
+        patterns = next(own for bit, own in self._with_bit.items() if mask & bit)
+        for pattern in sorted(patterns, key=lambda pattern: -(pattern & mask).bit_count()):
+            self._cover(mask & ~pattern, (*chosen, pattern))

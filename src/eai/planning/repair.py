@@ -9,12 +9,12 @@ other edits finds all repairs with fewest edits. Effort is counted and never tim
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import groupby
+from itertools import groupby, product
 from typing import NamedTuple, TypeAlias
 
 from eai.planning.effect_schema import Change
 from eai.planning.flips import Changes, Flips, left
-from eai.planning.landmarks import Cut, landmarks
+from eai.planning.landmarks import Landmarks
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd
 from eai.planning.subgoal import Subgoal, subgoals_of
@@ -26,7 +26,7 @@ from eai.world.state import State
 Plan: TypeAlias = Sequence["Action | None"]
 """The steps of a plan as they are written; None is one that means nothing."""
 
-_EXACT, _GREEDY, _WALKING, _UNDOING = 0.75, 0.1, 0.1, 0.0125
+_EXACT, _GREEDY, _WALKING, _UNDOING = 0.75, 0.075, 0.075, 0.025
 """The parts of the effort: for fewest edits, for any edits, for the ways through a plan, and for each repair
 that is found to do without some of its edits."""
 
@@ -255,6 +255,7 @@ class Mender:
         own = Effort(effort.limit * _UNDOING)
         trials = _with_one_undone(plan, original)
         while (trial := next(trials, None)) is not None and not own.is_used_up:
+            own.used += 1
             if cost(trial).edits < cost(plan).edits and self.succeeds(
                 trial, self.course(trial, _Course((0,), (0,)), 0, own)
             ):
@@ -358,14 +359,12 @@ class Mender:
             taken.append(met)
         return _Course(tuple(states), tuple(taken))
 
-    def needed(self, plan: Edited) -> list[Cut]:
-        """Sets of actions of each of which every repair of a plan inserts one; no two have one in common."""
-        state, of = self.initial, self.flips.of
-        steps = [entry.action for entry in plan if entry.action is not None]
-        wanted = [of(goal.formula, goal.scope, state, truth=goal.truth) for goal in self.missed(0)]
+    def landmarks(self, plan: Plan) -> Landmarks:
+        """The landmarks of all plans that succeed, of which those are looked for that a plan may lack."""
+        steps = [step for step in plan if step is not None]
         untaken = [names for names in self.goal.actions if not any(step.operator in names for step in steps)]
         taking = [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
-        return landmarks(self.flips, state, steps, wanted, taking)
+        return Landmarks(self.flips, self.initial, self.missed(0), steps, taking)
 
     def lacks(self, plan: Edited, course: _Course, effort: Effort) -> int:
         """How many steps fail and goals are missed where steps that fail are passed over."""
@@ -524,13 +523,25 @@ def _aligned(plan: Plan, other: Sequence[Action]) -> Edited:
 
 def _with_one_undone(plan: Edited, original: Plan) -> Iterator[Edited]:
     """The plans that have an inserted step or a deletion less, or one of each."""
-    inserted = [i for i, entry in enumerate(plan) if entry.step < 0]
-    yield from (normal((*plan[:i], *plan[i + 1 :])) for i in inserted)
-    for i, entry in enumerate(plan):
-        if entry.action is None and original[entry.step] is not None:
-            kept = (*plan[:i], entry._replace(action=original[entry.step]), *plan[i + 1 :])
-            yield normal(kept)
-            yield from (normal((*kept[:k], *kept[k + 1 :])) for k in inserted)
+    yield from _with_less(plan)
+    start = 0
+    for is_kept, entries in groupby(plan, key=lambda entry: entry.is_kept):
+        own = [*entries]
+        before, after = plan[:start], plan[start + len(own) :]
+        start += len(own)
+        inserted = [entry for entry in own if entry.step < 0]
+        gone = [] if is_kept else own[len(inserted) :]
+        for i, place in product(range(len(gone)), range(len(inserted), -1, -1)):
+            kept = gone[i]._replace(action=original[gone[i].step])
+            if kept.is_kept:
+                segment = (*inserted[:place], *gone[:i], kept, *inserted[place:], *gone[i + 1 :])
+                yield (*before, *segment, *after)
+                yield from _with_less((*before, *segment, *after))
+
+
+def _with_less(plan: Edited) -> Iterator[Edited]:
+    """The plans with an inserted step less."""
+    yield from ((*plan[:i], *plan[i + 1 :]) for i, entry in enumerate(plan) if entry.step < 0)
 
 
 class _Cost(NamedTuple):
@@ -624,7 +635,9 @@ class _Node(NamedTuple):
         at: from which entry on the course is not known; -1 where all of it is.
         lacks: how many steps fail and goals are missed, in the plan before the last edit if ``at`` says so.
         cost: the cost of the plan.
-        needed: the sets of actions of which it has inserted none, of those of which every repair has one.
+        open: the landmarks that it lacks, as a mask.
+        known: how many landmarks were known then.
+        lacking: how many steps it lacks at least, as they show.
         fails: whether it is known not to succeed.
     """
 
@@ -633,13 +646,15 @@ class _Node(NamedTuple):
     at: int
     lacks: int
     cost: _Cost
-    needed: tuple[Cut, ...]
+    open: int
+    known: int
+    lacking: int
     fails: bool = False
 
     @property
     def at_least(self) -> int:
         """How many edits all repairs have that have those of the plan."""
-        return self.cost.edits + max(0, max(len(self.needed), self.fails) - self.cost.deletions)
+        return self.cost.edits + max(0, max(self.lacking, self.fails) - self.cost.deletions)
 
 
 class _Queue:
@@ -655,14 +670,20 @@ class _Queue:
         self._weight = weight
         self._waiting: OpenList[_Node] = OpenList()
         self._seen: set[tuple[Edited, bool]] = set()
+        self._pushed = 0
 
     def push(self, node: _Node) -> None:
         """Put a plan where its rank says, if it is new; the last of equals comes first."""
         if (node.plan, node.at < 0) not in self._seen:
             self._seen.add((node.plan, node.at < 0))
-            self.effort.used += 1
-            rank = node.at_least + self._weight * node.lacks
-            self._waiting.push(node, rank, node.lacks, -self.effort.used)
+            self.push_again(node)
+
+    def push_again(self, node: _Node) -> None:
+        """Put a plan where its rank says, though it is not new."""
+        self._pushed += 1
+        self.effort.used += self._pushed % _PUSHES == 0
+        rank = node.at_least + self._weight * node.lacks
+        self._waiting.push(node, rank, node.lacks, -self._pushed)
 
     def pop(self) -> _Node | None:
         """Take the plan that comes next."""
@@ -681,7 +702,8 @@ class _Search:
         self._world = mender
         self._conflicts = _Conflicts(mender)
         self.plan = tuple([_Entry(i, action) for i, action in enumerate(plan)])
-        self._needed = mender.needed(self.plan)
+        self._landmarks = mender.landmarks(plan)
+        self._steps = frozenset([step for step in plan if step is not None])
 
     def run(self, effort: Effort, weight: int = 0) -> _Outcome:
         """Search best first.
@@ -692,9 +714,14 @@ class _Search:
                 the repair that is found need not have fewest edits.
         """
         queue = _Queue(effort, weight)
-        queue.push(_Node(self.plan, _Course((0,), (0,)), 0, 0, cost(self.plan), tuple(self._needed)))
+        queue.push(_Node(self.plan, _Course((0,), (0,)), 0, 0, cost(self.plan), 0, -1, 0))
         least = 0
         while (node := queue.pop()) is not None:
+            informed = self._informed(node, None if weight else effort)
+            if informed.at_least > node.at_least:
+                queue.push_again(informed)
+                continue
+            node = informed
             least = max(least, node.at_least)
             if effort.is_used_up:
                 break
@@ -714,7 +741,7 @@ class _Search:
         queue.push(node._replace(course=course, at=-1, lacks=lacks, fails=True))
         for place in _replaceable(node.plan):
             if place < len(course.states):
-                queue.push(_child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
+                queue.push(self._child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
         return False
 
     def _expand(self, node: _Node, queue: _Queue) -> bool:
@@ -723,8 +750,41 @@ class _Search:
         for edit in self._conflicts.edits(node.plan, node.course):
             if queue.effort.is_used_up:
                 return False
-            queue.push(_child(node, edit)._replace(fails=self._is_idle(node, edit)))
+            queue.push(self._child(node, edit)._replace(fails=self._is_idle(node, edit)))
         return True
+
+    def _informed(self, node: _Node, effort: Effort | None = None) -> _Node:
+        """A plan with what all landmarks show that are known; with effort more of them are looked for."""
+        known = self._landmarks
+        looks = effort if effort is not None and effort.used > _EASY else Effort(0)
+        known.refine(self._steps, looks)
+        if node.at >= 0 and node.known == len(known.cuts):
+            return node
+        steps = frozenset([entry.action for entry in node.plan if entry.action is not None])
+        if node.at < 0:
+            known.refine(steps, looks)
+        lacked = known.open(steps)
+        return node._replace(open=lacked, known=len(known.cuts), lacking=known.lacking(lacked))
+
+    def _child(self, node: _Node, edit: _Edit) -> _Node:
+        """A plan after one more edit, to be carried out."""
+        child, (edits, deletions, insertions) = edited(node.plan, edit), node.cost
+        at = min(edit.place, len(node.course.states) - 1)
+        if _stands_alone(node.plan, edit):
+            inserts = edit.action is not None
+            costs = _Cost(edits + 1, deletions + (not inserts), insertions + inserts)
+        else:
+            child = normal(child)
+            costs = cost(child)
+            same = zip(child, node.plan, strict=False)
+            at = min(at, next((i for i, (a, b) in enumerate(same) if a != b), at))
+        lacked = node.open
+        if edit.action is not None:
+            lacked &= ~self._landmarks.hits(edit.action)
+        elif self._landmarks.hits(node.plan[edit.place].action):
+            lacked = self._landmarks.open([e.action for e in child if e.action is not None])
+        lacking = node.lacking if lacked == node.open else self._landmarks.lacking(lacked)
+        return _Node(child, node.course, at, node.lacks, costs, lacked, node.known, lacking)
 
     def _is_idle(self, node: _Node, edit: _Edit) -> bool:
         """Whether an inserted step cannot be carried out where it stands, or changes nothing there."""
@@ -739,30 +799,14 @@ class _Search:
         )
 
 
+_EASY = 250
+"""With so much effort no landmarks are looked for yet, as many plans take one edit."""
+
+_PUSHES = 4
+"""So many plans are put into a queue with the effort of a step."""
+
 _CONFLICT = 20
 """The effort of taking a conflict apart, beside that of a step."""
-
-
-def _child(node: _Node, edit: _Edit) -> _Node:
-    """A plan after one more edit, to be carried out."""
-    child, (edits, deletions, insertions) = edited(node.plan, edit), node.cost
-    at = min(edit.place, len(node.course.states) - 1)
-    action, needed = edit.action, node.needed
-    if action is not None and any(action in actions for actions in needed):
-        needed = tuple([actions for actions in needed if action not in actions])
-    if _stands_alone(node.plan, edit):
-        return _Node(
-            child,
-            node.course,
-            at,
-            node.lacks,
-            _Cost(edits + 1, deletions + (action is None), insertions + (action is not None)),
-            needed,
-        )
-    child = normal(child)
-    same = zip(child, node.plan, strict=False)
-    at = min(at, next((i for i, (a, b) in enumerate(same) if a != b), at))
-    return _Node(child, node.course, at, node.lacks, cost(child), needed)
 
 
 def _stands_alone(plan: Edited, edit: _Edit) -> bool:
