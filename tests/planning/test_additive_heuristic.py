@@ -81,7 +81,7 @@ def test_helpful_actions_are_possible_at_once() -> None:
     supporter = estimates.to_action(("PRESS",))
     assert (supporter.cost, supporter.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
     found = _PreferredOperators(HEURISTIC, estimates)
-    found.along(supporter)
+    found.along(supporter.action, supporter.before)
     assert list(found.actions) == [go]
     assert estimates.to_action(("FLY",)).cost == INFINITE
 

@@ -97,7 +97,7 @@ class _Instance(NamedTuple):
 _Key: TypeAlias = GroundAtom | _Instance
 
 
-class Supporter(NamedTuple):
+class _Supporter(NamedTuple):
     """The cheapest action found to bring something about, its cost, and what it needs first."""
 
     cost: float
@@ -105,7 +105,7 @@ class Supporter(NamedTuple):
     before: tuple[Subgoal, ...]
 
 
-_NO_SUPPORTER = Supporter(INFINITE, None, ())
+_NO_SUPPORTER = _Supporter(INFINITE, None, ())
 
 
 class AdditiveHeuristic:
@@ -159,7 +159,7 @@ class Estimates:
         self._kept = [condition for condition in kept if self.holds(condition)]
         self._usable = mask_of(objects)
         self._matches = heuristic.matches(state, self._usable)
-        self._supporters: dict[GroundAtom, tuple[Supporter, float]] = {}
+        self._supporters: dict[GroundAtom, tuple[_Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
         self._open: set[_Key] = set()
@@ -171,10 +171,10 @@ class Estimates:
         costs = (self._cost(subgoal, most) for most in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
-    def to_action(self, names: Sequence[str]) -> Supporter:
+    def to_action(self, names: Sequence[str]) -> _Supporter:
         """The cheapest of these actions, with any of the objects."""
         for most in _HORIZONS:
-            best = Supporter(most, None, ())
+            best = _Supporter(most, None, ())
             for achiever in self._heuristic.achievers.taking(names):
                 best = self._cheapest(achiever, achiever.bindings(self.state, {}, self._usable), best)
             if best.action is not None:
@@ -211,7 +211,7 @@ class Estimates:
         least = min((cost for _, cost in costs), default=INFINITE)
         return [each for each, cost in costs if cost == least < INFINITE]
 
-    def supporter(self, atom: GroundAtom, most: float = INFINITE) -> Supporter:
+    def supporter(self, atom: GroundAtom, most: float = INFINITE) -> _Supporter:
         """The cheapest action that makes an atom of a stored predicate true or false for less than ``most``.
 
         What is needed to bring itself about does not count. Where nothing does it at any cost, wide achievers
@@ -226,7 +226,7 @@ class Estimates:
             return _NO_SUPPORTER
         self._open.add(atom)
         far = _horizon(most)
-        best = self._supported(atom, Supporter(far, None, ()))
+        best = self._supported(atom, _Supporter(far, None, ()))
         if best.action is None and far == INFINITE:
             best = self._supported(atom, best, wide=True)
         self._open.discard(atom)
@@ -234,7 +234,7 @@ class Estimates:
         self._supporters[atom] = (found, far)
         return found if found.cost < most else _NO_SUPPORTER
 
-    def _supported(self, atom: GroundAtom, best: Supporter, *, wide: bool = False) -> Supporter:
+    def _supported(self, atom: GroundAtom, best: _Supporter, *, wide: bool = False) -> _Supporter:
         """The best supporter of an atom by any achiever, or ``best`` if that is as good."""
         for match in self._matches.of(atom, wide=wide):
             if match.needs(self.state, best.cost - _LEAST):
@@ -356,7 +356,7 @@ class Estimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _cheapest(self, achiever: Achiever, bindings: Iterable[Binding], best: Supporter) -> Supporter:
+    def _cheapest(self, achiever: Achiever, bindings: Iterable[Binding], best: _Supporter) -> _Supporter:
         """The best supporter by one effect of an operator, or ``best`` if that is as good."""
         for binding in bindings:
             self._looks.used += 1
@@ -370,7 +370,7 @@ class Estimates:
             action = Action(achiever.schema.operator.name, achiever.arguments(binding))
             cost = _LEAST + (self._sum(before, best.cost - _LEAST) if before else self._harm(action))
             if cost < best.cost:
-                best = Supporter(cost, action, before)
+                best = _Supporter(cost, action, before)
             if best.cost <= _LEAST:
                 break
         return best

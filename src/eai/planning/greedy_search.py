@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from eai.logic.formula import Atom
-from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates, Supporter
+from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
 from eai.planning.search import Effort, Limits, OpenList, SearchEnd, best_first
 from eai.planning.subgoal import GroundAtom, Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
@@ -90,7 +90,7 @@ class GreedySearch:
         for names in self.successors.goals[node.met : taken]:
             supporter = estimates.to_action(names)
             total += supporter.cost
-            preferred.along(supporter)
+            preferred.along(supporter.action, supporter.before)
         return total, tuple(preferred.actions)
 
 
@@ -185,11 +185,11 @@ class _PreferredOperators:
         if not alternatives:
             self._collect(goal)
 
-    def along(self, supporter: Supporter) -> None:
+    def along(self, action: Action | None, before: Sequence[Subgoal]) -> None:
         """Collect an action, if it is applicable at once, or those that lead to what it needs first."""
-        if supporter.action is not None and not supporter.before:
-            self.actions[supporter.action] = None
-        for condition in supporter.before:
+        if action is not None and not before:
+            self.actions[action] = None
+        for condition in before:
             self._collect(condition)
 
     def _collect(self, subgoal: Subgoal) -> None:
@@ -203,7 +203,8 @@ class _PreferredOperators:
             self._seen.add(atom)
             derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
-                self.along(self._estimates.supporter(atom))
+                supporter = self._estimates.supporter(atom)
+                self.along(supporter.action, supporter.before)
                 return
             if not isinstance(derived, Defined):
                 self.actions.update((action, None) for action in self._changing(derived.reads))
