@@ -5,7 +5,7 @@
 
 For each folder a copy of the repository is made out of which it is taken, with commands that are about it.
 All modules that are left are imported, but for those of the reference's protocol that are about it; of the
-tests all are run but those that speak of it or import one that does.
+tests all are run but those that speak of it or import one that does, and those of pages that tell of all.
 """
 
 from __future__ import annotations
@@ -34,7 +34,9 @@ FOLDERS = (
 )
 """Folders that can be taken out."""
 
-COPIED = (".github", "bench", "docs", "examples", "packages", "src", "tests", "tools")
+COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
+OF_ALL = ("test_api_page.py", "test_commands_page.py", "test_glossary.py", "test_names.py")
+"""Tests of pages, and of the whole source, that tell of all folders."""
 IMPORT_ALL = """
 import importlib, pathlib, sys
 import eai
@@ -103,7 +105,9 @@ def _words_about(folder: str) -> str:
         names = "|".join([name, *(each for each, place in STUDIES.items() if f".{name}." in place)])
         listed = r"eai\.studies(?:\.registry import [^\n]*BUILT_IN| import registry)"
         return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{names})\.[a-z_]+|{listed}"
-    return r"eai\.reference\b|eai-1\.0\.5|of_reference" if folder == "reference" else name
+    if folder == "reference":
+        return r"eai\.reference\b|eai-1\.0\.5|of_reference|Protocol\.known|fuzz\.py"
+    return name
 
 
 def imports_without(package: Path, folder: str) -> subprocess.CompletedProcess[str]:
@@ -125,11 +129,13 @@ def _works_without(folder: str, options: Sequence[str]) -> bool:
         package = copy_without(folder, Path(target))
         imports = imports_without(package, folder)
         print(f"without {folder}: {imports.stderr or 'all is imported'}", flush=True)
-        ignored = [f"--ignore={path}" for path in sorted(tests_about(folder, Path(target, "tests")))]
+        tests = Path(target, "tests")
+        about = sorted(tests_about(folder, tests) | {tests / name for name in OF_ALL})
+        ignored = [f"--ignore={path}" for path in about]
         command = [sys.executable, "-m", "pytest", "-q", *ignored, *options]
         environment = {**os.environ, "PYTHONPATH": str(package.parent)}
-        tests = subprocess.run(command, cwd=target, check=False, env=environment)
-        return not imports.returncode and not tests.returncode
+        ran = subprocess.run(command, cwd=target, check=False, env=environment)
+        return not imports.returncode and not ran.returncode
 
 
 if __name__ == "__main__":
