@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declaration import the_four
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, TaskFeatures, Usage
@@ -20,8 +20,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
-from eai.world.episode import Notice, Until
-from eai.world.fault import FaultKind
+from eai.world.fault import FaultKind, Notice
 
 PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
 EXAMPLES = {Ability(json.loads(line)["ability"]): line for line in re.findall(r"```json\n(.*?)\n```", PAGE)}

@@ -22,8 +22,9 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.tasks.source import Source
 from eai.world.domain import Domain
-from eai.world.episode import Episode, Luck, Slip, Slips
+from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, execute
+from eai.world.fault import Slips
 from eai.world.state import State
 from oracle import MODELS, Oracle
 from suites import answer_book

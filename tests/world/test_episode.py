@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.world.episode import Episode, Known, Luck, Notice, Slip, Slips
+from eai.world.episode import Episode, Known, Luck, Slip
 from eai.world.execution import Action, Fault, Trajectory, attempt, execute
-from eai.world.fault import FaultKind
+from eai.world.fault import FaultKind, Notice, Slips
 from eai.world.state import State
 from world import toy
 from world.random_domains import Case, cases

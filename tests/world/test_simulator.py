@@ -13,9 +13,9 @@ from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.world.conformance import check
 from eai.world.domain import Domain, as_declared
-from eai.world.episode import Episode, Known, Luck, Slip, Slips
+from eai.world.episode import Episode, Known, Luck, Slip
 from eai.world.execution import Action, Fault
-from eai.world.fault import FaultKind
+from eai.world.fault import FaultKind, Slips
 from eai.world.operator import missing
 from eai.world.state import State
 from world import toy

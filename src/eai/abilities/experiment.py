@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from eai.abilities.responses import file_name
 from eai.errors import InputError
-from eai.world.episode import Notice, Slips, Until
+from eai.world.fault import Notice, Slips
 
 SEPARATOR = "+"
 """The separator of the parts of a name or a label."""
@@ -28,6 +28,9 @@ besides. ``state``: no word on what failed; the question describes the state tha
 
 FeedbackForm: TypeAlias = Literal["prompt", "chat"]
 """Where feedback stands: at the end of the one question, or as turns of a conversation."""
+
+Until: TypeAlias = Literal["goal", "done"]
+"""When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,10 +7,10 @@ from typing import Literal, TypeAlias
 from pydantic import model_validator
 from typing_extensions import Self
 
+from eai.abilities.experiment import Until
 from eai.abilities.options import Options, option
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
-from eai.world.episode import Until
 
 View: TypeAlias = Literal["task", "scene"]
 """The objects that an observation is about: those of the task, or all of the scene.

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from eai.world.derived import Computed, Defined, Lookup, is_a
     from eai.world.domain import Domain, Simulator
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-    from eai.world.episode import Episode, Luck, Slip, Slips
+    from eai.world.episode import Episode, Luck, Slip
     from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
-    from eai.world.fault import FaultKind
+    from eai.world.fault import FaultKind, Slips
     from eai.world.frame import AGENT
     from eai.world.history import Past, each_held_before, was_possible_before
     from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing

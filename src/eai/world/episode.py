@@ -6,46 +6,13 @@ import hashlib
 import random
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import TypeAlias
 
-from eai.errors import InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
-from eai.world.fault import FaultKind
+from eai.world.fault import FaultKind, Slips
 from eai.world.history import Past
 from eai.world.state import State
-
-Notice: TypeAlias = Literal["detected", "silent"]
-"""Whether whoever acts learns of a slip.
-
-A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
-depends on it fails later.
-"""
-
-Until: TypeAlias = Literal["goal", "done"]
-"""When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
-
-
-@dataclass(frozen=True, slots=True)
-class Slips:
-    """How often possible actions do not work (paper, appendix on replanning with stochastic actions).
-
-    Attributes:
-        probability: that a possible action slips, independently of all others.
-        seed: of the draws.
-        notice: whether a slip is noticed.
-
-    Raises:
-        InputError: the probability is not between 0 and 1.
-    """
-
-    probability: float
-    seed: int = 0
-    notice: Notice = "detected"
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.probability <= 1:
-            raise InputError(f"a slip probability of {self.probability:g} is not between 0 and 1")
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,12 @@
-"""The kinds of fault that a step of a plan may have."""
+"""The kinds of fault that a step of a plan may have, and how often one slips that has none."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
+from typing import Literal, TypeAlias
+
+from eai.errors import InputError
 
 
 class FaultKind(str, Enum):
@@ -25,3 +29,32 @@ class FaultKind(str, Enum):
 
 NOT_CARRIED_OUT = frozenset({FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER})
 """The kinds of error for which nothing of an answer is carried out, so that its goals say nothing."""
+
+Notice: TypeAlias = Literal["detected", "silent"]
+"""Whether whoever acts learns of a slip.
+
+A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
+depends on it fails later.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Slips:
+    """How often possible actions do not work (paper, appendix on replanning with stochastic actions).
+
+    Attributes:
+        probability: that a possible action slips, independently of all others.
+        seed: of the draws.
+        notice: whether a slip is noticed.
+
+    Raises:
+        InputError: the probability is not between 0 and 1.
+    """
+
+    probability: float
+    seed: int = 0
+    notice: Notice = "detected"
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.probability <= 1:
+            raise InputError(f"a slip probability of {self.probability:g} is not between 0 and 1")

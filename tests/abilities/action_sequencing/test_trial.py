@@ -16,7 +16,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
 from eai.benchmark.suite import open_suite
-from eai.world.episode import Luck, Slips
+from eai.world.episode import Luck
+from eai.world.fault import Slips
 from envs.switches import SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING

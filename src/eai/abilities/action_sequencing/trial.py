@@ -12,8 +12,9 @@ from eai.abilities.goal_test import remaining_goals
 from eai.abilities.record import Attempt
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
-from eai.world.episode import Episode, Luck, Slip, Slips
+from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Trajectory
+from eai.world.fault import Slips
 
 
 class Trial:

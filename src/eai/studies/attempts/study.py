@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pydantic import model_validator
 from typing_extensions import Self
 
-from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
@@ -24,7 +24,7 @@ from eai.studies.attempts.analysis import Arm, arms_of, remarks, success_by_atte
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, of_run, paper_remarks
 from eai.studies.variation import Variation
-from eai.world.episode import Notice, Until
+from eai.world.fault import Notice
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
