@@ -26,7 +26,7 @@ from eai.abilities.responses import find_response_files, read_responses
 from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import Suite, open_suite
 from eai.scoring.batch import Scoring
-from eai.scoring.collector import collecting_seldom
+from eai.scoring.collector import collect_seldom
 from eai.scoring.reward import Reward
 
 CLI = "from eai.cli import main; main()"
@@ -54,11 +54,11 @@ def main() -> None:
             seconds, memory = _cpu(place, ["score", folder, *NAMED, option, "--out", str(place / "out")])
             print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
     together = [answer for rows in answers for answer in rows]
-    with collecting_seldom():
-        for name in ("the first time", "steady"):
-            seconds = _timed(lambda: [suite.score(*answer) for answer in together])
-            print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
-        _rewards(suite, together)
+    collect_seldom()
+    for name in ("the first time", "steady"):
+        seconds = _timed(lambda: [suite.score(*answer) for answer in together])
+        print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
+    _rewards(suite, together)
 
 
 def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:

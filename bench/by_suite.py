@@ -31,7 +31,7 @@ from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.collector import collecting_seldom
+from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from oracle_answers import ORACLE, oracle_answers, require_oracle
 
@@ -95,8 +95,8 @@ def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     """The speed of this process, which has scored nothing yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]
-    with collecting_seldom():
-        return Speed(_speed(suite, [first]), _speed(suite, others), _speed(suite, others))
+    collect_seldom()
+    return Speed(_speed(suite, [first]), _speed(suite, others), _speed(suite, others))
 
 
 def reference_speed(ability: Ability, number: int) -> float:

@@ -31,7 +31,7 @@ from eai.abilities.codec import fields_of
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.collector import collecting_seldom
+from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice
@@ -206,8 +206,8 @@ def main() -> int:
             rows = answers(name, suite.task_ids, range(arguments.rows), arguments.seed)
             for task_id in suite.task_ids:
                 suite.scorer(task_id)
-            with collecting_seldom():
-                fuzzed = fuzz(suite, rows)
+            collect_seldom()
+            fuzzed = fuzz(suite, rows)
             megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
             print(
                 f"{name:35} {protocol.value:10} {arguments.rows} answers, {len(fuzzed.wrong)} wrong; "

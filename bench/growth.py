@@ -27,7 +27,7 @@ from eai.benchmark.gold_answers import noisy_answer, open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.results.plots import LINES, styled
 from eai.scoring.batch import Scoring
-from eai.scoring.collector import collecting_seldom
+from eai.scoring.collector import collect_seldom
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import write_parts
 from eai.world import State
@@ -226,9 +226,9 @@ def scored(benchmark: Benchmark, answers: Path) -> Work:
     def work() -> None:
         suite = open_suite(benchmark, PLANS)
         file = read_responses(answers, suite.task_ids, samples=True)
-        with collecting_seldom():
-            parts = Scoring().parts(suite, file, {}, ScoringOptions(explanations=False))
-            write_parts(answers.with_name("out"), parts)
+        collect_seldom()
+        parts = Scoring().parts(suite, file, {}, ScoringOptions(explanations=False))
+        write_parts(answers.with_name("out"), parts)
 
     return work
 

@@ -39,7 +39,7 @@ from eai.run.evaluation import obtain_answers
 from eai.run.job import Job
 from eai.run.tasks import build_task
 from eai.scoring.batch import Scoring
-from eai.scoring.collector import collecting_seldom
+from eai.scoring.collector import collect_seldom
 from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 
@@ -67,8 +67,8 @@ def processor_ms(work: Callable[[], object]) -> float:
 def on_its_own_ms(work: Callable[[], object]) -> float:
     """The same without what earlier work left to the garbage collector."""
     gc.collect()
-    with collecting_seldom():
-        return processor_ms(work)
+    collect_seldom()
+    return processor_ms(work)
 
 
 def inspect_alone(asked: Questions, folder: Path) -> None:
@@ -84,8 +84,8 @@ def by_sample(asked: Questions) -> list[dict[str, float]]:
     suite = open_suite(asked.benchmark, asked.ability, source=Source(planner=PlannerChoice.NONE))
     gold = open_answer_book(asked.benchmark, asked.ability)
     answers = {task_id: gold[task_id].text for task_id in asked.prompts}
-    with collecting_seldom():
-        times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
+    collect_seldom()
+    times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
     return times[WARM_UP:]
 
 

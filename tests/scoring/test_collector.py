@@ -2,18 +2,15 @@ from __future__ import annotations
 
 import gc
 
-import pytest
-
-from eai.scoring.collector import collecting_seldom
+from eai.scoring.collector import SELDOM, collect_seldom
 
 
-def test_the_garbage_collector_is_left_as_it_was() -> None:
-    frozen, threshold = gc.get_freeze_count(), gc.get_threshold()
-    with collecting_seldom():
-        assert gc.get_freeze_count() > frozen
-        assert gc.get_threshold() > threshold
-    assert gc.get_freeze_count() == 0
-    with pytest.raises(RuntimeError), collecting_seldom():
-        raise RuntimeError
-    assert gc.get_freeze_count() == 0
-    assert gc.get_threshold() == threshold
+def test_the_garbage_collector_is_spared_what_is_there() -> None:
+    threshold = gc.get_threshold()
+    try:
+        collect_seldom()
+        assert gc.get_freeze_count() > 0
+        assert gc.get_threshold() == (SELDOM, *threshold[1:])
+    finally:
+        gc.set_threshold(*threshold)
+        gc.unfreeze()

@@ -19,7 +19,6 @@ from typer.main import get_group
 
 from eai import __version__
 from eai.errors import EaiError, InputError, InterruptError
-from eai.scoring.collector import collecting_seldom
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
@@ -225,8 +224,7 @@ class _Loaded(UserDict[str, Any]):
 
 def _object_at(target: str) -> Any:
     module, _, name = target.partition(":")
-    with collecting_seldom():
-        return getattr(import_module(f"{__name__}.{module}"), name)
+    return getattr(import_module(f"{__name__}.{module}"), name)
 
 
 def _imported(name: str, place: _Place) -> Any:

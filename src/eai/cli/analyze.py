@@ -35,7 +35,6 @@ from eai.results.plots import styled, write
 from eai.results.table import Table
 from eai.results.table_files import lines_csv, write_files, write_parquet, write_tables
 from eai.results.terminal import print_table
-from eai.scoring.collector import collecting_seldom
 from eai.studies.records import Records
 from eai.studies.registry import find_study, study_names
 from eai.studies.study import Analysis, Figures, Study, several
@@ -91,7 +90,7 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with opened_source(data) as source, collecting_seldom(), needing("analysis", "this analysis needs"):
+    with opened_source(data) as source, needing("analysis", "this analysis needs"):
         read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
             _write_lines(read, with_settings(TABLE, _Formats, settings or ()), as_json=as_json)

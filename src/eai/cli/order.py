@@ -31,7 +31,6 @@ from eai.results.totals import Totals
 from eai.run.job import Job
 from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec
-from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import SuiteResult, settle
 from eai.scoring.runs import read_runs, write_log_place
 from eai.scoring.trials import Trials
@@ -100,7 +99,7 @@ def obtain_and_score(
     place = suite.domain, suite.ability.value, file_name(endpoint.model)
     folder = order.out.joinpath(*place, *(each.label for each in experiments))
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
-    with sole_run(folder), collecting_seldom():
+    with sole_run(folder):
         with run_progress(title, quiet=order.quiet) as watch:
             answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
         unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]

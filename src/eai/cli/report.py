@@ -41,7 +41,6 @@ from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.table import Table, superscript
 from eai.results.terminal import print_table
-from eai.scoring.collector import collecting_seldom
 from eai.scoring.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.tasks.source import Source
 
@@ -113,7 +112,7 @@ def report(
     told = partial(background, store(data), own, out, prompts=prompts, pictures=pictures)
     explorer, summaries = ExplorerData(told), list[RunSummary]()
     files = len(find_record_files(records))
-    with collecting_seldom(), scoring_progress("reading records", files, quiet=False) as watch:
+    with scoring_progress("reading records", files, quiet=False) as watch:
         for number, run in enumerate(read_runs(records), 1):
             summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
             explorer.add(run)

@@ -55,7 +55,6 @@ from eai.results.repeats import passes_table
 from eai.results.terminal import print_table
 from eai.run.job import answers
 from eai.run.spec import RunSpec, save
-from eai.scoring.collector import collecting_seldom
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import open_trials
 from eai.studies.variation import Stage
@@ -131,7 +130,7 @@ def run(
     check_models(spec.model.name, wanted)
     order = Order(spec, out, quiet or as_json)
     terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
-    with opened_source(data, scoring.planner, scoring.errata, terms) as source, collecting_seldom():
+    with opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or of_the_paper()

@@ -30,7 +30,6 @@ from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
 from eai.scoring.batch import Scoring, score_run, without_row
-from eai.scoring.collector import collecting_seldom
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import (
     RECORDS,
@@ -164,7 +163,7 @@ def score(
     shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
     note_planner([share.suite for share in shares])
     _note_elsewhere(shares)
-    with collecting_seldom(), _opened(workers, ray) as workplace, ExitStack() as stack:
+    with _opened(workers, ray) as workplace, ExitStack() as stack:
         for folder in {share.out: None for share in shares if shard is None}:
             if folder is not None:
                 stack.enter_context(sole_run(folder))
