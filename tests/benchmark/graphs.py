@@ -17,8 +17,8 @@ class PlainGraph:
     def targets(self) -> dict[tuple[int, str], list[int]]:
         """(source, relation) -> targets, in the order that the records promise."""
         groups: dict[tuple[int, str], list[int]] = {}
-        for edge in self.edges:
-            groups.setdefault((edge.source, edge.relation), []).append(edge.target)
+        for source, relation, target in self.edges:
+            groups.setdefault((source, relation), []).append(target)
         return {key: ids if key[1] in ORDERED else sorted(ids) for key, ids in groups.items()}
 
 

@@ -64,7 +64,7 @@ def no_plan_exists(entry: _Erratum, store: Store, oracle: Oracle) -> None:
         suite = opened(store, entry, ability, NONE)
         start, domain = suite.tasks[task_id].initial, suite.benchmark.domain
         if ability is Ability.SUBGOAL_DECOMPOSITION:
-            domain = suite.benchmark.subgoal_domain or domain
+            domain = suite.benchmark.subgoal_domain() if suite.benchmark.subgoal_domain else domain
         fill = [
             each for each in domain.operators if re.search(r"Add\(.{0,40}HOLDS_[LR]H", repr(each.effects))
         ]

@@ -100,7 +100,7 @@ class AskedWorld:
         plans: how plans are written.
         goals: how goals are stated.
         subgoals: how subgoals are written; None for formulas with the declared names.
-        subgoal_domain: the world in which subgoals are carried out.
+        subgoal_domain: makes the world in which subgoals are carried out.
         make_planner: makes the planner of operators, of which None says that none is to be asked.
         wording: how prompts of an ability name things.
         observed: how observations do.
@@ -111,7 +111,7 @@ class AskedWorld:
     plans: PlanNotation
     goals: GoalNotation
     subgoals: SubgoalNotation | None
-    subgoal_domain: Domain
+    subgoal_domain: Callable[[], Domain]
     make_planner: Callable[[], PddlPlanner | None]
     wording: Callable[[Ability], Wording]
     observed: Callable[[], Wording]

@@ -90,8 +90,8 @@ class Benchmark:
         plans: how plans are written; by default as a JSON list of actions with their objects.
         goals: how goals are stated; by default as JSON lists of conditions.
         subgoals: how subgoals are written; by default as formulas with the declared names.
-        subgoal_domain: the world in which subgoals are carried out, where that takes actions which plans do
-            not name; otherwise the declaration.
+        subgoal_domain: makes the world in which subgoals are carried out, where that takes actions which
+            plans do not name; otherwise it is the declaration.
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
         own_tasks: opens what an ability is asked of, for one that is not asked of the tasks.
         asks: for an ability that is not asked for in all tasks, whether it is in one.
@@ -125,7 +125,7 @@ class Benchmark:
     plans: PlanNotation = field(default_factory=JsonPlans)
     goals: GoalNotation = field(default_factory=JsonGoals)
     subgoals: SubgoalNotation | None = None
-    subgoal_domain: Domain | None = None
+    subgoal_domain: Callable[[], Domain] | None = None
     open_operators: OpenTasks[TransitionTask] | None = None
     own_tasks: Mapping[Ability, OpenTasks[Any]] = field(default_factory=dict)
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
@@ -206,13 +206,12 @@ class Benchmark:
 
             return make_planner(source.planner, self.planner_seconds, source.terms)
 
-        domain = self.subgoal_domain or self.domain
         return AskedWorld(
             self.domain,
             self.plans,
             self.goals,
             self.subgoals,
-            domain,
+            self.subgoal_domain or (lambda: self.domain),
             planner,
             self.wording,
             self.observed_wording,

@@ -14,7 +14,6 @@ from eai.data.store import Store, silent
 from eai.errors import DataError
 from eai.households.virtualhome.convert import convert_tasks
 from eai.households.virtualhome.records import (
-    Edge,
     VirtualHome,
 )
 
@@ -62,7 +61,7 @@ def test_script_and_goals_are_kept_as_annotated(tasks: VirtualHome) -> None:
     cup, sofa = ("cup", 1000), ("sofa", 90)
     assert tasks["3_1"].script == (("GRAB", (cup,)), ("PUTBACK", (cup, sofa)))
     assert tasks["3_1"].description == "Put it on the sofa."
-    assert tasks["3_1"].edge_goals == (Edge(1000, "ON", 90), Edge(1000, "ON", 7))
+    assert tasks["3_1"].edge_goals == ((1000, "ON", 90), (1000, "ON", 7))
     assert tasks["1_1"].node_goals == ((7, "lamp", "ON"),)
     assert tasks["1_1"].action_goals == (("LOOKAT", "WATCH"),)
     assert (tasks["1_1"].tl_goal, tasks["2_1"].tl_goal) == ("ON(lamp.7)", None)

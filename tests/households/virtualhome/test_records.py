@@ -14,7 +14,6 @@ from eai.data.store import Store
 from eai.households.packs import PROMPTS, RESOURCES, VIRTUALHOME, open_published
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
-    Edge,
     GraphDelta,
     TaskRecord,
     VirtualHome,
@@ -50,9 +49,9 @@ def test_one_task_reads_as_the_data_set_has_it(tasks: VirtualHome) -> None:
     assert (task.title, len(task.script)) == ("Wash clothes", 14)
     assert task.script[-1] == ("SWITCHON", (("washing_machine", 1001),))
     assert task.node_goals[1] == (1001, "washing_machine", "ON")
-    assert task.edge_goals == (Edge(1003, "ON", 1001), Edge(1002, "ON", 1001))
+    assert task.edge_goals == ((1003, "ON", 1001), (1002, "ON", 1001))
     before, after = initial_graph(tasks.base, task), final_graph(tasks.base, task)
-    assert Edge(1003, "ON", 1001) in set(after.edges) - set(before.edges)
+    assert (1003, "ON", 1001) in set(after.edges) - set(before.edges)
     assert {"CLOSED", "ON"} <= set(after.objects[1001].states)
     assert set(task.relevant_from_nodes) == {1001}
     assert {1001, 1002, 1003, CHARACTER_ID} <= set(task.relevant_from_edges)
@@ -75,7 +74,7 @@ def test_what_tasks_refer_to_is_there(tasks: VirtualHome) -> None:
         named = {number for number, _, _ in task.node_goals}
         named |= {number for _, things in task.script for _, number in things}
         edges = (*task.edge_goals, *task.initial.added_edges, *task.final.added_edges)
-        named |= {end for edge in edges for end in (edge.source, edge.target)}
+        named |= {end for source, _, target in edges for end in (source, target)}
         named |= {*task.relevant_from_nodes, *task.relevant_from_edges, CHARACTER_ID}
         assert named <= objects.keys()
 

@@ -114,7 +114,7 @@ def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
     from eai.abilities.subgoal_decomposition.refinement import Refinement
     from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 
-    domain = world.subgoal_domain
+    domain = world.subgoal_domain()
     return partial(
         SubgoalDecomposition, domain=domain, notation=world.subgoals, refinement=Refinement(domain)
     )

@@ -235,7 +235,7 @@ def virtualhome() -> Benchmark:
         plans=VirtualHomePlans(),
         goals=VirtualHomeGoals(),
         subgoals=VirtualHomeSubgoals(),
-        subgoal_domain=with_either_hand(),
+        subgoal_domain=with_either_hand,
         open_operators=open_operators,
         asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
         wordings=wording,

@@ -65,7 +65,7 @@ class _Reader:
         """The last node per id counts, as in the reference's loader; duplicate edges are dropped."""
         nodes = {node["id"]: node for node in values["nodes"]}
         objects = [_number(_object(nodes[identifier]), self.objects) for identifier in sorted(nodes)]
-        edges = [Edge(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
+        edges = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
         numbers = dict.fromkeys([_number(edge, self.edges) for edge in edges])
         return _Graph(array("L", objects), array("L", numbers))
 
@@ -158,8 +158,8 @@ class _Encoder:
         """Edges as one list: source, number of the relation, target, source, ..."""
         values: list[int] = []
         for number in numbers:
-            edge = self.edges[number]
-            values += (edge.source, _number(edge.relation, self.relations), edge.target)
+            source, relation, target = self.edges[number]
+            values += (source, _number(relation, self.relations), target)
         return values
 
     def base(self, sources: Sequence[_Source]) -> _Graph:
@@ -219,9 +219,9 @@ class _Encoder:
         """(source, relation) -> edges, of the relations whose targets are ordered."""
         groups: dict[tuple[int, str], list[int]] = {}
         for number in numbers:
-            edge = self.edges[number]
-            if edge.relation in _ORDERED_RELATIONS:
-                groups.setdefault((edge.source, edge.relation), []).append(number)
+            source, relation, _ = self.edges[number]
+            if relation in _ORDERED_RELATIONS:
+                groups.setdefault((source, relation), []).append(number)
         return groups
 
     def task(self, source: _Source, base: _Graph) -> dict[str, object]:
@@ -250,7 +250,7 @@ class _Encoder:
         """Ids of the objects that differ, and the ends of the edges that differ, each in the order met."""
         nodes = _differing(initial.objects, final.objects)
         edges = _differing(initial.edges, final.edges)
-        ends = (end for number in edges for end in (self.edges[number].source, self.edges[number].target))
+        ends = (end for number in edges for end in self.edges[number][::2])
         return list(dict.fromkeys(self.objects[number].id for number in nodes)), list(dict.fromkeys(ends))
 
 

@@ -14,26 +14,25 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import starmap
-from typing import Any, NamedTuple
+from functools import cache, cached_property
+from typing import Any, TypeAlias
 
 from eai.data.store import PackFile
 from eai.households.packs import VIRTUALHOME, open_published
 from eai.tasks.source import Source, TaskSet
 
+_ROOMS = "Rooms"
+"""The category of nodes that are rooms."""
+
 TASKS_MEMBER = "tasks.jsonl"
 """Line 1: the tables and the base scene; then one line a task, in data set order."""
 
 
-class Edge(NamedTuple):
-    """`source` stands in `relation` to `target`, both object ids. A named tuple since a scene has 5,700."""
-
-    source: int
-    relation: str
-    target: int
+Edge: TypeAlias = tuple[int, str, int]
+"""A source, a relation in which it stands, and the target, both object ids. A tuple, as a scene has 5,700."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ObjectRecord:
     """One object of a graph; `properties` and `states` are sorted and without duplicates."""
 
@@ -42,6 +41,17 @@ class ObjectRecord:
     category: str
     properties: tuple[str, ...]
     states: tuple[str, ...]
+
+    @cached_property
+    def labels(self) -> frozenset[str]:
+        """All that is said of it alone: its properties and states, and whether it is a room."""
+        return _labels(self.properties, self.states, self.category == _ROOMS)
+
+
+@cache
+def _labels(properties: tuple[str, ...], states: tuple[str, ...], is_room: bool) -> frozenset[str]:
+    """The same set for all objects that have the same, so that it is compared at once."""
+    return frozenset((*properties, *states, "ROOM") if is_room else (*properties, *states))
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +134,7 @@ class _Tables:
 
     def edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
         relations = map(self.relations.__getitem__, flat[1::3])
-        return tuple(starmap(Edge, zip(flat[::3], relations, flat[2::3], strict=True)))
+        return tuple(zip(flat[::3], relations, flat[2::3], strict=True))
 
     def delta(self, values: Mapping[str, Any]) -> GraphDelta:
         return GraphDelta(
@@ -137,16 +147,16 @@ class _Tables:
 
     def task(self, values: Mapping[str, Any]) -> TaskRecord:
         """The record of a line, whose members are those of a record."""
-        read = {
-            "edge_goals": tuple(starmap(Edge, values["edge_goals"])),
+        flat = ("relevant_from_nodes", "relevant_from_edges")
+        nested = ("node_goals", "edge_goals", "action_goals")
+        read: dict[str, Any] = {
+            "script": tuple([(word, tuple(map(tuple, objects))) for word, objects in values["script"]]),
             "initial": self.delta(values["initial"]),
             "final": self.delta(values["final"]),
+            **{name: tuple(values[name]) for name in flat},
+            **{name: tuple(map(tuple, values[name])) for name in nested},
         }
-        return TaskRecord(**{name: _frozen(value) for name, value in values.items()} | read)
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(map(_frozen, value)) if isinstance(value, list) else value
+        return TaskRecord(**{**values, **read})
 
 
 class VirtualHome(TaskSet[TaskRecord]):

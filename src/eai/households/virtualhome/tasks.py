@@ -25,24 +25,22 @@ from eai.world.execution import Action
 from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject
 
-_SLOTS = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
-
-ROOMS = "Rooms"
-"""The category of nodes that are rooms."""
+_BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
 
 
 class _Lines:
     """The rows and columns of all relations, and the masks of all unary predicates, while being built.
 
-    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty. ``relations``
-    are those that were made of all this and have not changed since: states share them.
+    ``described`` has the labels of each object. ``sources`` and ``targets`` are the masks of the objects
+    whose row, or column, is not empty. ``relations`` are those that were made of all this and have not
+    changed since: states share them.
     """
 
     def __init__(self, base: GraphDelta) -> None:
         self.objects: list[WorldObject] = []
         self.index: dict[int, int] = {}
         self.unary = [0] * len(VOCABULARY.unary_slots)
-        self.described: list[frozenset[int]] = []
+        self.described: list[frozenset[str]] = []
         self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
         self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
         self.sources = [0] * len(VOCABULARY.binary_slots)
@@ -82,10 +80,6 @@ class _Lines:
         """
         if delta.removed_ids:
             raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
-        for record in delta.changed_objects:
-            index = self.index[record.id]
-            if self.objects[index].category != record.class_name:
-                self.objects[index] = _world_object(record.class_name, record.id)
         self._describe(delta.changed_objects)
         self.append(delta.added_objects)
         self.link(delta.removed_edges, present=False)
@@ -93,33 +87,35 @@ class _Lines:
 
     def link(self, edges: Iterable[Edge], *, present: bool) -> None:
         """Add or remove pairs of relations."""
-        index = self.index
+        index, sources, targets = self.index, self.sources, self.targets
         for source_id, relation, target_id in edges:
-            slot, source, target = _SLOTS[relation], index[source_id], index[target_id]
+            slot, source, target = _BINARY[relation], index[source_id], index[target_id]
             rows, columns = self.rows[slot], self.columns[slot]
+            is_source, is_target = 1 << source, 1 << target
             self.relations[slot] = None
             if present:
-                rows[source] |= 1 << target
-                columns[target] |= 1 << source
-                self.sources[slot] |= 1 << source
-                self.targets[slot] |= 1 << target
+                rows[source] |= is_target
+                columns[target] |= is_source
+                sources[slot] |= is_source
+                targets[slot] |= is_target
                 continue
-            rows[source] &= ~(1 << target)
-            columns[target] &= ~(1 << source)
+            rows[source] &= ~is_target
+            columns[target] &= ~is_source
             if not rows[source]:
-                self.sources[slot] &= ~(1 << source)
+                sources[slot] &= ~is_source
             if not columns[target]:
-                self.targets[slot] &= ~(1 << target)
+                targets[slot] &= ~is_target
 
     def _describe(self, records: Iterable[ObjectRecord]) -> None:
-        """Set every unary predicate of objects to what their records say."""
-        described, unary = self.described, self.unary
+        """Set the category and every unary predicate of objects to what their records say."""
+        objects, described, unary = self.objects, self.described, self.unary
         for record in records:
             index = self.index[record.id]
-            before = described[index]
-            now = described[index] = _slots(record)
-            for slot in before ^ now:
+            if objects[index].category != record.class_name:
+                objects[index] = _world_object(record.class_name, record.id)
+            for slot in _differing(described[index], record.labels):
                 unary[slot] ^= 1 << index
+            described[index] = record.labels
 
     def state(self, scene: Scene) -> State:
         """The state over a scene of these objects."""
@@ -136,12 +132,12 @@ class _Lines:
         draft = Draft(state)
         for record in delta.changed_objects:
             index = self.index[record.id]
-            for slot in self.described[index] ^ _slots(record):
+            for slot in _differing(self.described[index], record.labels):
                 draft.unary[slot] ^= 1 << index
-        for edge in delta.removed_edges:
-            draft.unlink(_SLOTS[edge.relation], self.index[edge.source], self.index[edge.target])
-        for edge in delta.added_edges:
-            draft.link(_SLOTS[edge.relation], self.index[edge.source], self.index[edge.target])
+        for source, relation, target in delta.removed_edges:
+            draft.unlink(_BINARY[relation], self.index[source], self.index[target])
+        for source, relation, target in delta.added_edges:
+            draft.link(_BINARY[relation], self.index[source], self.index[target])
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
     def _relation(self, slot: int) -> Relation:
@@ -204,14 +200,9 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
 
 
 @cache
-def _unary_slots(properties: tuple[str, ...], states: tuple[str, ...], is_room: bool) -> frozenset[int]:
-    """The slots of the unary predicates that hold of an object with these labels."""
-    names = (*properties, *states, "ROOM") if is_room else (*properties, *states)
-    return frozenset(VOCABULARY.unary_slots[name] for name in names)
-
-
-def _slots(record: ObjectRecord) -> frozenset[int]:
-    return _unary_slots(record.properties, record.states, record.category == ROOMS)
+def _differing(before: frozenset[str], after: frozenset[str]) -> tuple[int, ...]:
+    """The slots of the unary predicates that hold of an object with one of these sets of labels alone."""
+    return tuple([VOCABULARY.unary_slots[name] for name in before ^ after])
 
 
 @cache
