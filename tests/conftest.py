@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -15,6 +16,7 @@ from eai.data.dataset import fetch
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.packs import published_packs
+from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from households.published import index, packs, store, wheel
 from oracle import Oracle, read_oracle
@@ -36,6 +38,17 @@ def pytest_configure() -> None:
     """What a shell starts in the background ignores interrupts, and so would all that the tests start."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Modules and tests stay as long as the process does, and the collector need not look through them."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        collect_seldom()
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 from eai.cli import main
+from eai.scoring.collector import collect_seldom
 
 _SECONDS = 600
 """How long a command may take, on the clock."""
@@ -80,11 +81,14 @@ class Command:
     Args:
         arguments: its words.
         before: what is called in that process first, by its name.
+        columns: how wide its terminal is.
     """
 
-    def __init__(self, *arguments: object, before: Callable[[], None] | None = None) -> None:
+    def __init__(
+        self, *arguments: object, before: Callable[[], None] | None = None, columns: int = 120
+    ) -> None:
         self._printed = tempfile.TemporaryDirectory()
-        started = {**os.environ, "COLUMNS": "120"}
+        started = {**os.environ, "COLUMNS": str(columns)}
         words = list(map(str, arguments))
         self._process = _Forked(target=_run, args=(words, started, str(Path.cwd()), self._files, before))
         self._process.start()
@@ -118,16 +122,16 @@ class Command:
             return Outcome(status, *(each.read_text() for each in self._files))
 
 
-def eai(*arguments: object, **environment: str) -> Outcome:
+def eai(*arguments: object, columns: int = 120, **environment: str) -> Outcome:
     """Run `eai` in a process of its own, since Inspect's warnings are none of ours.
 
     Where variables of the environment are given, which a library may read when it is imported, it is started
     from nothing.
     """
     if not environment:
-        return Command(*arguments).outcome()
+        return Command(*arguments, columns=columns).outcome()
     command = [sys.executable, "-c", "from eai.cli import main; main()", *map(str, arguments)]
-    started = {**os.environ, "COLUMNS": "120", **environment}
+    started = {**os.environ, "COLUMNS": str(columns), **environment}
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=_SECONDS, env=started)
     return Outcome(done.returncode, done.stdout, done.stderr)
 
@@ -149,6 +153,7 @@ def _run(
             os.dup2(file.fileno(), descriptor)
         setattr(sys, name, open(descriptor, "w", closefd=False))  # noqa: SIM115 - of a descriptor
     sys.argv = ["eai", *arguments]
+    collect_seldom()  # as `eai.__main__` does
     try:
         if before is not None:
             before()

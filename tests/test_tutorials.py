@@ -97,7 +97,7 @@ def done(command: list[str], monkeypatch: pytest.MonkeyPatch, server: str) -> st
     if program == "python":
         return subprocess.run([sys.executable, *words], check=True, capture_output=True, text=True).stdout
     assert program == "eai"
-    outcome = eai(*(server if word == SERVER else word for word in words), COLUMNS="80")
+    outcome = eai(*(server if word == SERVER else word for word in words), columns=80)
     assert outcome.status == 0, outcome.err
     return outcome.out
 

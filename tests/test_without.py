@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -33,6 +34,12 @@ def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder, env=environment)
 
 
+@cache
+def whole(code: str) -> subprocess.CompletedProcess[str]:
+    """What comes of it where no folder is gone."""
+    return run(SOURCE.parent, code)
+
+
 def test_all_that_is_left_is_imported(without: tuple[str, Path]) -> None:
     folder, place = without
     done = TOOL.imports_without(place / "eai", folder)
@@ -43,14 +50,14 @@ def test_benchmarks_and_packs_are_those_that_are_left(without: tuple[str, Path])
     folder, place = without
     asked = "import eai; from eai.households.packs import all_packs as packs; "
     asked += "print([*eai.registered()], [pack.name for pack in packs()])"
-    left, whole = run(place, asked), run(SOURCE.parent, asked)
-    assert (left.returncode, whole.returncode) == (0, 0), left.stderr
+    left = run(place, asked)
+    assert (left.returncode, whole(asked).returncode) == (0, 0), left.stderr
     above, _, name = folder.rpartition("/")
     if above != "households":
-        assert left.stdout == whole.stdout
+        assert left.stdout == whole(asked).stdout
         return
     gone = {f"'{name}'", f"'{name.replace('_', '-')}'"}
-    counts = [sum(map(found.stdout.count, gone)) for found in (whole, left)]
+    counts = [sum(map(found.stdout.count, gone)) for found in (whole(asked), left)]
     assert counts == [2, 0], "its benchmark and its pack"
 
 

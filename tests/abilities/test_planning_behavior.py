@@ -2,6 +2,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import pytest
+
 from benchmark.plan_scorers import behavior_scorer
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
@@ -9,6 +11,7 @@ from eai.households.behavior import domain as behavior
 from eai.households.behavior.notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
+from eai.planning.search import SearchResult
 from eai.world.execution import Action, attempt
 from eai.world.history import Past
 from eai.world.state import State
@@ -29,6 +32,13 @@ def sample(tasks: BehaviorTasks) -> list[BehaviorTask]:
     return [tasks[i] for i in ids if ids.index(i) % 6 == 1 or i.startswith(HARD)]
 
 
+@pytest.fixture(scope="module")
+def planned(behavior_tasks: BehaviorTasks) -> list[tuple[BehaviorTask, SearchResult[Action]]]:
+    """The sample, with what the planner finds for each."""
+    planner = Planner(DOMAIN)
+    return [(task, find_plan(task, planner)) for task in sample(behavior_tasks)]
+
+
 def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
     """Whether a plan, without the steps that are impossible, reaches all goals."""
     state = task.initial
@@ -38,10 +48,10 @@ def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
     return all(DOMAIN.holds(goal.formula, state) for goal in task.goals)
 
 
-def test_plans_score_and_no_step_can_be_left_out(behavior_tasks: BehaviorTasks) -> None:
-    planner = Planner(DOMAIN)
-    for task in sample(behavior_tasks):
-        found = find_plan(task, planner)
+def test_plans_score_and_no_step_can_be_left_out(
+    planned: list[tuple[BehaviorTask, SearchResult[Action]]],
+) -> None:
+    for task, found in planned:
         assert found.states < MOST_STATES, task.id
         scorer = behavior_scorer(task, Protocol.STRICT)
         verdict = scorer.score(scorer.notation.join(scorer.notation.write(found.plan, task.scene)))
@@ -50,10 +60,9 @@ def test_plans_score_and_no_step_can_be_left_out(behavior_tasks: BehaviorTasks) 
             assert not reaches(task, (*found.plan[:i], *found.plan[i + 1 :])), task.id
 
 
-def test_plans_of_subgoals_score(behavior_tasks: BehaviorTasks) -> None:
+def test_plans_of_subgoals_score(planned: list[tuple[BehaviorTask, SearchResult[Action]]]) -> None:
     words = BehaviorSubgoals()
-    planner = Planner(DOMAIN)
-    for task in sample(behavior_tasks):
-        text = words.join(words.write(task, find_plan(task, planner).plan))
+    for task, found in planned:
+        text = words.join(words.write(task, found.plan))
         verdict = behavior_subgoals(Protocol.STRICT)(task).score(text)
         assert (verdict.success, verdict.executable) == (True, True), task.id

@@ -107,7 +107,9 @@ def the_question_does_not_say_that_one_sits(entry: _Erratum, store: Store, oracl
         suite = opened(store, entry, ability, choice)
         asked = suite.benchmark.official_prompts(ability, suite.source) or {}
         seated = {
-            i for i, task in suite.tasks.items() if ("SITTING", (task.scene.agent,)) in task.initial.facts()
+            i
+            for i, task in suite.tasks.items()
+            if task.scene.agent is not None and task.initial.has("SITTING", task.scene.agent)
         }
         assert len(seated) == 9
         assert {i for i in seated if "\ncharacter, states: ['SITTING']" not in asked[i].user} == unsaid

@@ -6,11 +6,14 @@ from eai.scoring.collector import SELDOM, collect_seldom
 
 
 def test_the_garbage_collector_is_spared_what_is_there() -> None:
-    threshold = gc.get_threshold()
+    threshold, is_spared = gc.get_threshold(), gc.get_freeze_count() > 0
+    gc.unfreeze()
+    gc.set_threshold(700, 10, 10)
     try:
         collect_seldom()
         assert gc.get_freeze_count() > 0
-        assert gc.get_threshold() == (SELDOM, *threshold[1:])
+        assert gc.get_threshold() == (SELDOM, 10, 10)
     finally:
         gc.set_threshold(*threshold)
-        gc.unfreeze()
+        if not is_spared:
+            gc.unfreeze()
