@@ -134,6 +134,19 @@ def test_what_is_left_out_is_said(eai: Command, records: Path, tmp_path: Path) -
     assert "left out: 5 records without an answer, or with nothing to earn" in done.out
 
 
+def test_episodes_of_acting_are_left_out_and_the_other_answers_are_not(
+    eai: Command, records: Path, tmp_path: Path
+) -> None:
+    answers = tmp_path / "model_outputs.json"
+    task_id = library.open("behavior", "acting").task_ids[0]
+    answers.write_text(json.dumps([{"identifier": task_id, "llm_output": "[]"}]))
+    acting = ("--domain", "behavior", "--ability", "acting", "--allow-missing", "--out", tmp_path / "acting")
+    assert eai("score", answers, *acting).status == 0
+    done = eai("export", "sft", records, tmp_path / "acting", "--out", tmp_path / "sft.jsonl")
+    assert "5 rows written" in done.out
+    assert "left out: 100 records of several turns" in done.out
+
+
 def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, tmp_path: Path) -> None:
     done = eai(
         "export", "prompts", "--domain", "behavior", "--domain", "mars", "--out", tmp_path / "a" / "p.jsonl"

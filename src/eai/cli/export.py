@@ -45,7 +45,7 @@ from eai.pictures.rendered import VIEWS, film_of, photographs_of
 from eai.prompts.prompt import PromptSet
 from eai.scoring import training_data
 from eai.scoring.records import read_records
-from eai.scoring.reward import Reward, Shaping
+from eai.scoring.reward import Reward, Shaping, is_paid
 from eai.scoring.runs import find_record_files
 from eai.scoring.training_data import Rewarded, Row
 from eai.tasks.source import ErrataChoice, suite_name
@@ -243,6 +243,9 @@ def _answers(
     by_suite = grouped(((record.domain, record.ability), record) for record in records)
     with opened_source(data, PlannerChoice.NONE) as source:
         for (domain, ability), of_suite in by_suite.items():
+            if not is_paid(ability):
+                left_out[training_data.NOT_PAID] += len(of_suite)
+                continue
             if domain not in named and domain not in registered():
                 raise InputError(
                     f"{domain}: expected --domain to say where the benchmark of these records is"

@@ -108,6 +108,11 @@ LIMIT = 10_000
 """How long answers are that are read, in characters; the longest of some 25,000 that we know has 9,651."""
 
 
+def is_paid(ability: Ability) -> bool:
+    """Whether the verdicts on answers of an ability say what these have earned."""
+    return declaration_of(ability).verdict.merit is not Verdict.merit
+
+
 class Reward:
     """The reward of a suite: a pure function of task and text, for one answer or many.
 
@@ -133,7 +138,7 @@ class Reward:
         if self.shaping is Shaping.REPAIR and suite.ability is not Ability.ACTION_SEQUENCING:
             plans = Ability.ACTION_SEQUENCING.value
             raise InputError(f"the shaping repair is of {plans} only, not of {suite.ability.value}")
-        if declaration_of(suite.ability).verdict.merit is Verdict.merit:
+        if not is_paid(suite.ability):
             raise InputError(f"answers to {suite.ability.value} are not paid: its verdicts have no merit")
         self.limit = limit
         self._at_start = cache(self._reached_at_start)

@@ -52,6 +52,7 @@ class Rewarded(NamedTuple):
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 ASKED_OTHERWISE = "answering another prompt than is exported"
+NOT_PAID = "of several turns, whose verdicts do not say what an answer has earned"
 """Why a record is not used."""
 
 
