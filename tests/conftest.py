@@ -51,6 +51,15 @@ def pytest_collection() -> Generator[None, object, object]:
         collect_seldom()
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object]:
+    """Where warnings are none of ours, what is left unclosed is collected now: no other test is to blame."""
+    outcome = yield
+    if any("ignore" in mark.args for mark in item.iter_markers("filterwarnings")):
+        gc.collect()
+    return outcome
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """What was not tested and why, at the very end, where nobody overlooks it."""
     told = (report.longrepr for report in terminalreporter.getreports("skipped"))
