@@ -73,6 +73,8 @@ EQUIVALENT: dict[str, str] = {
     "past is never looked up, as no step led to it",
     "abilities/subgoal_decomposition/uniform_cost.py: 0 is 1 in `self._pushed = 0`": "only the order of "
     "numbers counts",
+    "generator/scene.py: 1 is 2 in `ranked[category] = ranked.get(category, -1) + 1`, place 2": "only the "
+    "order of ranks counts",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",

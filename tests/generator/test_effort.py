@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import pytest
 
 import eai.logic.formula as f
@@ -93,6 +95,20 @@ def test_there_are_no_more_tasks_after_so_many_seeds(
     with pytest.raises(InputError, match=f"only 0 of 1 tasks found; the last {limit} seeds gave none: "):
         list(generate(generator, seeds_of("train", 0), 1, set()))
     assert len(tried) == limit
+
+
+def test_seeds_in_a_row_are_counted_from_the_last_task_on(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    generator = made(lamps, Tier.DATA)
+    *_, task = generate(generator, seeds_of("train", 0), 1, set())
+    outcomes = iter([Reason.COPY, task])
+    monkeypatch.setattr(Generator, "task", lambda self, seed, known: next(outcomes, Reason.COPY))
+    tried = generate(generator, seeds_of("train", 0), 2, set())
+    assert [next(tried), next(tried)] == [Reason.COPY, task]
+    assert list(islice(tried, 300)) == [Reason.COPY] * 300
+    with pytest.raises(InputError, match="only 1 of 2 tasks found; the last 300 seeds gave none: "):
+        next(tried)
 
 
 def test_the_planner_begins_anew_after_two_hundred_tasks(
