@@ -59,15 +59,18 @@ class Flips:
         self._achievers = achievers
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
-        self._made: dict[Action, list[tuple[str, tuple[int | None, ...], bool | None]]] = {}
         self._conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
         self._unread = {o.name: set(changed_by(o)) for o in domain.operators if self._is_unread(o.name)}
         self._writers: dict[Change, tuple[Action, ...]] = {}
         self._taking: dict[str, tuple[Action, ...]] = {}
         self._open: set[tuple[str, tuple[int, ...], bool]] = set()
         self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
-        for schema in [each for schemas in self._schemas.values() for each in schemas]:
-            self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
+        self._of_operator: dict[tuple[str, str, bool], list[EffectSchema]] = {}
+        for name, schemas in self._schemas.items():
+            for schema in schemas:
+                effect = schema.atom.predicate, schema.adds
+                self._by_effect.setdefault(effect, []).append(schema)
+                self._of_operator.setdefault((name, *effect), []).append(schema)
         self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
         self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = Readings(domain.vocabulary)
@@ -89,29 +92,38 @@ class Flips:
         """The actions that may make a change, as far as what never changes permits them."""
         found = self._writers.get(change)
         if found is None:
-            makers = [action for actions, _ in self.makers(change) for action in actions]
-            found = self._writers[change] = tuple(dict.fromkeys(makers))
+            unread = [a for each in self._changing(change) for a in self.taking(each)]
+            makers = [action for _, _, actions in self._by_schema(change) for action in actions]
+            found = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
         return found
 
     def makers(self, change: Change) -> Iterator[tuple[Sequence[Action], list[Part]]]:
         """The actions that may make a change, those together of which the same must hold before."""
-        for name, changed in self._unread.items():
-            if change.predicate in changed:
-                yield self.taking(name), []
+        yield from ((self.taking(name), []) for name in self._changing(change))
+        for schema, scope, actions in self._by_schema(change):
+            given = [(each, self.names(each)) for each in schema.given]
+            asked = {name for _, names in given for name in names if name not in scope}
+            names = [parameter.name for parameter in schema.operator.parameters]
+            places = [place for place, name in enumerate(names) if name in asked]
+            alike: dict[tuple[int, ...], list[Action]] = {}
+            for action in actions:
+                alike.setdefault(tuple([action.arguments[i] for i in places]), []).append(action)
+            for values, own in alike.items():
+                inner = {names[place]: value for place, value in zip(places, values, strict=True)}
+                yield own, _closed(given, {**scope, **inner})
+
+    def _changing(self, change: Change) -> list[str]:
+        """The operators whose effects are left out, and may make a change."""
+        return [name for name, changed in self._unread.items() if change.predicate in changed]
+
+    def _by_schema(self, change: Change) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
+        """The effects that make a change, what their variables stand for in it, and the actions."""
         for schema in self._by_effect.get((change.predicate, change.truth), ()):
             scope = match(schema.atom, change.arguments, self._is_agent)
-            if scope is None:
-                continue
-            names = [parameter.name for parameter in schema.operator.parameters]
-            bound = [(place, scope[name]) for place, name in enumerate(names) if name in scope]
-            actions = self._about(schema.operator.name, bound)
-            given = [(each, self.names(each)) for each in schema.given]
-            if any(name in names and name not in scope for _, own in given for name in own):
-                for action in actions:
-                    inner = {**scope, **dict(zip(names, action.arguments, strict=True))}
-                    yield (action,), _closed(given, inner)
-            else:
-                yield actions, _closed(given, scope)
+            if scope is not None:
+                places = enumerate(schema.operator.parameters)
+                bound = [(i, scope[each.name]) for i, each in places if each.name in scope]
+                yield schema, scope, self._about(schema.operator.name, bound)
 
     def _about(self, name: str, bound: Sequence[tuple[int, int]]) -> Sequence[Action]:
         """The actions by an operator that have some objects at their places."""
@@ -142,35 +154,20 @@ class Flips:
 
     def may_make(self, action: Action, change: Change) -> bool:
         """Whether an action may make a change."""
-        predicate, arguments, truth = change
-        return any(
-            name == predicate
-            and adds in (truth, None)
-            and all(a == b or a is None or b is None for a, b in zip(own, arguments, strict=True))
-            for name, own, adds in self._effects(action)
-        )
+        return next(self.ways(action, change), None) is not None
 
-    def _effects(self, action: Action) -> list[tuple[str, tuple[int | None, ...], bool | None]]:
-        """The changes that an action may make; None stands for what is not known."""
-        found = self._made.get(action)
-        if found is None:
-            arity = self._domain.vocabulary.arity
-            unread = self._unread.get(action.operator, ())
-            found = self._made[action] = [(name, (None,) * (arity(name) or 0), None) for name in unread]
-            for schema in self._schemas[action.operator]:
-                known = dict(zip(schema.variables, action.arguments, strict=False))
-                terms = [
-                    known.get(t.name) if isinstance(t, f.Variable) else self._object(t, {})
-                    for t in schema.atom.arguments
-                ]
-                found.append((schema.atom.predicate, tuple(terms), schema.adds))
-        return found
+    def needs(self, action: Action) -> list[Part]:
+        """The conditions under which an action is carried out."""
+        operator = self._domain.compiled[action.operator].operator
+        scope = operator.scope(action.arguments)
+        return [(left(each, operator.checks), scope) for each in operator.checks]
 
     def ways(self, action: Action, change: Change) -> Iterator[list[Part]]:
-        """For each effect by which an action may make a change the conditions of it, as far as known."""
+        """For each effect by which an action may make a change what that needs besides, as far as known."""
         if change.predicate in self._unread.get(action.operator, ()):
             yield []
-        for schema in self._schemas[action.operator]:
+        effect = action.operator, change.predicate, change.truth
+        for schema in self._of_operator.get(effect, ()):
             scope = self._matches(schema, action, change)
             if scope is not None:
                 conditions = self._conditions.get(id(schema))
@@ -370,9 +367,8 @@ class Flips:
 
 
 def _conditions(schema: EffectSchema) -> list[tuple[f.Formula, frozenset[str]]]:
-    """The conditions of an effect with the names of their free variables."""
-    checks = schema.operator.checks
-    found = (*[left(each, checks) for each in checks], *schema.checks[len(checks) :], *schema.given)
+    """The conditions of an effect beside the operator's checks, with the names of their free variables."""
+    found = (*schema.checks[len(schema.operator.checks) :], *schema.given)
     return [(each, free_variables(each)) for each in found]
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Collection, Iterable, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from operator import or_
 from typing import TypeAlias
 
@@ -52,7 +52,8 @@ class _Relaxation:
     """The delete relaxation of one episode: a graph of conditions and of the changes they come down to.
 
     A condition needs all or any of its parts, a change needs one of the actions that make it. The graph grows
-    backwards from the conditions that are asked about.
+    backwards from the conditions that are asked about, by the actions that are asked about, where these seem
+    not to reach the goals.
 
     Args:
         flips: says which changes conditions need, and which actions make them.
@@ -63,7 +64,7 @@ class _Relaxation:
     def __init__(self, flips: Flips, initial: State, steps: Iterable[Action]) -> None:
         self._flips = flips
         self._initial = initial
-        self._actions = dict.fromkeys(steps)
+        self._actions = [*dict.fromkeys(steps)]
         self._others = [each for each in self._actions if each not in flips.taking(each.operator)]
         self._parts: list[tuple[int, ...]] = [(), ()]
         self._missing = [0, 1]
@@ -71,7 +72,8 @@ class _Relaxation:
         self._above: list[list[int]] = [[], []]
         self._numbers: dict[object, tuple[int, object]] = {}
         self._changes: dict[int, Change] = {}
-        self._fresh: list[int] = []
+        self._tried: dict[int, int] = {}
+        self._needs: dict[Action, list[int]] = {}
         self._makers: dict[int, dict[Action, list[int]]] = {}
         self._grouped: dict[int, list[tuple[Sequence[Action], list[int]]]] = {}
         self._made: dict[int, list[tuple[Action, int]]] = {}
@@ -84,22 +86,22 @@ class _Relaxation:
 
     def goal(self, goals: Iterable[Subgoal]) -> int:
         """The number of the condition that all goals are met."""
-        found = self._all([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
-        self._grow()
-        return found
+        return self._all([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
 
     def cut(self, goal: int, actions: Collection[Action]) -> list[Action] | None:
         """A cut between some actions and a goal; None if they may reach it."""
-        for action in sorted({*actions}.difference(self._actions)):
-            self._admit(action)
-        reached = self._reached(actions)
-        if reached[goal]:
-            return None
-        between = self._between(goal, actions, reached)
+        self._actions += sorted({*actions}.difference(self._actions))
+        while True:
+            reached = self._reached(actions)
+            if reached[goal]:
+                return None
+            between = self._between(goal, actions, reached)
+            if not self._grow(between):
+                break
         found: dict[Action, None] = {}
         for number in between:
             for makers, given in self._groups(number):
-                if not any(part in between for part in given):
+                if between.keys().isdisjoint(given):
                     found.update(dict.fromkeys(makers))
             found.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
         return [action for action in found if action not in actions]
@@ -155,31 +157,37 @@ class _Relaxation:
             pending += [change for action, change in self._made.get(number, ()) if action in actions]
         return reached
 
-    def _admit(self, action: Action) -> None:
-        """Enter the changes of the graph that an action makes."""
-        self._actions[action] = None
-        for number, change in [*self._changes.items()]:
-            self._enter(number, change, action)
-        self._grow()
+    def _grow(self, numbers: Iterable[int]) -> bool:
+        """Enter the actions that make some changes; whether there were new ones."""
+        fresh = [
+            (number, action)
+            for number in numbers
+            if number in self._changes
+            for action in self._actions[self._tried[number] :]
+        ]
+        self._tried.update(dict.fromkeys([number for number, _ in fresh], len(self._actions)))
+        return sum([self._enter(number, action) for number, action in fresh]) > 0
 
-    def _grow(self) -> None:
-        while self._fresh:
-            number = self._fresh.pop()
-            change = self._changes[number]
-            for action in self._actions:
-                self._enter(number, change, action)
-
-    def _enter(self, number: int, change: Change, action: Action) -> None:
-        """Enter the conditions under which an action makes a change, one for each way."""
-        if not self._flips.may_make(action, change):
-            return
+    def _enter(self, number: int, action: Action) -> bool:
+        """Enter the conditions under which an action makes a change, one for each way, if there are any."""
         ways: list[int] = []
-        self._makers[number][action] = ways
-        for conditions in self._flips.ways(action, change):
-            condition = self._all([self._condition(*each, True) for each in conditions])
+        for conditions in self._flips.ways(action, self._changes[number]):
+            own = [self._condition(*each, True) for each in conditions]
+            condition = self._all([*self._needed(action), *own])
             if condition != _FALSE:
                 ways.append(condition)
                 self._made.setdefault(condition, []).append((action, number))
+        if ways:
+            self._makers[number][action] = ways
+        return bool(ways)
+
+    def _needed(self, action: Action) -> list[int]:
+        """The conditions under which an action is carried out."""
+        found = self._needs.get(action)
+        if found is None:
+            needs = self._flips.needs(action)
+            found = self._needs[action] = [self._condition(*each, True) for each in needs]
+        return found
 
     def _condition(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
         """The number of a condition."""
@@ -255,7 +263,7 @@ class _Relaxation:
             known = self._numbers[change] = number, None
             self._changes[number] = change
             self._makers[number] = {}
-            self._fresh.append(number)
+            self._tried[number] = 0
         return known[0]
 
     def _all(self, parts: Iterable[int]) -> int:
@@ -313,14 +321,22 @@ class Landmarks:
         steps: Iterable[Action],
         cuts: Iterable[Cut] = (),
     ) -> None:
-        self._relaxation = _Relaxation(flips, initial, steps)
-        self._goal = self._relaxation.goal(goals)
+        self._given = flips, initial, steps
+        self._goals = goals
         self.cuts: list[Cut] = []
         self._hits: dict[Action, int] = {}
         self._fewest: dict[int, tuple[int, tuple[Action, ...]]] = {0: (0, ())}
         self._done: set[frozenset[Action]] = set()
         for cut in filter(None, cuts):
             self._take(cut)
+
+    @cached_property
+    def _relaxation(self) -> _Relaxation:
+        return _Relaxation(*self._given)
+
+    @cached_property
+    def _goal(self) -> int:
+        return self._relaxation.goal(self._goals)
 
     def _take(self, cut: Iterable[Action]) -> None:
         bit = 1 << len(self.cuts)

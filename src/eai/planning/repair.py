@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby, product
+from math import inf
 from typing import NamedTuple, TypeAlias
 
 from eai.planning.effect_schema import Change
@@ -26,12 +27,9 @@ from eai.world.state import State
 Plan: TypeAlias = Sequence["Action | None"]
 """The steps of a plan as they are written; None is one that means nothing."""
 
-_EXACT, _GREEDY, _WALKING, _UNDOING = 0.75, 0.075, 0.075, 0.025
-"""The parts of the effort: for fewest edits, for any edits, for the ways through a plan, and for each repair
-that is found to do without some of its edits."""
-
-_WEIGHT = 3
-"""The weight of what a plan lacks in the search for any edits."""
+_SOON, _EXACT, _WALKING, _UNDOING = 0.03, 0.7, 0.075, 0.025
+"""The parts of the effort: for fewest edits before any edits are looked for and in all, for the ways through
+a plan, and for each repair that is found to do without some of its edits."""
 
 _STATES = 300
 """The states that a planner may reach that finishes a plan."""
@@ -42,6 +40,9 @@ start, which it does once a task."""
 
 _WALKS, _ENABLING = 4, Limits(20, looks=2_000)
 """So many ways through a plan are followed side by side; so much is done to make a step possible."""
+
+_STEPS = 8
+"""So many steps that are taken count as one thing that is done."""
 
 _KEPT = 50_000
 """So many states are kept from one plan to the next."""
@@ -154,65 +155,63 @@ class Mender:
 
         Args:
             plan: the plan.
-            effort: what may be spent, about: steps taken, be their outcome known before or not.
+            effort: what may be spent, about; whether something was done before makes no difference.
         """
         if len(self.states) > _KEPT:
             self._forget()
         search = _Search(self, plan)
-        exact = search.run(Effort(effort.limit * _EXACT))
-        effort.used += exact.effort
-        found = [] if exact.repair is None else [exact.repair]
-        if exact.repair is None:
-            other = search.run(Effort(effort.limit * _GREEDY), _WEIGHT)
-            effort.used += other.effort
-            rest = self._finished(plan, int(min(_LOOKS * effort.limit, Limits().looks)), effort)
-            repairs = [each for each in (other.repair, *rest) if each is not None]
-            found = [self._undone(each, plan, effort) for each in repairs]
-        best = min(found, key=lambda each: cost(each).edits, default=None)
-        return exact.at_least, None if best is None else told(best)
+        best = search.run(effort.limit * _SOON)
+        if best is None:
+            looks = int(min(_LOOKS * effort.limit, Limits().looks))
+            found = [self._undone(each, plan, effort) for each in self._finished(plan, looks, effort)]
+            best = min(found, key=_edits, default=None)
+            best = search.run(effort.limit * _EXACT, _edits(best)) or best
+        effort.used += search.effort.used
+        return search.least, None if best is None else told(best)
 
     def least(self, effort: Effort) -> int:
         """So many steps every plan has that succeeds, as far as so much effort proves."""
-        found = _Search(self, ()).run(Effort(effort.limit * _EXACT))
-        effort.used += found.effort
-        return found.at_least
+        search = _Search(self, ())
+        search.run(effort.limit * _EXACT)
+        effort.used += search.effort.used
+        return search.least
 
     def _finished(self, plan: Plan, looks: int, effort: Effort) -> Iterator[Edited]:
-        """Plans that a planner finds: from where a plan leads without what fails, or mended; from the start.
+        """Repairs that need not have fewest edits: a planner goes on from where a plan leads; it begins anew.
 
         On the way on it may look at so many actions.
         """
-        entries = tuple([_Entry(i, action) for i, action in enumerate(plan)])
         own = Effort(effort.limit * _WALKING)
-        walks = [self._walk(entries, own, mends=mends) for mends in (False, True)]
+        walk = self._walk(tuple([_Entry(i, action) for i, action in enumerate(plan)]), own)
         effort.used += own.used
-        for walk in dict.fromkeys([each for each in walks if each is not None]):
-            further = self._way(walk.number, walk.taken, looks)
-            if further is not None:
-                kept = [entry.action for entry in walk.plan if entry.action is not None]
-                yield normal(_aligned(plan, (*kept, *further)))
+        further = self._way(walk.number, walk.taken, looks)
+        if further is not None:
+            kept = [entry.action for entry in walk.plan if entry.action is not None]
+            yield normal(_aligned(plan, (*kept, *further)))
         whole = self._whole(_START * looks)
         if whole is not None:
             yield normal(_aligned(plan, whole))
 
-    def _walk(self, plan: Edited, effort: Effort, *, mends: bool) -> _Walk | None:
-        """The best way through a plan: what fails is deleted, or what it needs is put before it (``mends``).
+    def _walk(self, plan: Edited, effort: Effort) -> _Walk:
+        """The best way through a plan: what fails is deleted, or what it needs is put before it.
 
-        Where steps are mended several are followed side by side; None if the effort does not last.
+        Several are followed side by side, as long as the effort lasts.
         """
         walks = [_Walk((), 0, 0)]
         for i, entry in enumerate(plan):
             found: dict[tuple[int, int], _Walk] = {}
+            mends = not effort.is_used_up
             for walk in [each for one in walks for each in self._past(one, entry, mends=mends)]:
                 known = found.setdefault(walk.reached, walk)
                 if walk.edits < known.edits:
                     found[walk.reached] = walk
-            rest = plan[i + 1 :]
-            lacks = [self.lacks(rest, _Course((w.number,), (w.taken,)), effort) for w in found.values()]
-            ranked = sorted(zip(found.values(), lacks, strict=True), key=lambda pair: pair[0].edits + pair[1])
-            walks = [walk for walk, _ in ranked[:_WALKS]]
-            if effort.is_exceeded:
-                return None
+            walks = [*found.values()]
+            if len(walks) > 1:
+                rest = plan[i + 1 :]
+                effort.used += len(rest) * len(walks)
+                lacks = [self.lacks(rest, _Course((w.number,), (w.taken,))) for w in walks]
+                ranked = sorted(zip(walks, lacks, strict=True), key=lambda pair: pair[0].edits + pair[1])
+                walks = [walk for walk, _ in ranked[:_WALKS]]
         return walks[0]
 
     def _past(self, walk: _Walk, entry: _Entry, *, mends: bool) -> Iterator[_Walk]:
@@ -255,9 +254,9 @@ class Mender:
         own = Effort(effort.limit * _UNDOING)
         trials = _with_one_undone(plan, original)
         while (trial := next(trials, None)) is not None and not own.is_used_up:
-            own.used += 1
+            own.used += 1 + len(trial) // _STEPS
             if cost(trial).edits < cost(plan).edits and self.succeeds(
-                trial, self.course(trial, _Course((0,), (0,)), 0, own)
+                trial, self.course(trial, _Course((0,), (0,)), 0)
             ):
                 plan, trials = trial, _with_one_undone(trial, original)
         effort.used += own.used
@@ -278,7 +277,7 @@ class Mender:
     def singles(self, plan: Plan) -> Iterator[Told]:
         """All single edits that make a plan succeed."""
         entries = tuple([_Entry(i, action) for i, action in enumerate(plan)])
-        course = self.course(entries, _Course((0,), (0,)), 0, Effort())
+        course = self.course(entries, _Course((0,), (0,)), 0)
         names = {name for names in self.goal.actions for name in names}
         operators = [o for o in self.domain.operators if o.effects or o.tries or o.name in names]
         first = next((i for i, action in enumerate(plan) if action is None), len(plan))
@@ -300,7 +299,7 @@ class Mender:
         """Whether the rest of a plan succeeds from a state."""
         if any(entry.action is None for entry in rest):
             return False
-        course = self.course(rest, _Course((number,), (taken,)), 0, Effort())
+        course = self.course(rest, _Course((number,), (taken,)), 0)
         return self.succeeds(rest, course)
 
     def after(self, number: int, action: Action) -> tuple[int, bool]:
@@ -337,20 +336,18 @@ class Mender:
             found = self._missed[number] = tuple(lacking)
         return found
 
-    def course(self, plan: Edited, begin: _Course, at: int, effort: Effort) -> _Course:
+    def course(self, plan: Edited, begin: _Course, at: int) -> _Course:
         """The course of a plan that is as one whose course is known before an entry.
 
         Args:
             plan: the plan.
             begin: the course of the other plan.
             at: up to which entry both are the same, and can be carried out.
-            effort: counts the steps.
         """
         states, taken = list(begin.states[: at + 1]), list(begin.taken[: at + 1])
         for _, action in plan[at:]:
             number, met = states[-1], taken[-1]
             if action is not None:
-                effort.used += 1
                 number, executed = self.after(number, action)
                 if number == _FATAL:
                     break
@@ -366,12 +363,11 @@ class Mender:
         taking = [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
         return Landmarks(self.flips, self.initial, self.missed(0), steps, taking)
 
-    def lacks(self, plan: Edited, course: _Course, effort: Effort) -> int:
+    def lacks(self, plan: Edited, course: _Course) -> int:
         """How many steps fail and goals are missed where steps that fail are passed over."""
         number, taken, failed = course.states[-1], course.taken[-1], 0
         for _, action in plan[len(course.states) - 1 :]:
             if action is not None:
-                effort.used += 1
                 after, executed = self.after(number, action)
                 failed += after == _FATAL
                 number = number if after == _FATAL else after
@@ -408,13 +404,8 @@ class _Conflicts:
         self._fatal: dict[tuple[int, Action], Changes] = {}
         self._lacking: dict[int, list[Changes]] = {}
 
-    def edits(self, plan: Edited, course: _Course) -> Iterator[_Edit]:
+    def edits(self, plan: Edited, course: _Course) -> list[_Edits]:
         """The edits one of which every repair of a plan has, as far as those of others are none of it."""
-        for place, actions in self._fewest(plan, course):
-            for action in actions:
-                yield _Edit(place, action)
-
-    def _fewest(self, plan: Edited, course: _Course) -> list[_Edits]:
         at = len(course.states) - 1
         if at < len(plan) and (action := plan[at].action) is not None:
             own: list[_Edits] = [(at, (None,))] if plan[at].is_kept else []
@@ -551,6 +542,10 @@ class _Cost(NamedTuple):
     deletions: int
     insertions: int
 
+    def with_steps(self, number: int) -> int:
+        """The number of edits at least where so many steps are put in besides."""
+        return self.edits + max(0, number - self.deletions)
+
 
 def cost(plan: Edited) -> _Cost:
     """The cost of an edited plan: a deleted and an inserted step between two kept ones are one edit."""
@@ -568,6 +563,11 @@ def cost(plan: Edited) -> _Cost:
     return _Cost(edits, deletions, insertions)
 
 
+def _edits(plan: Edited | None) -> float:
+    """The number of edits in an edited plan; infinite if there is none."""
+    return inf if plan is None else cost(plan).edits
+
+
 def _replaceable(plan: Edited) -> Iterator[int]:
     """The kept steps that are deleted for nothing, as one more is inserted before each than is deleted."""
     surplus = 0
@@ -579,14 +579,6 @@ def _replaceable(plan: Edited) -> Iterator[int]:
 
 _END = _Entry(0, Action("", ()))
 """Stands for a step that is kept."""
-
-
-class _Outcome(NamedTuple):
-    """The outcome of a search: how many edits every repair has, one that was found, and the effort."""
-
-    at_least: int
-    repair: Edited | None
-    effort: int
 
 
 def told(plan: Edited) -> tuple[Told, ...]:
@@ -638,7 +630,8 @@ class _Node(NamedTuple):
         open: the landmarks that it lacks, as a mask.
         known: how many landmarks were known then.
         lacking: how many steps it lacks at least, as they show.
-        fails: whether it is known not to succeed.
+        least: how many edits it takes at least, as far as that is known otherwise.
+        edits: the edits that were put off, as they take more.
     """
 
     plan: Edited
@@ -649,12 +642,13 @@ class _Node(NamedTuple):
     open: int
     known: int
     lacking: int
-    fails: bool = False
+    least: int = 0
+    edits: Sequence[_Edits] = ()
 
     @property
     def at_least(self) -> int:
         """How many edits all repairs have that have those of the plan."""
-        return self.cost.edits + max(0, max(self.lacking, self.fails) - self.cost.deletions)
+        return max(self.least, self.cost.with_steps(self.lacking))
 
 
 class _Queue:
@@ -662,12 +656,10 @@ class _Queue:
 
     Args:
         effort: counts them.
-        weight: how much it counts that a plan seems to lack a step, beside an edit that it has.
     """
 
-    def __init__(self, effort: Effort, weight: int) -> None:
+    def __init__(self, effort: Effort) -> None:
         self.effort = effort
-        self._weight = weight
         self._waiting: OpenList[_Node] = OpenList()
         self._seen: set[tuple[Edited, bool]] = set()
         self._pushed = 0
@@ -682,8 +674,7 @@ class _Queue:
         """Put a plan where its rank says, though it is not new."""
         self._pushed += 1
         self.effort.used += self._pushed % _PUSHES == 0
-        rank = node.at_least + self._weight * node.lacks
-        self._waiting.push(node, rank, node.lacks, -self._pushed)
+        self._waiting.push(node, node.at_least, node.lacks, -self._pushed)
 
     def pop(self) -> _Node | None:
         """Take the plan that comes next."""
@@ -691,72 +682,126 @@ class _Queue:
 
 
 class _Search:
-    """The search for the repairs of one plan.
+    """The search for the repairs of one plan, which can be gone on with.
 
     Args:
         mender: that of the task.
         plan: the plan.
+
+    Attributes:
+        effort: what is spent.
+        least: how many edits every repair has at least.
     """
 
     def __init__(self, mender: Mender, plan: Plan) -> None:
         self._world = mender
         self._conflicts = _Conflicts(mender)
-        self.plan = tuple([_Entry(i, action) for i, action in enumerate(plan)])
         self._landmarks = mender.landmarks(plan)
         self._steps = frozenset([step for step in plan if step is not None])
+        self.effort = Effort()
+        self.least = 0
+        self._queue = _Queue(self.effort)
+        start = tuple([_Entry(i, action) for i, action in enumerate(plan)])
+        self._queue.push(_Node(start, _Course((0,), (0,)), 0, 0, cost(start), 0, -1, 0))
 
-    def run(self, effort: Effort, weight: int = 0) -> _Outcome:
-        """Search best first.
+    def run(self, limit: float, known: float = inf) -> Edited | None:
+        """Search best first, or go on with it; the repair with fewest edits if one is found.
 
         Args:
-            effort: what may be spent.
-            weight: how much it counts that a plan seems to lack a step, beside an edit that it has; with any
-                the repair that is found need not have fewest edits.
+            limit: what may be spent in all.
+            known: the number of edits of a repair that is known; only those with fewer are looked for.
         """
-        queue = _Queue(effort, weight)
-        queue.push(_Node(self.plan, _Course((0,), (0,)), 0, 0, cost(self.plan), 0, -1, 0))
-        least = 0
-        while (node := queue.pop()) is not None:
-            informed = self._informed(node, None if weight else effort)
+        self.effort.limit = limit
+        while self.least < known and (node := self._queue.pop()) is not None:
+            informed = self._informed(node)
             if informed.at_least > node.at_least:
-                queue.push_again(informed)
+                self._queue.push_again(informed)
                 continue
-            node = informed
-            least = max(least, node.at_least)
-            if effort.is_used_up:
+            self.least = max(self.least, node.at_least)
+            if self.effort.is_used_up:
+                self._queue.push_again(informed)
                 break
             if node.at < 0:
-                if not self._expand(node, queue):
-                    break
-            elif self._carry_out(node, queue):
-                return _Outcome(least, node.plan, effort.used)
-        return _Outcome(least, None, effort.used)
+                self._expand(informed)
+            elif self._carry_out(informed):
+                return node.plan
+        self.least = int(min(self.least, known))
+        return None
 
-    def _carry_out(self, node: _Node, queue: _Queue) -> bool:
+    def _carry_out(self, node: _Node) -> bool:
         """Whether a plan succeeds; else it is to be gone on with, and so is what takes no edit more."""
-        course = self._world.course(node.plan, node.course, node.at, queue.effort)
+        self.effort.used += 1 + len(node.plan) // _STEPS
+        course = self._world.course(node.plan, node.course, node.at)
         if self._world.succeeds(node.plan, course):
             return True
-        lacks = self._world.lacks(node.plan, course, queue.effort)
-        queue.push(node._replace(course=course, at=-1, lacks=lacks, fails=True))
+        lacks = self._world.lacks(node.plan, course)
+        self._queue.push(node._replace(course=course, at=-1, lacks=lacks, least=node.cost.with_steps(1)))
         for place in _replaceable(node.plan):
             if place < len(course.states):
-                queue.push(self._child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
+                self._queue.push(self._child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
         return False
 
-    def _expand(self, node: _Node, queue: _Queue) -> bool:
-        """Whether there was effort enough for all edits that may help; else what is left proves nothing."""
-        queue.effort.used += _CONFLICT
-        for edit in self._conflicts.edits(node.plan, node.course):
-            if queue.effort.is_used_up:
-                return False
-            queue.push(self._child(node, edit)._replace(fails=self._is_idle(node, edit)))
-        return True
+    def _expand(self, node: _Node) -> None:
+        """Go on with the edits that may help a plan; those that make it take more than it does come later.
 
-    def _informed(self, node: _Node, effort: Effort | None = None) -> _Node:
-        """A plan with what all landmarks show that are known; with effort more of them are looked for."""
+        Most are never asked for then (partial expansion, Yoshizumi, Miura and Ishida 2000).
+        """
+        edits = node.edits or self._conflicts.edits(node.plan, node.course)
+        self.effort.used += 0 if node.edits else _CONFLICT
+        lacking: dict[Action | None, int] = {}
+        ranks: set[int] = set()
+        for place, actions in edits:
+            if self.effort.is_used_up:
+                self._queue.push_again(node)
+                return
+            if None in actions:
+                child = self._child(node, _Edit(place, None))
+                ranks.add(child.at_least)
+                if child.at_least <= node.at_least:
+                    self._queue.push(child)
+            elif actions:
+                ranks |= self._insert(node, place, actions, lacking)
+        if ranks and max(ranks) > node.at_least:
+            self._queue.push_again(node._replace(edits=edits, least=node.at_least + 1))
+
+    def _insert(
+        self,
+        node: _Node,
+        place: int,
+        actions: Sequence[Action | None],
+        lacking: dict[Action | None, int],
+    ) -> set[int]:
+        """Go on with what takes no more edits where one of some actions is put in; how many they take each.
+
+        ``lacking`` keeps how many steps the plan lacks with each of them.
+        """
+        costs = self._cost(node, _Edit(place, actions[0]))
+        ranks: set[int] = set()
+        for action in actions:
+            number = lacking.get(action)
+            if number is None:
+                lacked = node.open & ~self._landmarks.hits(action)
+                number = lacking[action] = self._landmarks.lacking(lacked)
+            rank = costs.with_steps(number)
+            if rank <= node.at_least and rank < costs.with_steps(1) and self._is_idle(node, place, action):
+                rank += 1
+            ranks.add(rank)
+            if node.least * bool(node.edits) <= rank <= node.at_least:
+                self._queue.push(self._child(node, _Edit(place, action)))
+        return ranks
+
+    def _cost(self, node: _Node, edit: _Edit) -> _Cost:
+        """The cost of a plan after one more edit, whatever action it is about."""
+        if not _stands_alone(node.plan, edit):
+            return cost(normal(edited(node.plan, edit)))
+        edits, deletions, insertions = node.cost
+        inserts = edit.action is not None
+        return _Cost(edits + 1, deletions + (not inserts), insertions + inserts)
+
+    def _informed(self, node: _Node) -> _Node:
+        """A plan with what all landmarks show that are known, of which more are looked for."""
         known = self._landmarks
-        looks = effort if effort is not None and effort.used > _EASY else Effort(0)
+        looks = self.effort if self.effort.used > _EASY else Effort(0)
         known.refine(self._steps, looks)
         if node.at >= 0 and node.known == len(known.cuts):
             return node
@@ -768,14 +813,10 @@ class _Search:
 
     def _child(self, node: _Node, edit: _Edit) -> _Node:
         """A plan after one more edit, to be carried out."""
-        child, (edits, deletions, insertions) = edited(node.plan, edit), node.cost
+        child, costs = edited(node.plan, edit), self._cost(node, edit)
         at = min(edit.place, len(node.course.states) - 1)
-        if _stands_alone(node.plan, edit):
-            inserts = edit.action is not None
-            costs = _Cost(edits + 1, deletions + (not inserts), insertions + inserts)
-        else:
+        if not _stands_alone(node.plan, edit):
             child = normal(child)
-            costs = cost(child)
             same = zip(child, node.plan, strict=False)
             at = min(at, next((i for i, (a, b) in enumerate(same) if a != b), at))
         lacked = node.open
@@ -786,20 +827,17 @@ class _Search:
         lacking = node.lacking if lacked == node.open else self._landmarks.lacking(lacked)
         return _Node(child, node.course, at, node.lacks, costs, lacked, node.known, lacking)
 
-    def _is_idle(self, node: _Node, edit: _Edit) -> bool:
+    def _is_idle(self, node: _Node, place: int, action: Action | None) -> bool:
         """Whether an inserted step cannot be carried out where it stands, or changes nothing there."""
-        place, action = edit
         if action is None or node.cost.insertions:
             return False
-        course = node.course
-        before, taken = course.states[place], course.taken[place]
+        before, taken = node.course.states[place], node.course.taken[place]
         after, executed = self._world.after(before, action)
-        return after == _FATAL or (
-            after == before and not (executed and self._world.takes(taken, action) > taken)
-        )
+        takes = executed and self._world.takes(taken, action) > taken
+        return after == _FATAL or (after == before and not takes)
 
 
-_EASY = 250
+_EASY = 60
 """With so much effort no landmarks are looked for yet, as many plans take one edit."""
 
 _PUSHES = 4
