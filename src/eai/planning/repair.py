@@ -747,7 +747,7 @@ class _Search:
         Most are never asked for then (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
         edits = node.edits or self._conflicts.edits(node.plan, node.course)
-        self.effort.used += 0 if node.edits else _CONFLICT
+        self.effort.used += 0 if node.edits else _CONFLICT * len(node.course.states)
         lacking: dict[Action | None, int] = {}
         ranks: set[int] = set()
         for place, actions in edits:
@@ -775,7 +775,8 @@ class _Search:
 
         ``lacking`` keeps how many steps the plan lacks with each of them.
         """
-        costs = self._cost(node, _Edit(place, actions[0]))
+        self.effort.used += len(actions) // _EDITS
+        costs, most = self._cost(node, _Edit(place, actions[0])), node.at_least
         ranks: set[int] = set()
         for action in actions:
             number = lacking.get(action)
@@ -783,10 +784,10 @@ class _Search:
                 lacked = node.open & ~self._landmarks.hits(action)
                 number = lacking[action] = self._landmarks.lacking(lacked)
             rank = costs.with_steps(number)
-            if rank <= node.at_least and rank < costs.with_steps(1) and self._is_idle(node, place, action):
+            if rank <= most and rank < costs.with_steps(1) and self._is_idle(node, place, action):
                 rank += 1
             ranks.add(rank)
-            if node.least * bool(node.edits) <= rank <= node.at_least:
+            if node.least * bool(node.edits) <= rank <= most:
                 self._queue.push(self._child(node, _Edit(place, action)))
         return ranks
 
@@ -843,8 +844,8 @@ _EASY = 60
 _PUSHES = 4
 """So many plans are put into a queue with the effort of a step."""
 
-_CONFLICT = 20
-"""The effort of taking a conflict apart, beside that of a step."""
+_CONFLICT, _EDITS = 5, 80
+"""The effort of taking a conflict apart for each step before it; so many edits are looked at for one more."""
 
 
 def _stands_alone(plan: Edited, edit: _Edit) -> bool:
