@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 
-SELDOM = 100_000
+SELDOM = 300_000
 """After how many new objects the collector looks through them; by itself it does so after some hundreds."""
 
 
