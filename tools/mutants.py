@@ -221,6 +221,7 @@ class Trial:
         python = [self.folder / "src", ROOT / "tests", ROOT / "tools"]
         given = {
             "PYTHONPATH": os.pathsep.join(map(str, python)),
+            "PYTHONDONTWRITEBYTECODE": "1",  # which is taken for that of a mutant written in the same second
             "QUICK_FIRST": str(self.known),
             "QUICK_SECONDS": str(self.seconds),
             "QUICK_NEAR": os.pathsep.join(each.relative_to(ROOT).as_posix() for each in first),
