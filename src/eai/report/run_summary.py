@@ -7,13 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.verdict import NOTHING
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, per_success, spent
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import Rate
-from eai.results.summary import cases_by_metric
+from eai.results.summary import cases_of
 from eai.results.totals import Totals
 from eai.scoring.runs import Run, RunKey
 
@@ -61,15 +60,12 @@ def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
 def summary_of(run: Run) -> RunSummary:
     """The summary of a run."""
     key = run.key
-    verdicts = [record.verdict for record in run.records]
-    totals = Totals()
-    contributed = [(record, totals.add(record)) for record in run.records]
-    void = dict.fromkeys(totals.void, NOTHING)
-    cases = cases_by_metric((record, {**shares, **void} if shares else {}) for record, shares in contributed)
+    reasons = [record.verdict.excluded for record in run.records]
+    totals, cases = Totals.of(run.records), cases_of(run.records, key.ability)
     return RunSummary(
         key,
         totals.coverage,
-        dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
+        dict(Counter(reason for reason in reasons if reason is not None)),
         sum(bool(record.repairs) for record in run.records),
         totals.planners,
         totals.errata,

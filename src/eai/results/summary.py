@@ -6,7 +6,7 @@ average performance of a model in a domain is as the paper has it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -46,14 +46,10 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
     """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
     scored = [record for record in records if record.verdict.excluded is None]
-    return cases_by_metric(zip(scored, contributions([r.verdict for r in scored], ability), strict=True))
-
-
-def cases_by_metric(contributed: Iterable[tuple[Record, Shares]]) -> dict[str, list[Case]]:
-    """The cases of each metric, in order, from what records contribute."""
+    contributed = contributions([record.verdict for record in scored], ability)
     return grouped(
         (metric, Case(task, name, share))
-        for record, shares in contributed
+        for record, shares in zip(scored, contributed, strict=True)
         for task, name in [(record.task_id, name_of(record))]
         for metric, share in shares.items()
     )

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import Shares
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
 
@@ -61,8 +60,8 @@ class Totals:
             totals.add(record)
         return totals
 
-    def add(self, record: Record) -> Shares:
-        """Add a record; returns what it contributes, nothing if it is excluded."""
+    def add(self, record: Record) -> None:
+        """Add a record."""
         verdict = record.verdict
         if self.head is None:
             self.head = replace(record, response="", explanation=None, attempts=())
@@ -75,13 +74,10 @@ class Totals:
         if verdict.left_to is not None:
             self.left[verdict.left_to] += 1
         self._became({record.task_id: _fate(record)})
-        if verdict.excluded is not None:
-            return {}
-        declared = declaration_of(record.ability)
-        self.void.update(declared.void(verdict))
-        shares = declared.contributions(verdict)
-        add_up(self.sums, shares)
-        return shares
+        if verdict.excluded is None:
+            declared = declaration_of(record.ability)
+            self.void.update(declared.void(verdict))
+            add_up(self.sums, declared.contributions(verdict))
 
     def merge(self, later: Totals) -> None:
         """Add those of a later part of the run."""
