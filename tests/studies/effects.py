@@ -44,8 +44,7 @@ def answers(generator: random.Random, sizes: Sequence[int]) -> list[Answer]:
 def log_odds(run: Sequence[Answer]) -> Estimate:
     """The effect of the cofactor, as the adjusted table has it."""
     columns = np.array([[e.cofactor, *(float(e.model == m) for m in range(MODELS))] for e in run])
-    found = fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])
-    return Estimate(None) if found is None else found[0]
+    return fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])[0]
 
 
 def correlation(run: Sequence[Answer]) -> Estimate:

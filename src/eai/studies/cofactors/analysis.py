@@ -10,23 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from statistics import fmean
-from typing import NamedTuple
+from typing import TypeAlias
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.verdict import of_all
+from eai.abilities.verdict import Share, of_all
 from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import (
     MEASURES,
     MODEL,
     SUITE,
-    TOGETHER,
     AnswerLine,
     GoalLine,
     Line,
     Measure,
     StepLine,
     SuiteKey,
+    by_model,
     by_run,
     by_suite,
     case_of,
@@ -62,6 +62,9 @@ FEATURES = (
 FEW = 5
 """A bin with fewer tasks says little."""
 
+_Suites: TypeAlias = Mapping[SuiteKey, Sequence[AnswerLine]]
+_ShareOf: TypeAlias = Callable[[AnswerLine], Share]
+
 _MOST_BINS = 8
 _NICE = (1, 2, 5)
 
@@ -90,24 +93,18 @@ def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = "scor
         width: how many lengths of the annotated plan stand together; 10 are the paper's bins.
         measure: what features are set against.
     """
-    suites: dict[SuiteKey, list[_Counted]] = {}
-    for suite, answers in by_suite(tables.answers).items():
-        counted = [_Counted(answer, case_of(answer, MEASURES[measure](answer))) for answer in answers]
-        suites[suite] = [each for each in counted if each.case.share.denominator]
+    suites, share_of = by_suite(tables.answers), MEASURES[measure]
+    judged = {
+        suite: [answer for answer in answers if share_of(answer).denominator]
+        for suite, answers in suites.items()
+    }
     return [
-        _adjusted(by_suite(tables.answers)),
-        _correlations(suites),
-        _curves(suites, width),
+        _adjusted(suites),
+        _correlations(judged, share_of),
+        _curves(judged, share_of, width),
         _by_action(tables.steps),
         _by_predicate(tables.goals),
     ]
-
-
-class _Counted(NamedTuple):
-    """An answer with what it adds to the measure."""
-
-    answer: AnswerLine
-    case: Case
 
 
 def bins_of(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
@@ -133,7 +130,7 @@ def _decade(value: int) -> tuple[int, int]:
 
 
 @table_of("curves", (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"))
-def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int, few: int = FEW) -> Iterator[Row]:
+def _curves(suites: _Suites, share_of: _ShareOf, width: int, few: int = FEW) -> Iterator[Row]:
     """Score by feature.
 
     The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both bounds
@@ -142,59 +139,50 @@ def _curves(suites: Mapping[SuiteKey, Sequence[_Counted]], width: int, few: int 
     than {few} tasks. Intervals have the names of tasks as units.
     """
     for suite, answers in suites.items():
-        models = _by_model(answers)
+        models = by_model(answers)
         for feature in FEATURES:
-            values = [number for each in answers if (number := getattr(each.answer, feature)) is not None]
-            if len(set(values)) > 1:
+            values = {value for each in answers if (value := getattr(each, feature)) is not None}
+            if len(values) > 1:
                 bin_of = bins_of(feature, values, width)
-                bins = {value: bin_of(value) for value in set(values)}
                 for model, found in models.items():
-                    yield from [(*suite, model, feature, *row) for row in _curve(feature, found, bins, few)]
+                    known = [(value, a) for a in found if (value := getattr(a, feature)) is not None]
+                    binned = grouped((bin_of(value), case_of(a, share_of(a))) for value, a in known)
+                    yield from [(*suite, model, feature, *row) for row in _curve(binned, few)]
 
 
-def _curve(
-    feature: str, answers: Iterable[_Counted], bins: Mapping[int, tuple[int, int]], few: int
-) -> Iterator[Row]:
-    known = ((getattr(answer, feature), case) for answer, case in answers)
-    binned = grouped((bins[value], case) for value, case in known if value is not None)
+def _curve(binned: Mapping[tuple[int, int], Sequence[Case]], few: int) -> Iterator[Row]:
     for (low, high), cases in sorted(binned.items()):
         tasks = len({case.task for case in cases})
         yield low, high, Estimate.of(cases), tasks, tasks < few
 
 
-def _by_model(answers: Sequence[_Counted]) -> dict[str, list[_Counted]]:
-    """The answers of each model, as `by_model` has lines."""
-    models = grouped((each.answer.agent, each) for each in answers)
-    return models if len(models) < 2 else {TOGETHER: [*answers], **models}
-
-
 @table_of("correlations", (*SUITE, MODEL, "feature", "rho", "tasks"))
-def _correlations(suites: Mapping[SuiteKey, Sequence[_Counted]]) -> Iterator[Row]:
+def _correlations(suites: _Suites, share_of: _ShareOf) -> Iterator[Row]:
     """Rank correlations.
 
     Spearman's correlation of a task's score (its mean over models, where they are together) with each
     feature. Intervals are a jackknife over names.
     """
     for suite, answers in suites.items():
-        for model, found in _by_model(answers).items():
-            yield from [(*suite, model, *row) for row in _correlated(found)]
+        for model, found in by_model(answers).items():
+            yield from [(*suite, model, *row) for row in _correlated(found, share_of)]
 
 
-def _correlated(answers: Iterable[_Counted]) -> Iterator[Row]:
+def _correlated(answers: Iterable[AnswerLine], share_of: _ShareOf) -> Iterator[Row]:
     """For each feature that varies its name, its correlation with the scores of tasks, and their number."""
-    tasks = grouped((each.answer.task, each) for each in answers)
-    scores = {t: fmean(Rate(*e.case.share).share or 0 for e in found) for t, found in tasks.items()}
+    tasks = grouped((each.task, each) for each in answers)
+    scores = {t: fmean(Rate(*share_of(a)).share or 0 for a in found) for t, found in tasks.items()}
     for feature in FEATURES:
-        values = {task: getattr(found[0].answer, feature) for task, found in tasks.items()}
+        values = {task: getattr(found[0], feature) for task, found in tasks.items()}
         known = {task: value for task, value in values.items() if value is not None}
         if len(set(known.values())) > 1:
-            names = [tasks[task][0].answer.name for task in known]
+            names = [tasks[task][0].name for task in known]
             rho = rank_correlation([scores[task] for task in known], list(known.values()), names)
             yield feature, rho, len(known)
 
 
 @table_of("adjusted", (*SUITE, "feature", "alone", "together", "answers", "names"))
-def _adjusted(suites: Mapping[SuiteKey, Sequence[AnswerLine]]) -> Iterator[Row]:
+def _adjusted(suites: _Suites) -> Iterator[Row]:
     """Adjusted effects.
 
     Log odds of success per standard deviation of a feature among tasks, in a logistic regression with an
@@ -227,17 +215,13 @@ def adjusted(answers: Sequence[AnswerLine]) -> Iterator[Row]:
     whole = fit_logit(np.column_stack([*spread.values(), dummies]), success, clusters)
     for number, (name, values) in enumerate(spread.items()):
         alone = fit_logit(np.column_stack([values, dummies]), success, clusters)
-        yield name, _effect(alone, 0), _effect(whole, number), len(rows), len(set(clusters))
+        yield name, alone[0], whole[number], len(rows), len(set(clusters))
 
 
 def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
     """The models that succeed in some tasks and fail in others; the rest says nothing about tasks."""
     outcomes = grouped((answer.agent, bool(answer.success)) for answer in answers)
     return [model for model, found in outcomes.items() if len({*found}) == 2]
-
-
-def _effect(effects: Sequence[Estimate] | None, number: int) -> Estimate:
-    return Estimate(None) if effects is None else effects[number]
 
 
 @table_of("by_action", (*SUITE, MODEL, "action", "executed", "tasks"))

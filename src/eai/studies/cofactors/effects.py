@@ -72,8 +72,8 @@ def _pearson(sums: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def fit_logit(
     columns: NDArray[np.float64], success: NDArray[np.float64], clusters: Sequence[str]
-) -> list[Estimate] | None:
-    """The effects of columns on success; None if there is no maximum, or fewer than two clusters.
+) -> list[Estimate]:
+    """The effects of columns on success; of nothing if there is no maximum, or fewer than two clusters.
 
     Args:
         columns: one row an observation, one column a cofactor; a constant is one of them if there is to be
@@ -86,15 +86,13 @@ def fit_logit(
     estimate = _maximum(columns, success)
     names = sorted(set(clusters))
     if estimate is None or len(names) < 2:
-        return None
+        return [Estimate(None)] * columns.shape[1]
     fitted = 1 / (1 + np.exp(-columns @ estimate))
     weights = fitted * (1 - fitted)
     information = columns.T @ (columns * weights[:, None])
-    place = {name: number for number, name in enumerate(names)}
-    member = np.array([place[name] for name in clusters])
-    changes = []
-    for number in range(len(names)):
-        rows = member == number
+    cluster_of, changes = np.array(clusters), []
+    for name in names:
+        rows = cluster_of == name
         part = columns[rows]
         left = information - part.T @ (part * weights[rows][:, None])
         changes.append(-np.linalg.pinv(left) @ (part.T @ (success[rows] - fitted[rows])))
