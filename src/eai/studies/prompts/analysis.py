@@ -16,14 +16,13 @@ from itertools import combinations, product
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.record import Record
-from eai.abilities.verdict import NOTHING, Share
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.breakdown import outcome
-from eai.results.certainty import Case, Cases
+from eai.results.certainty import Cases
 from eai.results.comparison import compare
 from eai.results.rate import Rate, rate_of
-from eai.results.summary import contributions, name_of
+from eai.results.summary import cases_of, share_of
 from eai.results.table import Estimate, Row, Table, table_of
 
 _ROUNDING = 1e-9
@@ -136,18 +135,7 @@ class _Matrix:
     def cases(self, prompt: str, model: str) -> Cases:
         """The cases that tasks add to a cell."""
         records = self.records[prompt, model]
-        shares = contributions([record.verdict for record in records], records[0].ability)
-        return [
-            Case(record.task_id, name_of(record), share.get(self.metric, NOTHING))
-            for record, share in zip(records, shares, strict=True)
-        ]
-
-    def format_errors(self, prompt: str, model: str) -> Cases:
-        """The cases that tasks add to the rate of answers that cannot be read."""
-        return [
-            Case(record.task_id, name_of(record), Share(int(outcome(record) is AnswerOutcome.PARSING), 1))
-            for record in self.records[prompt, model]
-        ]
+        return cases_of(records, records[0].ability)[self.metric]
 
     @property
     def tasks(self) -> int:
@@ -221,8 +209,9 @@ def _cells(matrix: _Matrix) -> Iterator[Row]:
     units.
     """
     for prompt, model in product(matrix.prompts, matrix.models):
-        cases, errors = matrix.cases(prompt, model), matrix.format_errors(prompt, model)
-        yield (prompt, model, Estimate.of(cases), Estimate.of(errors))
+        records = matrix.records[prompt, model]
+        unreadable = [outcome(record) is AnswerOutcome.PARSING for record in records]
+        yield (prompt, model, Estimate.of(matrix.cases(prompt, model)), share_of(records, unreadable))
 
 
 @table_of("prompt_agreement", ("one", "other", "tau", "shared_top", "concordance"))
