@@ -9,7 +9,6 @@ import pytest
 from eai.abilities.experiment import Experiment
 from eai.abilities.record import Record, Stated
 from eai.abilities.verdict import Confusion
-from eai.errors import InputError
 from eai.results.table import Cell, Estimate, Table
 from eai.studies.pipeline.analysis import Pipeline, _Believed, pooled
 from report.samples import RIGHT, WRONG, action_run
@@ -120,15 +119,3 @@ def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> N
 )
 def test_how_right_goals_are(stated: tuple[Confusion, str]) -> None:
     assert _Believed.of(Stated("0", stated[0])) is _Believed[stated[1]]
-
-
-def test_records_that_do_not_belong_together() -> None:
-    plain = action_run()
-    for one, other, why in (
-        (plain, plain, "expected records of a pipeline"),
-        (piped(plain), piped(plain), "expected plain records"),
-        (plain, piped(action_run(protocol="eai-1.0.5")), "one domain, ability and protocol"),
-        ([], piped(plain), "one domain, ability and protocol"),
-    ):
-        with pytest.raises(InputError, match=why):
-            Pipeline(one, other, {}, {}, {})

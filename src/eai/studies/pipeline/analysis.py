@@ -79,9 +79,6 @@ class Pipeline:
         asked: the predicates of the conditions that each task asks for, by its id, and whether its goals
             lack each; empty if not known.
         paper: the figures of the paper for the model, by metric: modular and pipeline.
-
-    Raises:
-        InputError: the records do not belong together.
     """
 
     modular: Sequence[Record]
@@ -89,17 +86,6 @@ class Pipeline:
     reachable: Mapping[str, bool]
     asked: Mapping[str, Sequence[tuple[str, bool]]]
     paper: Mapping[str, tuple[float | None, float | None]]
-
-    def __post_init__(self) -> None:
-        one, other = (
-            {(r.protocol, r.domain, r.ability) for r in side} for side in (self.modular, self.pipeline)
-        )
-        if len(one) != 1 or one != other:
-            raise InputError("expected records of one domain, ability and protocol on both sides")
-        if any(record.experiment is not None for record in self.modular):
-            raise InputError("expected plain records on the modular side, found an experiment")
-        if any(r.experiment is None or r.experiment.goals_from is None for r in self.pipeline):
-            raise InputError("expected records of a pipeline on the other side; eai score --goals makes them")
 
     @property
     def suite(self) -> SuiteKey:
