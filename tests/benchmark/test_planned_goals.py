@@ -9,7 +9,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import noisy_answer, open_answer_book, open_planned_book
+from eai.benchmark.gold_answers import believing, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
@@ -47,7 +47,7 @@ def test_success_is_entailment(
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
     ids = [i for i in suite.task_ids if not suite.tasks[i].goals_of(GoalKind.ACTION)][::every]
     answers = noisy(benchmark, ids, source)
-    book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, source, answers)
+    book = open_planned_book(believing(benchmark, answers), Ability.ACTION_SEQUENCING, source)
     entailed, solved = set(), set()
     for task_id in ids:
         task, plan = suite.tasks[task_id], book[task_id]

@@ -155,7 +155,6 @@ def open_planned_book(
     benchmark: Benchmark,
     ability: Ability,
     source: Source | None = None,
-    stated: Mapping[str, str] | None = None,
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
@@ -167,8 +166,6 @@ def open_planned_book(
         benchmark: the benchmark.
         ability: the ability.
         source: where its data comes from; the user's default store if None.
-        stated: answers to goal interpretation, by task id, whose goals are to be reached instead of the
-            tasks'; goals that name what does not exist are passed over.
         limits: how much the search for a plan of action sequencing may do.
         find: how that is looked for.
 
@@ -177,8 +174,6 @@ def open_planned_book(
         DataError: the data cannot be had.
     """
     source = source or Source()
-    if stated:
-        benchmark = believing(benchmark, stated)
     match ability:
         case Ability.ACTION_SEQUENCING:
             return _plans(benchmark, source, scripts=False, limits=limits, find=find)
@@ -210,7 +205,7 @@ def planned_answer(
 
 
 def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
-    """The benchmark whose tasks have the goals that answers state, as far as they mean something."""
+    """The benchmark whose tasks have the goals that answers state, by id, as far as they mean something."""
 
     def open_tasks(source: Source) -> TaskSet[Task]:
         tasks = benchmark.open_tasks(source)

@@ -23,7 +23,7 @@ from eai.abilities.responses import file_name
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import of_all
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import open_planned_book
+from eai.benchmark.gold_answers import believing, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.grouping import grouped
@@ -321,8 +321,8 @@ def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search:
 def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:
     """Whether a plan for the stated goals, where there is one, reaches those of the task."""
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=source)
-    limits = Limits(_EFFORT)
-    book = open_planned_book(benchmark, Ability.ACTION_SEQUENCING, source, answers, limits)
+    stated = believing(benchmark, answers)
+    book = open_planned_book(stated, Ability.ACTION_SEQUENCING, source, Limits(_EFFORT))
     for task_id in suite.task_ids:
         if task_id in answers:
             success = getattr(suite.score(task_id, book[task_id].text), "success", False)
