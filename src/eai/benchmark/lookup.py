@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import eai.logic.formula as f
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon, write_goals
@@ -36,14 +36,6 @@ from eai.world.domain import Domain
 from eai.world.execution import Action
 
 _NAME = re.compile(r"[\w.]+")
-
-
-@dataclass(frozen=True, slots=True)
-class _Entry:
-    """A task of the table, and its goals with objects by category."""
-
-    task: Task
-    goals: Counter[str]
 
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -83,9 +75,9 @@ class LookupTable:
     """
 
     def __init__(self, public: Iterable[Task], domain: Domain) -> None:
-        self._entries = [_Entry(task, _lifted(task)) for task in public if task.script]
+        self._entries = [(task, _lifted(task)) for task in public if task.script]
         numbered = enumerate(self._entries)
-        self._of_goal = grouped((text, number) for number, entry in numbered for text in entry.goals)
+        self._of_goal = grouped((text, number) for number, (_, goals) in numbered for text in goals)
         self._domain = domain
 
     def plan(self, task: Task) -> tuple[Action, ...]:
@@ -103,10 +95,8 @@ class LookupTable:
         """The other task that shares most goals, of those of either; the first of several."""
         goals = _lifted(task)
         sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
-        others = [each for each in map(self._entries.__getitem__, sharing) if each.task.id != task.id]
-        if not others:
-            return next((each.task for each in self._entries if each.task.id != task.id), None)
-        return max(others, key=lambda entry: _similarity(goals, entry.goals)).task
+        alike = _most_similar(goals, task, map(self._entries.__getitem__, sharing))
+        return alike or next((other for other, _ in self._entries if other.id != task.id), None)
 
 
 def _subgoal_book(
@@ -136,10 +126,8 @@ def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task
     texts = [(task, Counter(instruction_words(task))) for task in public]
 
     def parts_for(task: Task) -> Iterable[str]:
-        words = Counter(instruction_words(task))
-        others = [entry for entry in texts if entry[0].id != task.id]
-        nearest = max(others, key=lambda entry: _similarity(words, entry[1]), default=None)
-        parts = () if nearest is None else write_goals(nearest[0], benchmark.domain, notation)
+        nearest = _most_similar(Counter(instruction_words(task)), task, texts)
+        parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
         read = notation.read(notation.join(parts))
         stated = () if isinstance(read, Unreadable) else read.goals
         lexicon = GoalLexicon(task, benchmark.domain, notation)
@@ -171,9 +159,18 @@ def _goals(task: Task) -> Iterator[tuple[f.Formula, str]]:
         yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
 
 
-def _similarity(goals: Counter[str], others: Counter[str]) -> int:
-    """How near goals are to each other: the share of common ones among all, in millionths."""
-    return 1_000_000 * (goals & others).total() // max(1, (goals | others).total())
+def _most_similar(
+    texts: Counter[str], asked: Task, among: Iterable[tuple[Task, Counter[str]]]
+) -> Task | None:
+    """Another task than the asked one, of tasks with their texts: that with most common texts among all."""
+    others = [(task, known) for task, known in among if task.id != asked.id]
+    nearest = max(others, key=lambda entry: _similarity(texts, entry[1]), default=None)
+    return None if nearest is None else nearest[0]
+
+
+def _similarity(texts: Counter[str], others: Counter[str]) -> int:
+    """How near texts are to each other: the share of common ones among all, in millionths."""
+    return 1_000_000 * (texts & others).total() // max(1, (texts | others).total())
 
 
 def _renamed(known: Task, asked: Task) -> Iterator[Action]:
