@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
+from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates
 from eai.report.plots import draw_difficulty, draw_plots, plan_plots
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
 from eai.scoring.runs import Run, RunKey
 from eai.world.fault import FaultKind
-from report.samples import action_run, goal_run, subgoal_run
+from report.samples import action_run, goal_run
 from results.verdicts import SUCCEEDED, failed, record
 
 if TYPE_CHECKING:
@@ -35,18 +35,6 @@ def summary(records: Sequence[Record]) -> RunSummary:
 
 def renamed(records: Sequence[Record], model: str) -> list[Record]:
     return [replace(each, model=model) for each in records]
-
-
-def test_a_radar_leaves_out_what_is_not_known() -> None:
-    whole = [summary(renamed(run, "all")) for run in (action_run("all"), goal_run(), subgoal_run())]
-    figure = draw_radar([*whole, summary(renamed(action_run("first"), "some"))])
-    assert figure is not None
-    (panel,) = figure.axes
-    assert len([text for text in panel.texts if "(none)" in text.get_text()]) == 3
-    known, partly = ([float(y) for y in line.get_ydata()] for line in panel.lines)
-    assert not any(map(math.isnan, known))
-    assert sum(map(math.isnan, partly)) >= 3
-    assert len(panel.patches) == 1  # no area without all its corners
 
 
 def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:

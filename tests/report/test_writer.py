@@ -172,7 +172,7 @@ def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> N
         write_report(tmp_path / name, runs, "--formats", "pdf,svg,png") / "plots" for name in ("one", "other")
     )
     names = sorted(path.name for path in one.iterdir())
-    for kind in ("radar", "outcomes", "flow", "difficulty", "actions", "predicates"):
+    for kind in ("outcomes", "flow", "difficulty", "actions", "predicates"):
         assert any(name.startswith(kind) and name.endswith(".svg") for name in names), kind
     assert {Path(name).suffix for name in names} == {".svg", ".png", ".pdf"}
     for name in names:

@@ -1,28 +1,23 @@
 """Plots of runs: what they come to, and how.
 
-A radar a model has the columns of the paper's overview as axes; stacked bars say what the answers of each run
-came to; flows from answer to outcome show how many answers are left after each stage, and what the others
-were lost to; matrices are shares by action and by predicate.
+Stacked bars say what the answers of each run came to; flows from answer to outcome show how many answers are
+left after each stage, and what the others were lost to; matrices are shares by action and by predicate.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from itertools import accumulate, groupby
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
-from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of, the_four
+from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results.lines import MODEL
 from eai.results.plots import (
-    ACCENT,
     INK,
-    MUTED,
     OUTCOME_COLORS,
-    RULE,
     SOFT,
     canvas,
     clipped,
@@ -30,95 +25,12 @@ from eai.results.plots import (
     draw_matrix,
     sheet,
 )
-from eai.results.rate import Rate
+from eai.results.rate import NOTHING, Rate
 from eai.results.table import Cell, Estimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_PER_ROW = 3
-_SIDE, _HEIGHT = 2.35, 2.25
-"""The room of a model, in inches."""
-_RADIUS = 0.6
-_RINGS = (25, 50, 75, 100)
-_FEWEST_AXES = 3
-
-_Point: TypeAlias = tuple[float, float]
-
-
-def draw_radar(runs: Sequence[RunSummary]) -> Figure | None:
-    """The models of one domain and protocol side by side; None if they have too few axes to span an area."""
-    values = _values(runs)
-    labels = _labels()
-    axes = [name for name in labels if any(name in known for known in values.values())]
-    if len(axes) < _FEWEST_AXES:
-        return None
-    columns = min(_PER_ROW, len(values))
-    width, height = _SIDE * columns, _HEIGHT * -(-len(values) // columns)
-    figure, panel = canvas((width, height), (0, width), (height, 0))
-    for place, (model, known) in enumerate(values.items()):
-        row, column = divmod(place, columns)
-        center = _SIDE * (column + 0.5), _HEIGHT * row + 1.25
-        _draw_model(panel, center, model, {labels[name]: known.get(name) for name in axes})
-    return figure
-
-
-def _labels() -> Mapping[str, str]:
-    """The main metrics by ability and name, as they are called at the end of an axis."""
-    return {
-        f"{ability.value}/{metric}": f"{declared.short}\n{label if label.isupper() else label.lower()}"
-        for ability, declared in the_four().items()
-        for metric, label in declared.main.items()
-    }
-
-
-def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
-    found: dict[str, dict[str, float]] = {}
-    for item in runs:
-        for metric in declaration_of(item.key.ability).main:
-            percent = item.rates[metric].percent if metric in item.rates else None
-            if percent is not None:
-                found.setdefault(item.key.name, {})[f"{item.key.ability.value}/{metric}"] = percent
-    return dict(sorted(found.items()))
-
-
-def _draw_model(panel: Axes, center: _Point, model: str, values: Mapping[str, float | None]) -> None:
-    """An unknown rate has no mark; the line is broken there, and without a whole line there is no area."""
-    angles = [2 * math.pi * i / len(values) for i in range(len(values))]
-    _draw_web(panel, center, angles)
-    for angle, (label, value) in zip(angles, values.items(), strict=True):
-        text = label if value is not None else f"{label}\n(none)"
-        ha = ("center", "left", "right")[round(math.sin(angle))]
-        va = ("center", "bottom", "top")[round(math.cos(angle))]
-        panel.text(*_point(center, angle, 107), text, ha=ha, va=va, fontsize=6.5, color=SOFT)
-    heights = [math.nan if value is None else value for value in values.values()]
-    corners = [_point(center, *corner) for corner in zip(angles, heights, strict=True)]
-    across, down = zip(*corners, corners[0], strict=True)
-    panel.plot(across, down, "o-", color=ACCENT, linewidth=1.4, markersize=2.6)
-    if None not in values.values():
-        panel.fill(across, down, color=ACCENT, alpha=0.16)
-    panel.text(center[0], center[1] - 1.02, clipped(model), fontsize=8.5, ha="center")
-
-
-def _draw_web(panel: Axes, center: _Point, angles: Sequence[float]) -> None:
-    """The axes of a model, with rings where they have round percents."""
-    from matplotlib.collections import LineCollection, PatchCollection
-    from matplotlib.patches import Circle
-
-    rings = [Circle(center, _RADIUS * ring / 100) for ring in _RINGS]
-    spokes = [(center, _point(center, angle, 100)) for angle in angles]
-    panel.add_artist(PatchCollection(rings, facecolor="none", edgecolor=RULE, linewidth=0.7, zorder=1.5))
-    panel.add_artist(LineCollection(spokes, color=RULE, linewidth=0.7, zorder=1.5))
-    for ring in _RINGS[1::2]:
-        panel.text(*_point(center, math.pi / 8, ring), str(ring), va="center", fontsize=6, color=MUTED)
-
-
-def _point(center: _Point, angle: float, percent: float) -> _Point:
-    """Where so many percent of an axis are that is turned by an angle from the one that goes up."""
-    distance = _RADIUS * percent / 100
-    return center[0] + distance * math.sin(angle), center[1] - distance * math.cos(angle)
-
 
 _WIDTH = 8.2
 _BAR = 0.27
@@ -192,9 +104,8 @@ def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None
     rows: list[Mapping[str, Cell]] = []
     for name in _most_frequent(list(models.values())):
         for model, rates in models.items():
-            rate = rates.get(name, Rate(0, 0))
-            share = Estimate(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
-            rows.append({"name": name, MODEL: model, "share": share})
+            rate = rates.get(name, NOTHING)
+            rows.append({"name": name, MODEL: model, "share": Estimate.of_rate(rate)})
     return draw_matrix(rows, ("name",), "share", label, zeros=True)
 
 
@@ -245,7 +156,7 @@ def draw_flow(runs: Sequence[RunSummary]) -> Figure | None:
     return figure
 
 
-def _draw_flow_of(panel: Axes, corner: _Point, model: str, flow: Mapping[str, int]) -> None:
+def _draw_flow_of(panel: Axes, corner: tuple[float, float], model: str, flow: Mapping[str, int]) -> None:
     """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
     shares = [Rate(count, flow["answers"]).percent or 0.0 for count in flow.values()]
     left, top = corner

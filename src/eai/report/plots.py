@@ -12,14 +12,13 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
 from eai.benchmark.registry import title_of
 from eai.data.files import write_whole
 from eai.data.grouping import grouped
 from eai.report import plot_summary
-from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates, draw_radar
+from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
@@ -121,16 +120,15 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[Plot]:
         group = list(items)
         place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
-        for kind, caption, draw in _OF_DOMAIN:
-            yield Plot(f"{kind}-{name}", f"{caption}: {place}", partial(_entitled, place, draw, group))
+        drawn = partial(_entitled, place, draw_outcomes, group)
+        yield Plot(f"outcomes-{name}", f"Outcomes of answers: {place}", drawn)
         for ability in sorted({item.key.ability for item in group}, key=place_of):
             of_ability = [item for item in group if item.key.ability is ability]
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
-                if kind != "flow" or declaration_of(ability).has_plans:
-                    caption = f"{caption}: {ability_title(ability).lower()}, {place}"
-                    drawn = partial(_entitled, title, draw, of_ability)
-                    yield Plot(f"{kind}-{ability.value}-{name}", caption, drawn)
+                caption = f"{caption}: {ability_title(ability).lower()}, {place}"
+                drawn = partial(_entitled, title, draw, of_ability)
+                yield Plot(f"{kind}-{ability.value}-{name}", caption, drawn)
 
 
 def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
@@ -220,16 +218,10 @@ def _draw_intervals(panel: Axes, bins: Bins, shift: float, color: str) -> None:
 
 _Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"
 
-_OF_DOMAIN: Sequence[tuple[str, str, _Draw]] = (
-    ("radar", "Main results by model", draw_radar),
-    ("outcomes", "Outcomes of answers", draw_outcomes),
-)
-"""The plots of a domain: name, caption, and what draws it."""
-
 _OF_ABILITY: Sequence[tuple[str, str, _Draw]] = (
     ("flow", "From answer to outcome", draw_flow),
     ("difficulty", _DIFFICULTY, draw_difficulty),
     ("actions", "By action (of fewer than five cases in brackets)", draw_actions),
     ("predicates", "By predicate (of fewer than five cases in brackets)", draw_predicates),
 )
-"""Those of an ability, likewise; flows are of abilities with plans alone."""
+"""The plots of an ability: name, caption, and what draws it, where there is something to draw."""
