@@ -31,7 +31,7 @@ from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
 from eai.planning.subgoal import GroundAtom
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.execution import Action
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -115,7 +115,7 @@ def _without_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
             return formula
 
 
-def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
     """The question copied.
 
     Goals are all that the instruction's words can state. The one subgoal is the goal, its actions before its
@@ -125,14 +125,13 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None
     Raises:
         DataError: the data cannot be had.
     """
-    source = source or Source()
     if ability not in _COPIED:
         raise no_answer("copy", benchmark, ability)
     tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability](benchmark)
     return TaskSet(tasks, lambda task_id: copied(tasks[task_id]), tasks.sha256)
 
 
-def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
     """Answers in the form that is asked for, with nothing in them.
 
     Raises:

@@ -25,7 +25,7 @@ from eai.errors import InputError
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.execution import Action, execute
 
 T = TypeVar("T")
@@ -131,13 +131,12 @@ def written_answers(
     return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(write(tasks[task_id])), join), tasks.sha256)
 
 
-def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
     """The gold answers of a benchmark: those of its data set, or else what the built-in search finds.
 
     Raises:
         DataError: the data cannot be had.
     """
-    source = source or Source()
     match ability:
         case Ability.GOAL_INTERPRETATION:
             return _goals(benchmark, source)
@@ -154,7 +153,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | No
 def open_planned_book(
     benchmark: Benchmark,
     ability: Ability,
-    source: Source | None = None,
+    source: Source = USUAL,
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
@@ -165,7 +164,7 @@ def open_planned_book(
     Args:
         benchmark: the benchmark.
         ability: the ability.
-        source: where its data comes from; the user's default store if None.
+        source: where its data comes from.
         limits: how much the search for a plan of action sequencing may do.
         find: how that is looked for.
 
@@ -173,7 +172,6 @@ def open_planned_book(
         InputError: a plan is no answer to this ability.
         DataError: the data cannot be had.
     """
-    source = source or Source()
     match ability:
         case Ability.ACTION_SEQUENCING:
             return _plans(benchmark, source, scripts=False, limits=limits, find=find)
@@ -192,11 +190,11 @@ def planned_answer(
     benchmark: Benchmark,
     task_id: str,
     done: Sequence[Action],
-    limits: Limits | None = None,
-    source: Source | None = None,
+    limits: Limits,
+    source: Source,
 ) -> WrittenAnswer:
     """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
-    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source or Source())[task_id]
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)[task_id]
     now = execute(benchmark.domain, task.initial, done)
     goals = remaining_goals(task, [action.operator for action in now.executed])
     left = replace(task, initial=now.final, goals=goals)

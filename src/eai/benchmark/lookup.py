@@ -31,14 +31,14 @@ from eai.data.grouping import grouped
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
 from eai.logic.traversal import objects
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.domain import Domain
 from eai.world.execution import Action
 
 _NAME = re.compile(r"[\w.]+")
 
 
-def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
     """Return the answer of the lookup table.
 
     Plans and subgoals are those of the task with the most similar goals, goals those of the task whose
@@ -47,7 +47,6 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | No
     Raises:
         DataError: the data cannot be had.
     """
-    source = source or Source()
     if ability is Ability.TRANSITION_MODELING:
         return _operator_book(benchmark.operators(source))
     if ability not in FOUR:

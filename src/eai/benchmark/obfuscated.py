@@ -26,7 +26,7 @@ from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, is_property
 from eai.benchmark.benchmark import Benchmark
 from eai.english import PLAIN, English, sentences_of
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import USUAL, TaskSet
 from eai.world.effect import When
 from eai.world.execution import Action
 from eai.world.operator import Operator, affordance
@@ -244,10 +244,10 @@ class _TwinSubgoals(SubgoalNotation):
         return self._plain.join(parts)
 
 
-def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
+def obfuscated(benchmark: Benchmark) -> Benchmark:
     """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
     public = benchmark.open_public or benchmark.open_tasks
-    cipher = _Cipher.of(benchmark, public(source or Source()).values())
+    cipher = _Cipher.of(benchmark, public(USUAL).values())
     return _with_exact_rules(benchmark, cipher, _OBFUSCATED)
 
 

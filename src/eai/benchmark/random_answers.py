@@ -27,7 +27,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk
 from eai.pddl.writer import write_action
 from eai.planning.successor_generator import applicable_actions
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt, execute
 from eai.world.history import Past
@@ -46,9 +46,7 @@ RandomAnswers: TypeAlias = Callable[[str, str, Sequence[Action]], WrittenAnswer]
 """From the id of a task, a seed and what has been executed in its world to the answer."""
 
 
-def open_random_answers(
-    benchmark: Benchmark, ability: Ability, source: Source | None = None
-) -> RandomAnswers:
+def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> RandomAnswers:
     """Random answers: plans, what becomes of them step by step, or what they bring about.
 
     A plan is a random walk: each action is drawn from all that are possible then with the objects that the
@@ -59,7 +57,6 @@ def open_random_answers(
     Raises:
         DataError: the data cannot be had.
     """
-    source = source or Source()
     if ability is Ability.TRANSITION_MODELING:
         return _operators(benchmark.operators(source))
     if ability not in _WRITERS:

@@ -28,7 +28,7 @@ from eai.questions.plans import (
 from eai.questions.question import Accept, Form, Kind, Question
 from eai.questions.setting import Item, Maker, Setting, listed, open_setting
 from eai.questions.shortcuts import LETTERS, Ledger, Posed, pose
-from eai.tasks.source import Source
+from eai.tasks.source import USUAL, Source
 
 MAKERS: Mapping[Kind, Maker] = {
     Kind.FORWARD: forward,
@@ -103,15 +103,15 @@ class Writer:
 
     Args:
         benchmark: the benchmark.
-        source: where its data comes from; the user's default store if None.
+        source: where its data comes from.
         templates: the texts of prompts.
     """
 
     def __init__(
-        self, benchmark: Benchmark, source: Source | None = None, templates: Templates | None = None
+        self, benchmark: Benchmark, source: Source = USUAL, templates: Templates | None = None
     ) -> None:
         self._benchmark = benchmark
-        self._tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source or Source())
+        self._tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
         self._templates = templates or Templates()
         self._rules = Rules(benchmark.domain)
         self._planner = Planner(benchmark.domain)

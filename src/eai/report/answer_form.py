@@ -18,7 +18,7 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.prompts.prompt import Prompt
 from eai.results.page import build_page, for_script
-from eai.tasks.source import Source
+from eai.tasks.source import USUAL, Source
 
 SCRIPTS = ("dom.js", "tables.js", "form.js")
 """The parts of the program, in the order in which they need each other."""
@@ -28,7 +28,7 @@ PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
 
 
 def form_html(
-    benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source | None = None
+    benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source = USUAL
 ) -> str:
     """The page.
 
@@ -36,9 +36,8 @@ def form_html(
         benchmark: the benchmark.
         ability: what is asked for.
         prompts: the questions by id of their task, in the order in which they are shown.
-        source: where the data set is; the user's default store if None.
+        source: where the data set is.
     """
-    source = source or Source()
     questions: list[Json] = [
         {"task": task_id, "system": prompt.system, "user": prompt.user, "sha256": prompt.sha256}
         for task_id, prompt in prompts.items()

@@ -105,6 +105,10 @@ class Source:
     terms: PlannerTerms = field(default_factory=PlannerTerms)
 
 
+USUAL = Source()
+"""The user's store, errata, and any planner."""
+
+
 class TaskSet(Mapping[str, T_co]):
     """Tasks by id, in the order of the data set; each is built once, on first use.
 
