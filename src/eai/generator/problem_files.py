@@ -21,7 +21,7 @@ from eai.logic.traversal import walk
 from eai.pddl.check import check_problem
 from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
 from eai.pddl.model import PddlProblem, TypedName
-from eai.tasks.problem_world import DeclaredWorld, ProblemWorld
+from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
 from eai.tasks.source import Source
 from eai.world.condition import Readings
 from eai.world.state import State
@@ -84,11 +84,11 @@ def _worlds(ending: str, benchmark: Benchmark, source: Source) -> list[ProblemWo
     tasks = benchmark.tasks(source).values()
     if ending == PDDL:
         own = benchmark.open_pddl
-        declared = DeclaredWorld.in_pddl(benchmark.domain, tasks)
+        declared = declared_in_pddl(benchmark.domain, tasks)
         return [declared] if own is None else [declared, own(source)]
     if benchmark.open_bddl is not None:
         return [benchmark.open_bddl(source)]
-    return [DeclaredWorld.in_bddl(benchmark.domain, tasks)]
+    return [declared_in_bddl(benchmark.domain, tasks)]
 
 
 def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:

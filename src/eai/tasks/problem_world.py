@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
@@ -80,15 +80,17 @@ Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
 """From a condition of a problem to the formula that it means in the world of a benchmark."""
 
 
-class ProblemWorld(Protocol):
-    """How problems about one world are read."""
+@dataclass(frozen=True, slots=True)
+class ProblemWorld:
+    """How problems about one world are read.
 
-    @property
-    def header(self) -> PddlDomain:
-        """The names that they may use."""
+    Attributes:
+        header: the names that they may use.
+        pose: from a problem that uses no others to the state at its start, and what its conditions mean.
+    """
 
-    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
-        """The state at the start of a problem that uses no others, and what its conditions mean."""
+    header: PddlDomain
+    pose: Callable[[PddlProblem], tuple[State, Meaning]]
 
 
 def header_of(
@@ -110,7 +112,7 @@ def _declared(name: str, arity: int) -> PddlPredicate:
 
 
 @dataclass(frozen=True)
-class DeclaredWorld:
+class _Declared:
     """A declaration, as problems spell it, whose objects are of the categories that its tasks have.
 
     Attributes:
@@ -134,30 +136,6 @@ class DeclaredWorld:
     categories: Mapping[str, str]
     names: Mapping[tuple[str, str], str]
     agent: WorldObject | None
-
-    @staticmethod
-    def in_bddl(domain: Domain, tasks: Iterable[Task]) -> DeclaredWorld:
-        """The declaration in BDDL: in small letters."""
-        vocabulary = domain.vocabulary
-        declared = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
-        return _world(domain, tasks, str.lower, {name.lower(): name for name in declared})
-
-    @staticmethod
-    def in_pddl(domain: Domain, tasks: Iterable[Task]) -> DeclaredWorld:
-        """The declaration in PDDL, as `eai.pddl.export` writes it."""
-        glossary = Glossary(domain.vocabulary)
-        spelt = {written: name for name, written in glossary.predicates.items()}
-        tasks = list(tasks)
-        world = _world(domain, tasks, lambda name: PddlNames()[name], spelt)
-        named = [export(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]]
-        constants = dict.fromkeys([*world.header.constants, *(item for items in named for item in items)])
-        kinds = {glossary.kind(name): name for name in world.categories.values()}
-        performed = {glossary.done(operator.name): operator.name for operator in domain.operators}
-        order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
-        arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
-        predicates = (*world.header.predicates, *header_of("", (), {}, arities).predicates)
-        header = replace(world.header, constants=tuple(constants), predicates=predicates)
-        return replace(world, header=header, kinds=kinds, performed=performed, order=order)
 
     def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
         """A problem of these names."""
@@ -214,12 +192,39 @@ class DeclaredWorld:
         return f.Variable(variable.name, self.categories.get(category))
 
 
-def _world(
+def declared_in_bddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
+    """The declaration in BDDL: in small letters."""
+    vocabulary = domain.vocabulary
+    names = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
+    declared = _declared_in(domain, tasks, str.lower, {name.lower(): name for name in names})
+    return ProblemWorld(declared.header, declared.pose)
+
+
+def declared_in_pddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
+    """The declaration in PDDL, as `eai.pddl.export` writes it."""
+    glossary = Glossary(domain.vocabulary)
+    spelt = {written: name for name, written in glossary.predicates.items()}
+    tasks = list(tasks)
+    declared = _declared_in(domain, tasks, lambda name: PddlNames()[name], spelt)
+    named = [export(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]]
+    constants = dict.fromkeys([*declared.header.constants, *(item for items in named for item in items)])
+    kinds = {glossary.kind(name): name for name in declared.categories.values()}
+    performed = {glossary.done(operator.name): operator.name for operator in domain.operators}
+    order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
+    arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
+    predicates = (*declared.header.predicates, *header_of("", (), {}, arities).predicates)
+    header = replace(declared.header, constants=tuple(constants), predicates=predicates)
+    return ProblemWorld(
+        header, replace(declared, header=header, kinds=kinds, performed=performed, order=order).pose
+    )
+
+
+def _declared_in(
     domain: Domain,
     tasks: Iterable[Task],
     spell: Callable[[str], str],
     predicates: Mapping[str, str],
-) -> DeclaredWorld:
+) -> _Declared:
     """The declaration with what its tasks have, and no predicates but those that it declares."""
     scenes = [task.scene for task in tasks]
     things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
@@ -228,7 +233,7 @@ def _world(
     agent = agents[0] if agents else None
     constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
     arities = {word: domain.vocabulary.arity(name) or 0 for word, name in predicates.items()}
-    return DeclaredWorld(
+    return _Declared(
         domain,
         header_of(spell(domain.name), categories, constants, arities),
         predicates,

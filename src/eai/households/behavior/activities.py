@@ -242,9 +242,11 @@ def _as_activities_say(formula: f.Formula, names: Mapping[str, str]) -> f.Formul
 
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     """The names that BDDL problems of activities may use, given the tasks of the data set."""
-    return _Activities(tasks)
+    activities = _Activities(tasks)
+    return ProblemWorld(activities.header, activities.pose)
 
 
 def open_planning_problems(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     """The names that planning problems may use, given the tasks of the data set."""
-    return _PlanningProblems(_Activities(tasks))
+    problems = _PlanningProblems(_Activities(tasks))
+    return ProblemWorld(problems.header, problems.pose)
