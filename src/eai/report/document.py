@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Protocol
 from eai.benchmark.registry import title_of
 from eai.data.grouping import grouped
 from eai.report.ranking import Ranking
@@ -46,26 +46,8 @@ class _CellPair(NamedTuple):
         return abs(self.ours - self.printed)
 
 
-class _Agreement(NamedTuple):
-    """One ability's cells of one table of the paper, for the models that were run."""
-
-    table: str
-    ability: str
-    domain: str
-    pairs: tuple[_CellPair, ...]
-
-    def within(self, points: float) -> int:
-        """How many cells differ by no more than so many percentage points."""
-        return sum(pair.difference <= points + 1e-9 for pair in self.pairs)
-
-    @property
-    def worst(self) -> _CellPair:
-        """The cell that differs most."""
-        return max(self.pairs, key=lambda pair: pair.difference)
-
-
-def agreements(runs: Sequence[RunSummary]) -> list[_Agreement]:
-    """The comparison of the runs under the paper's protocol that are of its models.
+def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
+    """Rows on the runs under the paper's protocol of its models: how near the figures of each table are.
 
     A run is of such a model if it has the name of the published response file. Those that are not ranked are
     left out.
@@ -79,12 +61,29 @@ def agreements(runs: Sequence[RunSummary]) -> list[_Agreement]:
         and item.coverage.ranked
     ]
     found = grouped(
-        ((table.title, item.key.ability.value, item.key.domain), pair)
+        ((table.title, suite_title(item.key.domain, item.key.ability)), pair)
         for table in map(paper_table, setting.full_tables)
         for item in ours
         for pair in _pairs(table, item)
     )
-    return [_Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
+    return [_agreement(table, suite, pairs) for (table, suite), pairs in found.items()]
+
+
+def _agreement(table: str, suite: str, pairs: Sequence[_CellPair]) -> dict[str, str]:
+    """The row of one ability's cells of one table of the paper."""
+    worst = max(pairs, key=lambda pair: pair.difference)
+    bounds = {"to the digit": DIGIT, "within 1": 1, "within 2": 2}
+    return {
+        "table": table,
+        "suite": suite,
+        "cells": str(len(pairs)),
+        **{
+            label: str(sum(pair.difference <= points + 1e-9 for pair in pairs))
+            for label, points in bounds.items()
+        },
+        "largest": f"{worst.difference:.1f}",
+        "where": f"{escaped(worst.model)}, {escaped(worst.metric)}: {worst.ours:.1f} for {worst.printed:.1f}",
+    }
 
 
 def _pairs(table: PaperTable, item: RunSummary) -> Iterator[_CellPair]:
@@ -122,7 +121,7 @@ def report_markdown(
     tables: Sequence[Ranking],
     experiments: Sequence[Ranking],
     besides: Sequence[Ranking],
-    agreements: Sequence[_Agreement],
+    agreements: Sequence[Mapping[str, str]],
     cost: str,
 ) -> str:
     """The page; what the answers cost is a section of it, if there is one."""
@@ -137,7 +136,7 @@ def report_markdown(
         *_section("How sure the numbers are", _certainty_rows(plain), _CERTAINTY, unnamed_remark(plain)),
         *_repeated(runs),
         *_protocols(plain),
-        *_section("Against the paper, cell by cell", map(_agreement_row, agreements), _AGREEMENT),
+        *_section("Against the paper, cell by cell", agreements, _AGREEMENT),
         *_outcomes(plain),
         *_runs(runs),
         *([cost] if cost else []),
@@ -213,20 +212,6 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
                 row |= {run.key.protocol.value: _percent(run.rates[metric].percent) for run in found}
                 rows.append(row)
     yield from _section("Both protocols", rows)
-
-
-def _agreement_row(item: _Agreement) -> dict[str, str]:
-    worst = item.worst
-    return {
-        "table": item.table,
-        "suite": suite_title(item.domain, Ability(item.ability)),
-        "cells": str(len(item.pairs)),
-        "to the digit": str(item.within(DIGIT)),
-        "within 1": str(item.within(1)),
-        "within 2": str(item.within(2)),
-        "largest": f"{worst.difference:.1f}",
-        "where": f"{escaped(worst.model)}, {escaped(worst.metric)}: {worst.ours:.1f} for {worst.printed:.1f}",
-    }
 
 
 def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
