@@ -17,6 +17,7 @@ from itertools import chain, groupby
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
+from eai.data.grouping import grouped
 from eai.report.ranking import (
     Cell,
     Cells,
@@ -53,7 +54,7 @@ from eai.results.paper_tables import (
     published_scores,
     published_scores_sha256,
 )
-from eai.results.summary import AVERAGE, average_performance, average_weights
+from eai.results.summary import AVERAGE, Place, average_performance, average_weights
 
 _PUBLISHED = (
     "Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
@@ -107,34 +108,33 @@ def run_rows(
 
 def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
     """All numbers of the runs of one protocol and domain by their names, with the average over abilities."""
-    found: dict[str, dict[tuple[Ability | None, str], Cell]] = {}
-    cases: dict[str, dict[tuple[Ability, str], Cases]] = {}
-    for item in runs:
-        ability, run = item.key.ability, item.key.name
-        found.setdefault(run, {}).update(cells_of_run(item))
-        cases.setdefault(run, {}).update({(ability, name): each for name, each in item.cases.items()})
-    for run, cells in found.items():
-        average = _average(cells, cases[run])
-        covered = together(item.coverage for item in runs if item.key.name == run)
-        cells[None, AVERAGE] = replace(average, coverage=covered)
-    return dict(found)
+    found: dict[str, Cells] = {}
+    for name, items in grouped((item.key.name, item) for item in runs).items():
+        cells: dict[tuple[Ability | None, str], Cell] = {
+            (item.key.ability, metric): Cell(
+                rate.percent, rate, item.certainties[metric], coverage=item.coverage
+            )
+            for item in items
+            for metric, rate in item.rates.items()
+        }
+        cases = {(item.key.ability, metric): of for item in items for metric, of in item.cases.items()}
+        average = _average(cells, cases)
+        cells[None, AVERAGE] = replace(average, coverage=together(item.coverage for item in items))
+        found[name] = cells
+    return found
 
 
-def cells_of_run(item: RunSummary) -> Cells:
-    """All numbers of one run."""
-    return {
-        (item.key.ability, metric): Cell(rate.percent, rate, item.certainties[metric], coverage=item.coverage)
-        for metric, rate in item.rates.items()
-    }
-
-
-def _average(cells: Cells, cases: Mapping[tuple[Ability, str], Cases]) -> Cell:
-    percents = {(a, metric): cell.percent for (a, metric), cell in cells.items() if a}
+def _average(cells: Cells, cases: Mapping[Place, Cases]) -> Cell:
+    percents = _percents(cells)
     percent = average_performance(percents)
     if percent is None:
         return Cell(None)
     parts = [(weight, cases[place]) for place, weight in average_weights(percents).items()]
     return Cell(percent, certainty=certainty_of_mean(parts))
+
+
+def _percents(cells: Cells) -> dict[Place, float | None]:
+    return {(ability, metric): cell.percent for (ability, metric), cell in cells.items() if ability}
 
 
 def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable]) -> Iterator[Row]:
@@ -230,8 +230,7 @@ def _published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Ce
         if model in suite.models
         for metric, rate in suite.rates(model).items()
     }
-    percents = {(a, metric): cell.percent for (a, metric), cell in cells.items() if a}
-    cells[None, AVERAGE] = Cell(average_performance(percents))
+    cells[None, AVERAGE] = Cell(average_performance(_percents(cells)))
     return cells
 
 
@@ -344,7 +343,13 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
         return None
     key = shown[0].key
     spec = of_ability(key.ability)
-    rows = tuple(_experiment_rows(spec, shown))
+    rows = tuple(
+        [
+            replace(row, model=item.key.name, harness="", effort="")
+            for item in shown
+            for row in run_rows(spec.columns, [item], cells_by_model([item]))
+        ]
+    )
     return Ranking(
         f"experiments_{spec.name}",
         f"Experiments: {ability_title(key.ability).lower()}",
@@ -355,12 +360,6 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
         rows,
         _in_order(_of_rows(rows)),
     )
-
-
-def _experiment_rows(spec: TableSpec, runs: Sequence[RunSummary]) -> Iterator[Row]:
-    for item in runs:
-        for row in run_rows(spec.columns, [item], {item.key.name: cells_of_run(item)}):
-            yield replace(row, model=item.key.name, harness="", effort="")
 
 
 def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
@@ -384,10 +383,10 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     if paper.name in _OTHER_SUBSET:
         alike = []
     places = [place_of_column(column, domain) for column in columns]
-    left_out = any(item.key.protocol.value != paper_setting().protocol for item in alike)
-    remarks = (_LEFT_OUT,) if left_out else ()
+    ours = [item for item in alike if item.key.protocol.value == paper_setting().protocol]
+    remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
     on_columns = tuple((*remarks, *_notes_on(place, [paper])) for place in places)
-    rows = [*_rows_of_runs(columns, alike), *paper_rows(places, [paper])]
+    rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
     return Ranking(
         f"paper_{paper.name}",
         paper.title,
@@ -402,11 +401,3 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
 
 def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
     return any(paper.figure(model, place_of_column(column, domain)) is not None for model in paper.rows)
-
-
-def _rows_of_runs(columns: Sequence[MetricColumn], runs: Sequence[RunSummary]) -> Iterator[Row]:
-    """A row for each run; a table without a rank has them in the order of their names."""
-    for item in runs:
-        if item.key.protocol.value == paper_setting().protocol:
-            cells = {item.key.name: cells_of_run(item)}
-            yield from run_rows(columns, [item], cells, with_paper=True)
