@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING
 from eai.abilities.options import Options, option
 from eai.results.lines import Measure
 from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, draw_names, rows_of, sheet, value_of
-from eai.results.table import Cell, Estimate
+from eai.results.table import Cell, Estimate, Table
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from eai.results.table import Table
-    from eai.studies.records import Records
 
 
 class _Choices(Options):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from statistics import fmean
-from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options
 from eai.abilities.record import Record, TaskFeatures
@@ -15,10 +14,8 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.summary import share_of
 from eai.results.table import Cell, Estimate, Row, table_of
 from eai.scoring.runs import Run
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
-
-if TYPE_CHECKING:
-    from eai.studies.records import Records
 
 _WORD = re.compile(r"[\w.\-]+")
 _FACT = re.compile(r"[\w.\-]+\([^()]*\)")

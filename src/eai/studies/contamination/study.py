@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.options import Options
@@ -20,10 +20,8 @@ from eai.results.certainty import Case
 from eai.results.rate import rate_of
 from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
-
-if TYPE_CHECKING:
-    from eai.studies.records import Records
 
 STEPS = (4, 8, 12, 20)
 """Strata of plan lengths: up to so many steps of the data set's or the certificate's plan, or more."""

@@ -25,14 +25,12 @@ from eai.results.plots import (
     sheet,
     value_of,
 )
-from eai.results.table import Cell
+from eai.results.table import Cell, Table
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from eai.results.table import Table
-    from eai.studies.records import Records
 
 
 class _Choices(Options):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from eai.abilities.options import Options
 from eai.abilities.verdict import of_all
@@ -13,10 +13,8 @@ from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, AtomLine, Reason, by_run, by_suite, case_of, shares_by_kind
 from eai.results.plots import draw_matrix, draw_names, rows_of
 from eai.results.table import Estimate, Row, Table, table_of
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
-
-if TYPE_CHECKING:
-    from eai.studies.records import Records
 
 MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
 _VERDICTS = (MATCHED, WRONG, MISSING)

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 from eai.abilities.options import Options
 from eai.errors import InputError
 from eai.results.plots import COLUMN, INK, MUTED, RULE, clipped, draw_estimate, rows_of, sheet, value_of
-from eai.results.table import Cell, Estimate
+from eai.results.table import Cell, Estimate, Table
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from eai.results.table import Table
-    from eai.studies.records import Records
 
 
 def _analyze(records: Records, chosen: Options) -> Iterator[Analysis]:

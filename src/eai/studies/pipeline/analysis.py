@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
@@ -38,11 +37,9 @@ from eai.results.summary import cases_of, name_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.scoring.runs import Run, RunKey
 from eai.studies.pipeline.stage_one import read_interpretations
+from eai.studies.records import Records
 from eai.studies.study import Analysis, paper_remarks, suite_title
 from eai.tasks.source import Source
-
-if TYPE_CHECKING:
-    from eai.studies.records import Records
 
 _EFFORT = 400
 """How much a perfect second stage may search; contradictory goals would use up any limit."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from statistics import median
-from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options
 from eai.abilities.record import Record
@@ -16,10 +15,8 @@ from eai.results.lines import MODEL, SUITE
 from eai.results.summary import share_of
 from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run, RunKey
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Study
-
-if TYPE_CHECKING:
-    from eai.studies.records import Records
 
 _FAR = 5
 """Distances from here on are counted together."""

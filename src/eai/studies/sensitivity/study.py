@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from itertools import product
-from typing import TYPE_CHECKING, Annotated, get_args
+from typing import Annotated, get_args
 
 from pydantic import BeforeValidator
 
@@ -31,11 +31,9 @@ from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
 from eai.results.plots import draw_matrix, rows_of
 from eai.results.table import Cell, Estimate, Row, Table, table_of
 from eai.results.tidy import beginning_of
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite, several
 from eai.tasks.source import Source
-
-if TYPE_CHECKING:
-    from eai.studies.records import Records
 
 OVERALL = "overall"
 """The category of all tasks."""
