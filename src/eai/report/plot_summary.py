@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -44,15 +43,9 @@ class _Entry(NamedTuple):
 _PAPERS = ("paper", "published")
 
 
-@dataclass(frozen=True, slots=True)
-class _Panel:
-    title: str
-    entries: Sequence[_Entry]
-
-    @property
-    def lines(self) -> int:
-        """How many lines it has, a heading for each group included."""
-        return len(self.entries) + len({entry.group for entry in self.entries})
+def _lines(entries: Sequence[_Entry]) -> int:
+    """How many lines a panel has, a heading for each group included."""
+    return len(entries) + len({entry.group for entry in entries})
 
 
 def models_of(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
@@ -76,15 +69,16 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     domains: dict[str, str] = {}
     for table in shown:
         domains.setdefault(table.domain, _title(table, model))
-    panels = [panel for panel in _panels(shown, model) if panel.entries]
+    panels = {title: entries for title, entries in _panels(shown, model).items() if entries}
     if not panels:
         return None
-    heights = [_HEAD + _LINE * panel.lines for panel in panels]
+    heights = [_HEAD + _LINE * _lines(entries) for entries in panels.values()]
     figure = sheet(PAGE, sum(heights) + _FOOT)
     figure.suptitle(f"{clipped(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
-    for axes, panel in zip(grid, panels, strict=True):
-        _draw_panel(axes, panel, list(domains))
+    for axes, (title, entries) in zip(grid, panels.items(), strict=True):
+        axes.set_title(title, fontsize=9.5)
+        _draw_panel(axes, entries, list(domains))
     _draw_legend(figure, list(domains.values()), _others(shown))
     return figure
 
@@ -96,16 +90,17 @@ def _title(table: Ranking, model: str) -> str:
     return f"{title_of(table.domain)}{answered}"
 
 
-def _panels(tables: Sequence[Ranking], model: str) -> list[_Panel]:
+def _panels(tables: Sequence[Ranking], model: str) -> dict[str, list[_Entry]]:
+    """The lines of each panel by its title."""
     plans = [
         f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     ]
     faults = [entry for name in plans for entry in _entries(tables, name, model, (GRAMMAR, RUNTIME))]
-    return [
-        _Panel("Main results, percent", _entries(tables, "overview", model)),
-        _Panel("Goals that its plans reach, percent", _entries(tables, "goal_satisfaction", model)),
-        _Panel("What goes wrong in its plans, percent of answers", faults),
-    ]
+    return {
+        "Main results, percent": _entries(tables, "overview", model),
+        "Goals that its plans reach, percent": _entries(tables, "goal_satisfaction", model),
+        "What goes wrong in its plans, percent of answers": faults,
+    }
 
 
 def _entries(
@@ -141,20 +136,19 @@ def _others(tables: Sequence[Ranking]) -> str | None:
     return f"published answers of the paper's models ({len(scored)})" if scored else None
 
 
-def _draw_panel(axes: Axes, panel: _Panel, domains: Sequence[str]) -> None:
-    axes.set_title(panel.title, fontsize=9.5)
+def _draw_panel(axes: Axes, entries: Sequence[_Entry], domains: Sequence[str]) -> None:
     axes.set_xlim(-1, 101)
-    axes.set_ylim(panel.lines - 0.4, -0.6)
+    axes.set_ylim(_lines(entries) - 0.4, -0.6)
     axes.grid(axis="x", color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     axes.tick_params(axis="x", labelsize=7)
     places, labels, line = [], [], 0
-    for group, entries in groupby(panel.entries, key=lambda entry: entry.group):
+    for group, of_group in groupby(entries, key=lambda entry: entry.group):
         style = {"ha": "right", "va": "center", "fontsize": 7.5, "weight": "bold"}
         axes.text(-0.01, line, group, style, transform=axes.get_yaxis_transform())
-        for entry in entries:
+        for entry in of_group:
             line += 1
             places.append(line)
             labels.append(clipped(entry.label))
