@@ -59,10 +59,9 @@ class Scoring(Workers):
         self,
         suite: Suite,
         model: str,
-        responses: Iterable[Response | _Missing],
+        responses: Iterable[Response],
         *,
         explanations: bool = False,
-        allow_missing: bool = False,
         look_back: int | None = None,
     ) -> Iterator[Record]:
         """The records of a model's answers, in their order.
@@ -72,10 +71,9 @@ class Scoring(Workers):
             model: who answered.
             responses: the answers; a task may be answered any number of times.
             explanations: put the step-by-step explanation into each record.
-            allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
             look_back: how many states a search that says more of a verdict may look at; no search if None.
         """
-        settings = ScoringOptions(explanations=explanations, allow_missing=allow_missing, look_back=look_back)
+        settings = ScoringOptions(explanations=explanations, look_back=look_back)
         return self._records(suite, model, responses, settings)
 
     def _records(

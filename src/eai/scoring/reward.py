@@ -20,7 +20,7 @@ from typing_extensions import assert_never
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, member
+from eai.abilities.protocol import Ability, member
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
@@ -207,8 +207,6 @@ def reward(
     task: str,
     text: str,
     shaping: Shaping | str = Shaping.SUCCESS,
-    *,
-    protocol: Protocol | str = DEFAULT_PROTOCOL,
 ) -> float | None:
     """The reward of an answer, from 0 to 1; None where nothing is to be earned, whatever the answer.
 
@@ -218,48 +216,43 @@ def reward(
         task: benchmark, ability and id, as ``lamps:lamps/action_sequencing/light``; see `Suite.reference`.
         text: the answer.
         shaping: what it is paid for, as `Reward` has it.
-        protocol: the rules for scoring.
 
     Raises:
         InputError: there is no such task or shaping.
         DataError: the data cannot be had.
     """
     found = TaskReference.parse(task)
-    return reward_of(found, shaping, protocol)(found.task_id, text)
+    return reward_of(found, shaping)(found.task_id, text)
 
 
-def reward_of(
-    task: TaskReference, shaping: Shaping | str = Shaping.SUCCESS, protocol: Protocol | str = DEFAULT_PROTOCOL
-) -> Reward:
+def reward_of(task: TaskReference, shaping: Shaping | str) -> Reward:
     """The reward of the suite that a task is of, opened once.
 
     Raises:
         InputError: there is no such suite or shaping.
         DataError: the data cannot be had.
     """
-    return _opened(
-        task.benchmark, task.ability, member(Shaping, shaping, "shaping"), Protocol.named(protocol)
-    )
+    return _opened(task.benchmark, task.ability, member(Shaping, shaping, "shaping"))
 
 
-def suite_of(task: TaskReference, protocol: Protocol | str = DEFAULT_PROTOCOL) -> Suite:
+def suite_of(task: TaskReference) -> Suite:
     """The suite that a task is of, opened once and without a planner.
 
     Raises:
         InputError: there is no such suite.
         DataError: the data cannot be had.
     """
-    return _suite(task.benchmark, task.ability, Protocol.named(protocol))
+    return _suite(task.benchmark, task.ability)
 
 
 @cache
-def _opened(benchmark: str, ability: Ability, shaping: Shaping, protocol: Protocol) -> Reward:
-    return Reward(_suite(benchmark, ability, protocol), shaping)
+def _opened(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
+    return Reward(_suite(benchmark, ability), shaping)
 
 
 @cache
-def _suite(benchmark: str, ability: Ability, protocol: Protocol) -> Suite:
-    return open_suite(benchmark, ability, protocol, source=Source(planner=PlannerChoice.NONE))
+def _suite(benchmark: str, ability: Ability) -> Suite:
+    return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))
 
 
 def _without_planner(suite: Suite) -> Suite:
