@@ -1,4 +1,4 @@
-"""Kinds and shapes: each line is a body, and a line that is none is refused with its place."""
+"""Kinds and shapes: each line of the tables is a body."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from bodies import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
-from eai.bodies.body import body_of, kind_of, kinds, read_kinds
-from eai.errors import InputError
+from eai.bodies.body import body_of, kind_of, kinds
+from eai.bodies.model import _TYPES
+from eai.bodies.rooms import _ORDER
 
 
 def test_every_kind_has_a_body_whose_parts_are_near_its_size() -> None:
-    for name, kind in kinds().items():
+    for name in kinds():
         body = body_of(name)
         assert body is not None
-        assert kind.source in ("T", "A", "E")
+        assert body.stand in _ORDER
+        assert {part.form for part in body.parts} <= {*_TYPES}
         assert any(part.is_solid and not part.when for part in body.parts), name
         boxes = [part.box for part in body.parts if part.when != "open"]
         low, high = np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))
@@ -46,17 +48,3 @@ def test_half_a_thing_is_half_as_wide_and_what_is_unknown_has_no_body() -> None:
     assert half.size == (whole.size[0] / 2, *whole.size[1:])
     assert body_of("unicorn") is None
     assert body_of("half_unicorn") is None
-
-
-@pytest.mark.parametrize(
-    ("line", "problem"),
-    [
-        ("apple fruit 0.1 0.1 c42028 A", "kinds:1: expected kind, family"),
-        ("apple fruit 0.1 0.1 wide c42028 A", "kinds:1: expected kind, family"),
-        ("apple fruit 0.1 0.1 0.1 red A", "kinds:1: expected kind, family"),
-        ("apple apples 0.1 0.1 0.1 c42028 A", "kinds:1: there is no family 'apples'"),
-    ],
-)
-def test_a_line_that_is_no_kind_is_named(line: str, problem: str) -> None:
-    with pytest.raises(InputError, match=problem):
-        read_kinds(line, "kinds")

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from eai.data.files import parse_toml
-from eai.errors import InputError
 
 Vector: TypeAlias = tuple[float, float, float]
 """Three numbers: to the right, to the back, up, in metres; or red, green and blue from 0 to 1."""
@@ -26,11 +25,8 @@ Box: TypeAlias = Array
 HALF = "half_"
 """The beginning of the category of half a thing."""
 
-_SHAPES, _KINDS = "shapes.toml", "kinds.txt"
-_FORMS = ("box", "ball", "post", "pipe", "bar")
 _SHADES = {"own": 1.0, "light": 1.25, "dark": 0.72, "deep": 0.5}
 _STATES = ("open", "closed", "on", "off")
-_STANDS = ("free", "wall", "high", "door", "window", "middle")
 _NUMBER = re.compile(r"(_part)?[._]\d+$")
 
 
@@ -100,52 +96,28 @@ def body_of(kind: str) -> Body | None:
 
 
 class _Kind(NamedTuple):
-    """A line of the table of kinds: family of shape, size, colour, and where the size is from."""
+    """A line of the table of kinds: family of shape, size and colour."""
 
     family: str
     size: Vector
     colour: Vector
-    source: str
 
 
 @cache
 def kinds() -> Mapping[str, _Kind]:
-    """The table of kinds.
-
-    Raises:
-        InputError: a line of it is none; says which.
-    """
-    text = (files("eai.bodies") / _KINDS).read_text(encoding="utf-8")
-    return read_kinds(text, _KINDS)
-
-
-def read_kinds(text: str, place: str) -> Mapping[str, _Kind]:
-    """The kinds in a text: a line each with kind, family, width, depth, height, colour and source.
-
-    Raises:
-        InputError: a line is none; says which.
-    """
+    """The table of kinds."""
     found: dict[str, _Kind] = {}
-    for number, line in enumerate(text.splitlines(), 1):
-        if not line.strip() or line.startswith("#"):
-            continue
-        try:
-            kind, family, width, depth, height, colour, source = line.split()
-            size = (float(width), float(depth), float(height))
-            found[kind] = _Kind(family, size, _rgb(colour), source)
-        except ValueError:
-            expected = "kind, family, width, depth, height, colour as rrggbb, source"
-            raise InputError(f"{place}:{number}: expected {expected}; found {line!r}") from None
-        if family not in _families():
-            raise InputError(f"{place}:{number}: there is no family {family!r}")
+    for line in (files("eai.bodies") / "kinds.txt").read_text(encoding="utf-8").splitlines():
+        if not line.startswith("#"):
+            kind, family, width, depth, height, colour, _ = line.split()
+            found[kind] = _Kind(family, (float(width), float(depth), float(height)), _rgb(colour))
     return found
 
 
 @cache
 def _families() -> Mapping[str, Any]:
     """The families of shapes as written; `[colours]` among them."""
-    text = (files("eai.bodies") / _SHAPES).read_text(encoding="utf-8")
-    return parse_toml(text)
+    return parse_toml((files("eai.bodies") / "shapes.toml").read_text(encoding="utf-8"))
 
 
 def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
@@ -154,10 +126,10 @@ def _made(family: Mapping[str, Any], kind: _Kind) -> Body:
     return Body(
         size,
         tuple([part for line in family["parts"] for part in _parts(line, kind)]),
-        _one_of(family.get("stand", "free"), _STANDS),
+        family.get("stand", "free"),
         tuple([_flat(line, size) for line in family.get("tops", ())]),
-        tuple([_box(_numbers(line, 6), size) for line in family.get("spaces", ())]),
-        (_box(_numbers(family["below"], 6), size),) if "below" in family else (),
+        tuple([_box(line.split(), size) for line in family.get("spaces", ())]),
+        (_box(family["below"].split(), size),) if "below" in family else (),
         float(family.get("slack", 1.0)),
     )
 
@@ -182,10 +154,9 @@ def _half(whole: Body) -> Body:
 def _parts(line: str, kind: _Kind) -> Iterator[Part]:
     """The parts that a line of a family stands for."""
     form, *rest = line.split()
-    fractions, words = _numbers(" ".join(rest[:6]), 6), rest[6:]
-    part = Part(_one_of(form, _FORMS), _box(fractions, kind.size), 0.0, kind.colour)
+    part = Part(form, _box(rest[:6], kind.size), 0.0, kind.colour)
     copies = ""
-    for word in words:
+    for word in rest[6:]:
         if word == "ghost":
             part = replace(part, is_solid=False)
         elif word in _STATES:
@@ -227,28 +198,15 @@ def _mirrored(part: Part, axis: int) -> Part:
     return replace(part, box=box, turn=-part.turn)
 
 
-def _box(fractions: Sequence[float], size: Vector) -> Box:
+def _box(fractions: Sequence[str], size: Vector) -> Box:
     """The box that six fractions of a size make, about its middle."""
-    box: Box = (np.array(fractions).reshape(3, 2).T - 0.5) * size
+    box: Box = (np.array(fractions, dtype=float).reshape(3, 2).T - 0.5) * size
     return box
 
 
 def _flat(line: str, size: Vector) -> Box:
-    fractions = _numbers(line, 5)
-    return _box((*fractions, fractions[-1]), size)
-
-
-def _numbers(line: str, many: int) -> tuple[float, ...]:
-    numbers = tuple(map(float, line.split()))
-    if len(numbers) != many:
-        raise InputError(f"{_SHAPES}: expected {many} numbers; found {line!r}")
-    return numbers
-
-
-def _one_of(word: str, known: Sequence[str]) -> str:
-    if word not in known:
-        raise InputError(f"{_SHAPES}: expected one of {', '.join(known)}; found {word!r}")
-    return word
+    fractions = line.split()
+    return _box([*fractions, fractions[-1]], size)
 
 
 def _colour(word: str, own: Vector) -> Vector:
@@ -256,11 +214,7 @@ def _colour(word: str, own: Vector) -> Vector:
     if word in _SHADES:
         red, green, blue = (min(1.0, share * _SHADES[word]) for share in own)
         return (red, green, blue)
-    named = _families()["colours"].get(word, word.removeprefix("#"))
-    try:
-        return _rgb(named)
-    except ValueError:
-        raise InputError(f"{_SHAPES}: there is no colour {word!r}") from None
+    return _rgb(_families()["colours"].get(word, word.removeprefix("#")))
 
 
 def _rgb(digits: str) -> Vector:
