@@ -183,13 +183,16 @@ def _copies(part: Part, word: str) -> Iterator[Part]:
     yield from found
 
 
+def rotated(at: Array, angle: float) -> Array:
+    """A place turned about the upright axis."""
+    x, y, z = at
+    return np.array([x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z])
+
+
 def _turned(part: Part, angle: float) -> Part:
     """A part turned about the upright axis of its body."""
-    x, y, z = part.box.mean(0)
-    middle = np.array(
-        [x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z]
-    )
-    return replace(part, box=part.box - part.box.mean(0) + middle, turn=part.turn + angle)
+    middle = part.box.mean(0)
+    return replace(part, box=part.box - middle + rotated(middle, angle), turn=part.turn + angle)
 
 
 def _mirrored(part: Part, axis: int) -> Part:

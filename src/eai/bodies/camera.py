@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Mapping
 from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
@@ -111,7 +111,7 @@ class Camera:
         self.close()
 
     def _drawn(self, view: View) -> Any:
-        scene, sight = self.scene, sight_of(self.scene, view)
+        scene, sight = self.scene, _SIGHTS[view](self.scene)
         way = np.array(sight.at) - np.array(sight.eye)
         far = float(np.linalg.norm(way))
         camera = self._mujoco.MjvCamera()
@@ -125,17 +125,6 @@ class Camera:
         self._renderer.update_scene(scene.data, camera)
         self._renderer.scene.flags[self._mujoco.mjtRndFlag.mjRND_SHADOW] = self._shadows
         return self._renderer.render()
-
-
-def sight_of(scene: BodyScene, view: View) -> _Sight:
-    """Where one looks from and to."""
-    match view:
-        case "head":
-            return _from_head(scene)
-        case "near":
-            return _nearby(scene)
-        case "top":
-            return _from_above(scene)
 
 
 def _from_head(scene: BodyScene) -> _Sight:
@@ -234,6 +223,13 @@ def _from_above(scene: BodyScene) -> _Sight:
     middle, across = (x0 + x1) / 2, max((x1 - x0) * 0.76, y1)
     height = across / 2 / math.tan(math.radians(18)) + 1.5
     return _Sight((middle, y1 / 2 - 0.35 * y1, height), (middle, y1 / 2, 0.0), 36)
+
+
+_SIGHTS: Mapping[View, Callable[[BodyScene], _Sight]] = {
+    "head": _from_head,
+    "near": _nearby,
+    "top": _from_above,
+}
 
 
 def _in_hand(sight: _Sight, aside: float, size: float) -> Pose:

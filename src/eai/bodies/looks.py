@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from eai.bodies.body import Array, Body, Box, Part, Vector
+from eai.bodies.body import Array, Body, Box, Part, Vector, rotated
 
 _TINTS: tuple[tuple[str, Vector, float], ...] = (
     ("cooked", (0.42, 0.22, 0.08), 0.6),
@@ -72,13 +72,8 @@ def _on(part: Part, state: str, colour: Vector, number: int, size: float) -> Ite
     flat = np.array([radius, radius, radius * (1.1 if state == "frozen" else 0.35)])
     for index in range(number):
         spot = _on_box(half, index) if part.form == "box" else _on_ball(half, index, number)
-        at = _turned(spot, part.turn) + part.box.mean(0)
+        at = rotated(spot, part.turn) + part.box.mean(0)
         yield Part("ball", np.array([at - flat, at + flat]), 0.0, colour, is_solid=False, when=state)
-
-
-def _turned(at: Array, angle: float) -> Array:
-    x, y, z = at
-    return np.array([x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z])
 
 
 def _on_box(half: Array, index: int) -> Array:

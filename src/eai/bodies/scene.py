@@ -53,7 +53,6 @@ class BodyScene:
 
     Args:
         task: the task.
-        seed: of where things are; equal seeds make equal scenes.
 
     Attributes:
         task: the task.
@@ -71,7 +70,7 @@ class BodyScene:
         ImportError: MuJoCo is not installed.
     """
 
-    def __init__(self, task: Task, seed: int = 0) -> None:
+    def __init__(self, task: Task) -> None:
         self.mujoco = _load_mujoco()
         self.task = task
         self._names = [thing.name for thing in task.scene.objects]
@@ -80,7 +79,7 @@ class BodyScene:
         problem: InputError | None = None
         for self.attempts in range(1, ATTEMPTS + 1):
             try:
-                self._settle(f"{task.id} {seed} {self.attempts}")
+                self._settle(f"{task.id} 0 {self.attempts}")
             except InputError as error:
                 problem = error
                 continue
