@@ -6,10 +6,9 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
-from enum import Enum
 from functools import cache
 from pathlib import Path
-from typing import Annotated, TextIO
+from typing import Annotated, Literal, TextIO, TypeAlias
 
 import typer
 
@@ -59,19 +58,10 @@ app = typer.Typer(
 )
 
 
-class _Format(str, Enum):
-    """How a data set is written: one file of JSON Lines, or a folder that Hugging Face's datasets open."""
+_Format: TypeAlias = Literal["jsonl", "hf"]
+"""How a data set is written: one file of JSON Lines, or a folder that Hugging Face's datasets open."""
 
-    JSONL = "jsonl"
-    HF = "hf"
-
-
-class _ImageFormat(str, Enum):
-    PNG = "png"
-    SVG = "svg"
-    RENDERED = "rendered"
-    GIF = "gif"
-
+_ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
 
 _Out = Annotated[Path, flag("The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
@@ -119,7 +109,7 @@ def prompts(
         list[Ability] | None, flag(f"{ABILITIES}. All if not given.", parser=Ability.named)
     ] = None,
     prompt_set: OfSet = PromptSet.OFFICIAL,
-    form: _OfFormat = _Format.JSONL,
+    form: _OfFormat = "jsonl",
     folder: Annotated[
         Path | None, flag("A folder with prompts of your own.", "--prompts", panel=_LIST)
     ] = None,
@@ -152,7 +142,7 @@ def prompts(
 
     Example: eai export prompts --domain tasks/ --ability action_sequencing --out train.jsonl
     """
-    if is_list(out) and form is _Format.JSONL:
+    if is_list(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
             raise InputError(f"--out {out}: expected one --domain and one --ability")
         with opened_source(data, errata=errata) as source:
@@ -193,7 +183,7 @@ def sft(
     least: Annotated[float, flag("The least that an answer must be worth.", min=0, max=1)] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: OfSet = PromptSet.OFFICIAL,
-    form: _OfFormat = _Format.JSONL,
+    form: _OfFormat = "jsonl",
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -216,7 +206,7 @@ def preference(
     margin: Annotated[float, flag("By more than how much the chosen one must be worth more.", min=0)] = 0.0,
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: OfSet = PromptSet.OFFICIAL,
-    form: _OfFormat = _Format.JSONL,
+    form: _OfFormat = "jsonl",
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -274,13 +264,13 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
 
             @cache
             def opened(split: object) -> TextIO:
-                file = out / f"{split}.jsonl" if form is _Format.HF else out
+                file = out / f"{split}.jsonl" if form == "hf" else out
                 file.parent.mkdir(parents=True, exist_ok=True)
                 parts[file] = file.with_name(f"{file.name}.part")
                 return stack.enter_context(parts[file].open("w", encoding="utf-8"))
 
             for row in rows:
-                split = row.get("split", TRAIN) if form is _Format.HF else TRAIN
+                split = row.get("split", TRAIN) if form == "hf" else TRAIN
                 opened(split).write(json.dumps(row) + "\n")
                 if "data_source" in row:
                     domain, _, ability = str(row["data_source"]).rpartition("/")
@@ -290,7 +280,7 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
                 opened(TRAIN)
         for file, part in parts.items():
             part.replace(file)
-        if form is _Format.HF:
+        if form == "hf":
             files = [f"  - split: {file.stem}\n    path: {file.name}\n" for file in parts]
             (out / "README.md").write_text(_CARD.format(files="".join(files)), encoding="utf-8")
             if asked:
@@ -333,7 +323,7 @@ def pictures(
             "gif: the data set's plan in it (extra 'physics').",
             "--format",
         ),
-    ] = _ImageFormat.PNG,
+    ] = "png",
     out: Annotated[Path, flag("The folder to write to.")] = Path("pictures"),
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -374,14 +364,14 @@ def pictures(
 def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> dict[str, str | bytes]:
     """The files of a picture by how their names end."""
     match form:
-        case _ImageFormat.PNG:
+        case "png":
             return {".png": png(drawing)}
-        case _ImageFormat.SVG:
+        case "svg":
             return {".svg": svg(drawing)}
-        case _ImageFormat.RENDERED:
+        case "rendered":
             taken = zip(VIEWS, photographs_of(task), strict=True)
             return {f"_{view}.png": image.data for view, image in taken}
-        case _ImageFormat.GIF:
+        case "gif":
             return {".gif": film_of(task, execute(domain, task.initial, task.script).states)}
 
 
