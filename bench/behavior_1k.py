@@ -35,7 +35,6 @@ from eai.households.behavior_1k.scene import ANY_OTHER
 from eai.logic.traversal import walk
 from eai.pddl.export import export
 from eai.pddl.val import VALID, installed_val, val_verdict
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source, TaskSet
 from eai.world.condition import Readings
 from eai.world.domain import Domain
@@ -390,7 +389,7 @@ def validate(tasks: TaskSet[Task], chosen: Sequence[str], domain: Domain) -> int
 
 def measure_prompts(chosen: Sequence[str]) -> int:
     """Print how long prompts are: the median, the 95th percentile and the longest, in tokens."""
-    library = Library(PromptSet.EAI)
+    library = Library("eai")
     for ability in FOUR:
         prompts = library.open(behavior_1k(), ability)
         lengths = [

@@ -34,7 +34,6 @@ from eai.acting.setting import ACTING
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
-from eai.prompts.prompt import PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Job, Pace
 from eai.scoring.epochs import Believed, settle
@@ -59,7 +58,7 @@ class Work(NamedTuple):
 def make_work(kind: str, tasks: int) -> Work:
     """The first tasks of BEHAVIOR; answers are corrupted and in an experiment mended, episodes are gold."""
     ability = ACTING if kind == "acting" else Ability.ACTION_SEQUENCING
-    suite, library = open_suite("behavior", ability), Library(PromptSet.OFFICIAL)
+    suite, library = open_suite("behavior", ability), Library("official")
     task_ids = suite.task_ids[:tasks]
     believed, trials = None, None
     if kind == "pipeline":

@@ -35,7 +35,6 @@ from eai.envs.rules import Observe
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import AddEffect, Both
 from eai.pddl.writer import write_action
-from eai.prompts.prompt import PromptSet
 from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
 
@@ -46,7 +45,7 @@ STEPS = (10, 20, 50, 100)
 def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
     """The null answers of a suite: what each is called, and what it says of a task."""
     benchmark, ability, source = suite.benchmark, suite.ability, suite.source
-    prompts = Library(PromptSet.OFFICIAL, None, source).open(benchmark, ability)
+    prompts = Library("official", None, source).open(benchmark, ability)
     chance = open_random_answers(benchmark, ability, source)
     yield '""', lambda task_id: ""
     for name, opened in (

@@ -28,7 +28,6 @@ from eai.pddl.files import domain_in, read_text
 from eai.pddl.val import VALID, installed_val, verdict_in
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
 
 LIMITS = Limits(300, looks=30_000)
@@ -103,7 +102,7 @@ def val_accepts(domain: Path, problem: Path, lines: list[str]) -> bool | None:
 def untold(suite: Suite, task_id: str) -> int:
     """How many facts that are no property stand in no prompt."""
     task = suite.tasks[task_id]
-    prompt = Library(PromptSet.OFFICIAL, None, Source()).open(suite.benchmark, suite.ability)[task_id].user
+    prompt = Library("official", None, Source()).open(suite.benchmark, suite.ability)[task_id].user
     vocabulary = suite.benchmark.domain.vocabulary
     names = [each.name for each in task.scene.objects]
     facts = [fact for fact in task.initial.facts() if not is_property(vocabulary.stored(fact.predicate))]

@@ -34,7 +34,7 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.prompt import Prompt
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Job
 from eai.run.tasks import build_task
@@ -133,7 +133,7 @@ def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
         benchmark = find_benchmark(domain)
-        asked = Library(PromptSet.OFFICIAL).open(benchmark, ability)
+        asked = Library("official").open(benchmark, ability)
         prompts = dict(list(asked.items())[: samples + WARM_UP])
         result = measure(Questions(benchmark, ability, prompts), rounds)
         if not results:

@@ -22,7 +22,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import parse_toml
 from eai.data.store import Store
 from eai.harbor.folders import IMAGE, write_task_folders
-from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.prompt import Prompt
 
 HARBOR = os.environ.get("EAI_HARBOR") or shutil.which("harbor")
 """The command of Harbor, which is installed in an environment of its own."""
@@ -46,7 +46,7 @@ def lint(folder: Path) -> list[dict[str, object]]:
 def asked(domain: str, ability: str, task_ids: Sequence[str] = ()) -> tuple[Suite, dict[str, Prompt]]:
     """A suite, and the prompts of tasks; of all if none is named."""
     suite = open_suite(domain, Ability(ability))
-    prompts = Library(PromptSet.OFFICIAL, None, suite.source).open(suite.benchmark, suite.ability)
+    prompts = Library("official", None, suite.source).open(suite.benchmark, suite.ability)
     return suite, {task_id: prompts[task_id] for task_id in task_ids or suite.task_ids}
 
 

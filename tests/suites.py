@@ -9,7 +9,7 @@ from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planne
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.data.store import Store
-from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
+from eai.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import ErrataChoice, Source
 
 SUITES = tuple((name, ability) for name in of_the_paper() for ability in FOUR)
@@ -33,7 +33,7 @@ def official_files(
 
 
 def own_prompts(name: str, ability: Ability, store: Store) -> Mapping[str, Prompt]:
-    return Library(PromptSet.EAI, None, Source(store)).open(find_benchmark(name), ability)
+    return Library("eai", None, Source(store)).open(find_benchmark(name), ability)
 
 
 def answer_book(name: str, ability: Ability, store: Store | None = None) -> AnswerBook:

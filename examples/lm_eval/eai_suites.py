@@ -18,7 +18,6 @@ import eai
 from eai import Ability, Suite
 from eai.abilities.declaration import declaration_of
 from eai.benchmark.prompt_library import Library
-from eai.prompts.prompt import PromptSet
 from eai.results.summary import contributions
 
 
@@ -31,7 +30,7 @@ def suite_of(domain: str, ability: str) -> Suite:
 def questions(domain: str, ability: str, **_: object) -> dict[str, datasets.Dataset]:
     """The official prompts of a suite, a row each, in the split ``test``."""
     suite = suite_of(domain, ability)
-    asked = Library(PromptSet.OFFICIAL, None, suite.source).open(suite.benchmark, Ability(ability))
+    asked = Library("official", None, suite.source).open(suite.benchmark, Ability(ability))
     about = {"domain": domain, "ability": ability}
     rows = [
         {**about, "task_id": task_id, "system": prompt.system or "", "user": prompt.user}

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
@@ -50,7 +51,7 @@ def questions(name: str, ability: Ability, store: Store, prompts: PromptSet) -> 
 
 
 def forms(
-    name: str, ability: Ability, store: Store, prompts: PromptSet = PromptSet.EAI, every: int = EVERY
+    name: str, ability: Ability, store: Store, prompts: PromptSet = "eai", every: int = EVERY
 ) -> Mapping[str, Schema]:
     found = benchmark(name)
     tasks, asked = found.tasks(Source(store)), questions(name, ability, store, prompts)
@@ -102,7 +103,7 @@ def test_good_answers_have_the_form_and_are_read_alike(
                 assert suite.score(task_id, written) == suite.score(task_id, gold.text), task_id
 
 
-@pytest.mark.parametrize("prompts", PromptSet)
+@pytest.mark.parametrize("prompts", get_args(PromptSet))
 @pytest.mark.parametrize(("name", "ability"), SUITES)
 def test_a_form_has_only_words_that_are_asked_with_and_no_more_than_providers_take(
     name: str, ability: Ability, prompts: PromptSet, data_store: Store

@@ -20,7 +20,7 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.tasks import VirtualHomeTasks
-from eai.prompts.prompt import Belief, PromptSet
+from eai.prompts.prompt import Belief
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, Oracle
 from suites import official_prompts
@@ -142,7 +142,7 @@ def test_only_the_goals_are_others(name: str, ability: Ability, data_store: Stor
     tasks, section = benchmark.tasks(Source(data_store)), benchmark.goal_sections[ability]
     true = official_prompts(name, ability, data_store)
     beliefs = {task_id: believing("no idea", tasks[task_id], benchmark) for task_id in true}
-    opened = Library(PromptSet.OFFICIAL, None, Source(data_store)).open(benchmark, ability, beliefs)
+    opened = Library("official", None, Source(data_store)).open(benchmark, ability, beliefs)
     for task_id, prompt in true.items():
         before, after = prompt.user.rsplit(section.find(prompt.user), 1)
         asked = opened[task_id]
@@ -155,7 +155,7 @@ def test_only_the_goals_are_others(name: str, ability: Ability, data_store: Stor
 def test_our_prompts_are_rendered_from_the_belief(behavior_tasks: BehaviorTasks, data_store: Store) -> None:
     """The example keeps the goals that its answer reaches."""
     benchmark = find_benchmark("behavior")
-    library = Library(PromptSet.EAI, None, Source(data_store))
+    library = Library("eai", None, Source(data_store))
     answer = (
         '{"node goals": [["open", "jar.n.01_1"], ["not", "open", "jar.n.01_1"], ["shiny", "jar.n.01_3"]]}'
     )
@@ -180,10 +180,10 @@ def test_prompts_of_the_user_need_a_place_for_goals(
     file = tmp_path / "behavior_subgoal_decomposition.json"
     rows = [{"identifier": JARS, "llm_prompt": "Mine.\n## Goal States\nx\n\n## Output"}]
     file.write_text(json.dumps(rows), encoding="utf-8")
-    official = Library(PromptSet.OFFICIAL, tmp_path, Source(data_store))
+    official = Library("official", tmp_path, Source(data_store))
     assert official.open(benchmark, ability, beliefs)[JARS].user == "Mine.\n## Goal States\n\n\n## Output"
     with pytest.raises(InputError, match="tells of the task as it is, not of a belief"):
-        Library(PromptSet.EAI, tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
+        Library("eai", tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")
     with pytest.raises(InputError, match="a prompt has no goals between"):

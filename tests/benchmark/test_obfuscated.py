@@ -18,7 +18,6 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
 from sweeps import swept
 
@@ -65,7 +64,7 @@ def test_words_change_among_those_that_are_used_alike(name: str) -> None:
 
 def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     twin, words = find_benchmark(f"obfuscated:{name}"), cipher(name)
-    prompts = Library(PromptSet.EAI, source=Source()).open(twin, PLANNED[0])
+    prompts = Library("eai", source=Source()).open(twin, PLANNED[0])
     book, plain = open_answer_book(twin, PLANNED[0]), open_answer_book(find_benchmark(name), PLANNED[0])
     task_id = next(iter(prompts))
     task = twin.tasks(Source())[task_id]
@@ -80,7 +79,7 @@ def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability
     """All that a model could use beside the words is the same, so a difference is theirs."""
     told, twin = f"rules:{name}", f"obfuscated:{name}"
     prompts, others = (
-        Library(PromptSet.EAI, source=Source()).open(find_benchmark(each), ability) for each in (told, twin)
+        Library("eai", source=Source()).open(find_benchmark(each), ability) for each in (told, twin)
     )
     assert list(prompts) == list(others)
     for task_id in list(prompts)[:: max(1, len(prompts) // 6)]:
@@ -124,7 +123,7 @@ def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.Monkey
     assert "GO" in cipher("lamps:lamps").words.values()
     for ability in PLANNED:
         twin = find_benchmark("obfuscated:lamps:lamps")
-        prompt = next(iter(Library(PromptSet.EAI, source=Source()).open(twin, ability).values()))
+        prompt = next(iter(Library("eai", source=Source()).open(twin, ability).values()))
         assert re.search(
             r"with what each( action)? requires and changes:\nAn action is possible", prompt.user
         )

@@ -19,7 +19,7 @@ SUITE = (find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 
 
-def library(store: Store, folder: Path | None, prompts: PromptSet = PromptSet.OFFICIAL) -> Library:
+def library(store: Store, folder: Path | None, prompts: PromptSet = "official") -> Library:
     return Library(prompts, folder, Source(store))
 
 
@@ -38,7 +38,7 @@ def test_files_of_the_user_replace_single_prompts(data_store: Store, tmp_path: P
 
 def test_templates_of_the_user_replace_single_ones(data_store: Store, tmp_path: Path) -> None:
     (tmp_path / "subgoal_decomposition.txt").write_text("Only this: $task")
-    opened = library(data_store, tmp_path, PromptSet.EAI).open(*SUITE)
+    opened = library(data_store, tmp_path, "eai").open(*SUITE)
     assert opened[TASK].user.startswith("Only this: Task: assembling_gift_baskets")
 
 

@@ -44,7 +44,7 @@ def suite_of(name: str, store: Store, protocol: Protocol = Protocol.STRICT) -> S
 
 def trials_of(name: str, store: Store, experiment: Experiment) -> Trials:
     """The trials of all tasks with the published prompts."""
-    suite, library = suite_of(name, store), Library(PromptSet.OFFICIAL, None, Source(store))
+    suite, library = suite_of(name, store), Library("official", None, Source(store))
     prompts = library.open(suite.benchmark, ACTIONS)
     return open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
 
@@ -70,7 +70,7 @@ def test_an_attempt_is_judged_as_a_single_answer_is(
     assert judged >= 99
 
 
-@pytest.mark.parametrize(("prompts", "with_ids"), [(PromptSet.OFFICIAL, False), (PromptSet.EAI, True)])
+@pytest.mark.parametrize(("prompts", "with_ids"), [("official", False), ("eai", True)])
 def test_how_answers_are_read_is_fixed_by_the_prompts(
     prompts: PromptSet, with_ids: bool, data_store: Store
 ) -> None:

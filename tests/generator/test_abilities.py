@@ -15,7 +15,6 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.envs.environment import make
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
@@ -51,8 +50,8 @@ def test_right_answers_are_right(like: str, ability: Ability, tmp_path: Path) ->
 @pytest.mark.parametrize("like", HOUSEHOLDS)
 def test_prompts_say_the_instruction_and_show_all_there_is(like: str, tmp_path: Path) -> None:
     benchmark = made(like, tmp_path)
-    prompts = Library(PromptSet.EAI, source=SOURCE).open(benchmark, Ability.GOAL_INTERPRETATION)
-    plans = Library(PromptSet.EAI, source=SOURCE).open(benchmark, Ability.ACTION_SEQUENCING)
+    prompts = Library("eai", source=SOURCE).open(benchmark, Ability.GOAL_INTERPRETATION)
+    plans = Library("eai", source=SOURCE).open(benchmark, Ability.ACTION_SEQUENCING)
     for task_id, task in benchmark.tasks(SOURCE).items():
         assert task.instruction in prompts[task_id].user
         assert all(thing.name in plans[task_id].user for thing in task.scene.objects)

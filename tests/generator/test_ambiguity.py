@@ -21,7 +21,6 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import RULES, Game, Stage
 from eai.generator.spec import Generated, TaskKind
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
 from eai.tasks.task_files import problems_of
 from eai.tasks.task_lines import read_line, task_of, written
@@ -96,7 +95,7 @@ def test_prompts_tell_the_words_alone_and_that_one_may_ask(like: str) -> None:
     for pair in pairs(like):
         alone = Benchmark("pair", benchmark.domain, given(*pair))
         suite = eai.open(alone, Ability.ACTION_SEQUENCING)
-        prompts = Library(PromptSet.EAI).open(alone, Ability.ACTION_SEQUENCING)
+        prompts = Library("eai").open(alone, Ability.ACTION_SEQUENCING)
         for task in pair:
             told = prompts[task.id].user
             assert told.count(task.instruction) == 1

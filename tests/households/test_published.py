@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from collections import Counter
+from typing import get_args
 
 import pytest
 
@@ -101,7 +102,7 @@ def operators_asked_for(question: str) -> dict[str, str]:
     return {name: " ".join(parameters.split()) for name, parameters in found}
 
 
-@pytest.mark.parametrize("prompts", list(PromptSet))
+@pytest.mark.parametrize("prompts", get_args(PromptSet))
 @pytest.mark.parametrize("name", ["virtualhome", "behavior"])
 def test_the_operators_that_are_asked_for_are_those_that_are_scored(
     data_store: Store, name: str, prompts: PromptSet

@@ -18,7 +18,7 @@ from eai.abilities.wording import Wording
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.prompts.feedback import REASONS, Asker
-from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.prompt import Prompt
 from envs.switches import DOMAIN, SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING
@@ -137,7 +137,7 @@ def test_a_conversation_asks_the_first_question_once() -> None:
 def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
     """Rendered questions are of the present state, to which no word is added; others have it at the end."""
     chosen = Experiment(1, "continue", "state")
-    library = Library(PromptSet.EAI)
+    library = Library("eai")
     prompts = library.open(SWITCHES, ACTIONS)
     first, second = questions(chosen, [plan(SHED)], library.asker(SWITCHES, ACTIONS, prompts))
     assert first == prompts["both"]
@@ -154,7 +154,7 @@ def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
     asks = Asker({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
     _, second = questions(chosen, [plan("WAVE")], asks, "greet")
     assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
-    library = Library(PromptSet.EAI)
+    library = Library("eai")
     rendered = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
     before, after = questions(chosen, [plan("WAVE")], rendered, "greet")
     assert "WAVE or GO" in before.user
@@ -164,7 +164,7 @@ def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
 def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:
     (tmp_path / "feedback").mkdir()
     (tmp_path / "feedback" / "missing_step.txt").write_text("Too early: $action.\n")
-    library = Library(PromptSet.EAI, tmp_path)
+    library = Library("eai", tmp_path)
     asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
     _, second = questions(Experiment(1, feedback="kind"), [plan(LAMP, TORCH)], asks)
     assert "- Too early: PRESS(torch).\n" in second.user

@@ -18,7 +18,6 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import RULES, Game, Stage
 from eai.prompts.own import Questions, render
-from eai.prompts.prompt import PromptSet
 from eai.prompts.template import Templates
 from eai.tasks.problem_world import open_pddl
 from eai.tasks.source import Source, given
@@ -134,7 +133,7 @@ def test_prompts_speak_of_the_domain_at_hand_alone(ability: Ability) -> None:
     benchmark = find_benchmark(f"pddl:{folder / 'domain.pddl'},{folder}")
     robot = replace(benchmark, role="the dispatcher of a courier")
     for found, role in ((benchmark, "an agent"), (robot, robot.role)):
-        for prompt in Library(PromptSet.EAI).open(found, ability).values():
+        for prompt in Library("eai").open(found, ability).values():
             assert ability is Ability.TRANSITION_MODELING or f" {role}" in prompt.user
             for strange in (
                 "household",

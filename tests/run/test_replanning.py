@@ -22,7 +22,6 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.prompts.feedback import REASONS
-from eai.prompts.prompt import PromptSet
 from eai.scoring.records import read_records
 from eai.scoring.trials import open_trials
 from eai.tasks.source import Source
@@ -53,7 +52,7 @@ def records_of(folder: Path) -> list[Record]:
 
 def offline(experiment: Experiment, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
     """The answers and verdicts of the same loop without Inspect, by task."""
-    suite, library = open_suite("behavior", ACTIONS, source=Source(store)), Library(PromptSet.OFFICIAL)
+    suite, library = open_suite("behavior", ACTIONS, source=Source(store)), Library("official")
     prompts = library.open(suite.benchmark, ACTIONS)
     trials = open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
     book = answer_book("behavior", ACTIONS, store)

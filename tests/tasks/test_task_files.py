@@ -20,7 +20,6 @@ from eai.data.store import Store
 from eai.envs.environment import make
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
 from eai.tasks.task_lines import json_schema, written
 from processes import eai as in_own_process
@@ -190,7 +189,7 @@ def test_all_abilities_work(name: str, ability: Ability, data_store: Store) -> N
         pytest.skip("300 objects a problem: tested on generated tasks, which have 30")
     benchmark, source = closed(name, data_store), Source(data_store, planner=PlannerChoice.BUILT_IN)
     suite = open_suite(benchmark, ability, source=source)
-    prompts = Library(PromptSet.OFFICIAL, source=source).open(benchmark, ability)
+    prompts = Library("official", source=source).open(benchmark, ability)
     assert list(prompts) == list(suite.task_ids) != []
     book = open_answer_book(benchmark, ability, source)
     for task_id in suite.task_ids:

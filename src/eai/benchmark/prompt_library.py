@@ -87,7 +87,7 @@ class Library:
         beliefs = beliefs or {}
         if self.folder is not None:
             _refuse_strangers(self.folder, benchmark)
-        official = self.prompts is PromptSet.OFFICIAL
+        official = self.prompts == "official"
         published = benchmark.official_prompts(ability, self.source) if official else None
         if published is not None:
             prompts = self._with_own_files(published, benchmark, ability)
@@ -103,7 +103,7 @@ class Library:
 
     def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
         """How many tasks' questions are the data set's as its errata correct them."""
-        if self.prompts is not PromptSet.OFFICIAL or self._has_own_file(benchmark, ability):
+        if self.prompts != "official" or self._has_own_file(benchmark, ability):
             return 0
         return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
 
@@ -112,7 +112,7 @@ class Library:
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
         """
-        rendered = self.prompts is PromptSet.EAI or benchmark.published_prompts is None
+        rendered = self.prompts == "eai" or benchmark.published_prompts is None
         templates, restate = Templates(self.folder), None
         if rendered and not self._has_own_file(benchmark, ability):
             restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
@@ -194,7 +194,7 @@ def _believing(
     if beliefs and section is None:
         raise InputError(
             f"{benchmark.name} {ability.value}: it is not known where published prompts state goals; "
-            f"use --set {PromptSet.EAI.value}"
+            "use --set eai"
         )
     return {
         task_id: prompt

@@ -108,7 +108,7 @@ def prompts(
     ability: Annotated[
         list[Ability] | None, flag(f"{ABILITIES}. All if not given.", parser=Ability.named)
     ] = None,
-    prompt_set: OfSet = PromptSet.OFFICIAL,
+    prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
     folder: Annotated[
         Path | None, flag("A folder with prompts of your own.", "--prompts", panel=_LIST)
@@ -182,7 +182,7 @@ def sft(
     domain: _Domains = None,
     least: Annotated[float, flag("The least that an answer must be worth.", min=0, max=1)] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
-    prompt_set: OfSet = PromptSet.OFFICIAL,
+    prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -205,7 +205,7 @@ def preference(
     domain: _Domains = None,
     margin: Annotated[float, flag("By more than how much the chosen one must be worth more.", min=0)] = 0.0,
     shaping: _Shaping = Shaping.PROGRESS,
-    prompt_set: OfSet = PromptSet.OFFICIAL,
+    prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -395,7 +395,7 @@ def harbor(
     shared: Annotated[
         bool, flag("Score in the agent's box, for readers that know no other way.", "--shared")
     ] = False,
-    prompt_set: OfSet = PromptSet.OFFICIAL,
+    prompt_set: OfSet = "official",
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:

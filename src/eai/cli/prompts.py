@@ -53,7 +53,7 @@ def write_prompts(
         InputError: there is no such task, or people cannot answer on a page.
     """
     source, is_page = library.source, out.suffix == PAGE
-    is_plain = library.prompts is PromptSet.OFFICIAL and library.folder is None and goals is None
+    is_plain = library.prompts == "official" and library.folder is None and goals is None
     is_whole = not (tasks or sample is not None or is_page)
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None
     if goals is not None:

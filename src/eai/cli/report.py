@@ -27,7 +27,6 @@ from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.households.packs import is_at_hand
 from eai.pictures.course import courses, film_name
-from eai.prompts.prompt import PromptSet
 from eai.report.board import board_html
 from eai.report.document import unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
@@ -233,7 +232,7 @@ def _words(benchmark: Benchmark, source: Store) -> Background:
 
 def _prompts(benchmark: Benchmark, ability: Ability, source: Store) -> dict[str, str]:
     try:
-        found = Library(PromptSet.OFFICIAL, None, Source(source)).open(benchmark, ability)
+        found = Library("official", None, Source(source)).open(benchmark, ability)
     except EaiError:
         return {}
     return {

@@ -14,9 +14,8 @@ import json
 from base64 import b64encode
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from enum import Enum
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
@@ -29,11 +28,8 @@ from eai.errors import InputError
 Shape = TypeVar("Shape")
 
 
-class PromptSet(str, Enum):
-    """Which prompts a model is asked: the data set's, or ours, rendered from a domain's declaration."""
-
-    OFFICIAL = "official"
-    EAI = "eai"
+PromptSet: TypeAlias = Literal["official", "eai"]
+"""Which prompts a model is asked: the data set's, or ours, rendered from a domain's declaration."""
 
 
 class Image(NamedTuple):

@@ -118,7 +118,7 @@ class _ChosenTasks(Options):
 class _ChosenPrompts(Options):
     """How it is asked."""
 
-    set: PromptSet = option("The prompts: the data set's (official), or ours (eai).", PromptSet.OFFICIAL)
+    set: PromptSet = option("The prompts: the data set's (official), or ours (eai).", "official")
     folder: Path | None = option("A folder with prompts of your own.")
     name: str | None = option("A name for these prompts, in records and tables.")
 

@@ -33,7 +33,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.prompt import Prompt
 from eai.run.acting import enter, player
 from eai.run.job import CAPTIONER
 from eai.run.scorer import EXPERIMENT, SCORERS
@@ -138,7 +138,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     def suite(
         domain: str = reference,
         protocol: str = DEFAULT_PROTOCOL.value,
-        prompts: str = PromptSet.OFFICIAL.value,
+        prompts: str = "official",
         prompt_folder: str | None = None,
         planner: str = PlannerChoice.AUTO.value,
         errata: str = ErrataChoice.CURRENT.value,

@@ -25,7 +25,6 @@ from eai.pddl.planning import PlannerOutcome
 from eai.pddl.writer import write_formula
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd
-from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source, TaskSet
 from eai.world.conformance import check
 from eai.world.domain import Domain
@@ -137,7 +136,7 @@ def test_what_is_on_no_known_floor_is_seen_from_anywhere(activities: TaskSet[Tas
 
 
 def test_prompts_of_plans_tell_the_conventions_unless_they_are_asked(activity_store: Store) -> None:
-    library, task_id = Library(PromptSet.EAI, source=Source(store=activity_store)), "clean_a_patio"
+    library, task_id = Library("eai", source=Source(store=activity_store)), "clean_a_patio"
     told, silent = (
         {ability: library.open(each, ability)[task_id].user for ability in FOUR[:3]}
         for each in (behavior_1k(), untold())
@@ -165,7 +164,7 @@ def test_prompts_of_transition_modeling_tell_what_their_operators_read_and_littl
 ) -> None:
     source = Source(store=activity_store)
     operators = behavior_1k().operators(source)
-    prompts = Library(PromptSet.EAI, source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
+    prompts = Library("eai", source=source).open(behavior_1k(), Ability.TRANSITION_MODELING)
     for task_id in list(operators)[::40]:
         shown, _, asked = prompts[task_id].user.partition("An example of another task")
         task = operators[task_id]

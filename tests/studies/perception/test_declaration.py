@@ -51,12 +51,11 @@ def test_a_question_shows_a_picture_and_takes_a_template_of_the_users(
 ) -> None:
     pytest.importorskip("matplotlib")
     from eai.benchmark.prompt_library import Library
-    from eai.prompts.prompt import PromptSet
 
     benchmark = find_benchmark("behavior")
     (tmp_path / "scene_graph.txt").write_text("Look at $objects", encoding="utf-8")
     for folder, begins in ((None, "You see a picture of a scene"), (tmp_path, "Look at ")):
-        prompts = Library(PromptSet.OFFICIAL, folder).open(benchmark, SCENE_GRAPH)
+        prompts = Library("official", folder).open(benchmark, SCENE_GRAPH)
         prompt = prompts[next(iter(prompts))]
         assert prompt.user.startswith(begins)
         (image,) = prompt.images

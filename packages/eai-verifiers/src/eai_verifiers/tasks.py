@@ -60,7 +60,7 @@ def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier
     made = generate(Generator(base, spec, source), seeds_of(split.value, seed), sys.maxsize, set())
     found = (each for each in made if isinstance(each, Generated))
     while batch := list(islice(found, _TOGETHER)):
-        asked = Library(PromptSet.EAI, None, source).open(
+        asked = Library("eai", None, source).open(
             with_tasks(base, split.value, given(*[each.task for each in batch])), ability
         )
         for each in batch:

@@ -37,7 +37,7 @@ class HouseholdConfig(vf.TasksetConfig):
     """A benchmark: ``virtualhome``, ``behavior``, ``module:object``, a task file or a folder of them."""
     ability: Ability = Ability.ACTION_SEQUENCING
     """Which of the four abilities is asked for."""
-    prompts: PromptSet = PromptSet.OFFICIAL
+    prompts: PromptSet = "official"
     """The data set's prompts, where it has some, or ours; about new tasks ours."""
     generated: bool = False
     """Instead of the benchmark's own tasks, new ones in its world, without end."""

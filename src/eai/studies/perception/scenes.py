@@ -19,7 +19,7 @@ from eai.errors import InputError
 from eai.pictures.picture import drawn_images, images_in
 from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
-from eai.prompts.prompt import Belief, Image, PromptSet
+from eai.prompts.prompt import Belief, Image
 from eai.prompts.template import Templates
 from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
@@ -124,7 +124,7 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
     """Raise if a scene is to be shown in another way by published prompts."""
     is_posed = declaration_of(suite.ability).asked.pose is not None
     published = suite.benchmark.published_prompts is not None and not is_posed
-    if library.prompts is PromptSet.OFFICIAL and published:
+    if library.prompts == "official" and published:
         scene = choice.scene
         raise InputError(
             f"perception.scene {scene}: published prompts tell of scenes in their own way; "
