@@ -20,7 +20,7 @@ from eai.data.store import Store
 from eai.errors import EaiError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _Given, _remove, _Worker, batches
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _Batch, _remove, _Worker, batches
 from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
@@ -204,7 +204,7 @@ def given_out(monkeypatch: pytest.MonkeyPatch, workers: int, sizes: list[int]) -
     monkeypatch.setattr(Workers, "_started", lambda self: _Worker(Noted(), Noted()))  # type: ignore[arg-type]
     pool = Workers(workers)
     for size in sizes:
-        pool._waiting.append(_Batch(_Given(b"", tuple(range(size)))))
+        pool._waiting.append(_Batch(b"", tuple(range(size))))
         pool._give()
     assert all(len(worker.connection.sent) == len(worker.has) for worker in pool._workers)  # type: ignore[attr-defined]
     return [*(len(worker.has) for worker in pool._workers), len(pool._waiting)]
@@ -237,7 +237,7 @@ def test_three_batches_for_each_worker_are_read_ahead(
 
     def received(self: Workers) -> None:
         for batch in self._waiting:
-            batch.result = pickle.dumps(list(batch.given.items))
+            batch.result = pickle.dumps(list(batch.items))
         self._waiting.clear()
 
     monkeypatch.setattr(Workers, "_give", lambda self: None)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from itertools import chain, tee
 from operator import length_hint
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import declaration_of, no_harness
 from eai.abilities.explanation import Explanation
@@ -146,12 +146,8 @@ class Scoring(Workers):
         return share, share
 
 
-class _Judged(NamedTuple):
-    """The part of a record that is not known before an answer is scored: all that a worker sends back."""
-
-    verdict: Verdict
-    task: TaskFeatures | None
-    explanation: Explanation | None = None
+_Judged: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
+"""The part of a record that is not known before an answer is scored: all that a worker sends back."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,15 +166,14 @@ class _Judge:
         verdict = assessment.verdict
         if self.settings.look_back is not None and assessment.look_back is not None:
             verdict = assessment.look_back(self.settings.look_back)
-        return _Judged(verdict, self.suite.features(response.task_id), explanation)
+        return verdict, self.suite.features(response.task_id), explanation
 
     def _missing(self, missing: _Missing) -> _Judged:
-        """The record of a task without an answer."""
+        """What is made of a task without an answer."""
+        verdict = self.suite.unanswered(missing.task_id)
         if self.settings.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
             verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
-        else:
-            verdict = self.suite.unanswered(missing.task_id)
-        return _Judged(verdict, self.suite.features(missing.task_id))
+        return verdict, self.suite.features(missing.task_id), None
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,17 +265,8 @@ def score_run(
 
 
 def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged) -> Record:
+    verdict, task, explanation = judged
     if isinstance(item, _Missing):
-        return record_of(
-            suite, model, item.task_id, "", judged.verdict, task=judged.task, unanswered=item.why
-        )
-    return record_of(
-        suite,
-        model,
-        item.task_id,
-        item.text,
-        judged.verdict,
-        explanation=judged.explanation,
-        task=judged.task,
-        sample=item.sample,
-    )
+        return record_of(suite, model, item.task_id, "", verdict, task=task, unanswered=item.why)
+    about = {"explanation": explanation, "task": task, "sample": item.sample}
+    return record_of(suite, model, item.task_id, item.text, verdict, **about)

@@ -30,7 +30,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from tempfile import TemporaryDirectory
 from types import FrameType, TracebackType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from typing_extensions import Self
 
@@ -42,13 +42,6 @@ ENDED = 128 + signal.SIGTERM
 
 CLEANING_SECONDS = 1
 """How long a worker may take to end its planners and to remove their files before it is killed."""
-
-
-class _Given(NamedTuple):
-    """The input of a worker: some pickled work, which it keeps, and what to do it on."""
-
-    work: bytes
-    items: Sequence[Any]
 
 
 def serve(connection: Connection, folder: str) -> None:
@@ -93,8 +86,8 @@ def _end(number: int, frame: FrameType | None) -> None:
 def _done(content: bytes) -> bytes:
     """The results of some work on a batch, pickled plainly: as a connection does it takes twice as long."""
     try:
-        given: _Given = pickle.loads(content)  # noqa: S301 - of a process of this program
-        return pickle.dumps(loaded(given.work)(given.items))
+        work, items = pickle.loads(content)  # noqa: S301 - of a process of this program
+        return pickle.dumps(loaded(work)(items))
     except Exception as error:
         return _error_bytes(error)
 
@@ -140,9 +133,10 @@ DEATHS = 3
 
 @dataclass(slots=True, eq=False)
 class _Batch:
-    """Some items of a stream, and what becomes of them."""
+    """Some items of a stream, the pickled work to do on them, and what becomes of them."""
 
-    given: _Given
+    work: bytes
+    items: Sequence[Any]
     result: bytes | None = None
     deaths: int = 0
 
@@ -240,7 +234,7 @@ class Workers:
         try:
             while True:
                 for part in islice(coming, self._number * AHEAD - len(ahead)):
-                    ahead.append(_Batch(_Given(content, part)))
+                    ahead.append(_Batch(content, part))
                     self._waiting.append(ahead[-1])
                     self._give()
                 if not ahead:
@@ -256,9 +250,9 @@ class Workers:
         while self._waiting:
             batch = self._waiting[0]
             worker = self._least_busy()
-            if len(worker.has) >= (1 if len(batch.given.items) < SMALLEST else HELD):
+            if len(worker.has) >= (1 if len(batch.items) < SMALLEST else HELD):
                 return
-            content = pickle.dumps(batch.given)
+            content = pickle.dumps((batch.work, batch.items))
             worker.has.append(self._waiting.popleft())
             with self._buried_if_cut_off(worker):
                 worker.connection.send_bytes(content)
@@ -319,7 +313,7 @@ class Workers:
         at = worker.has[0]
         at.deaths += 1
         if at.deaths == DEATHS:
-            at.result = pickle.dumps(EaiError(_named_items(at.given.items)))
+            at.result = pickle.dumps(EaiError(_named_items(at.items)))
             worker.has.popleft()
         self._waiting.extendleft(reversed(worker.has))
 
