@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
@@ -43,25 +43,12 @@ FREE = "in which doing nothing, or copying the question, is right"
 """Why a task has no folder."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Shape:
-    """The folder of templates of an ability, the commands that give an answer, and the extra of eai."""
-
-    templates: str
-    solution: Callable[[str], str]
-    extra: str = ""
-
-
 def _written(answer: str) -> str:
     return f"cat > /workdir/answer.txt <<'END_OF_ANSWER'\n{answer}\nEND_OF_ANSWER"
 
 
 def _acted(answer: str) -> str:
     return "\n".join([f"act {quote(command)}" for command in answer.splitlines()])
-
-
-_ANSWERS = _Shape("answer", _written)
-_SHAPES = {ACTING: _Shape("acting", _acted, "[mcp]")}
 
 
 def write_task_folders(
@@ -91,7 +78,7 @@ def write_task_folders(
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise InputError(f"{out}: expected a new or an empty folder")
-    if is_shared and suite.ability in _SHAPES:
+    if is_shared and suite.ability is ACTING:
         raise InputError(f"--shared: {suite.ability} is scored where the agent cannot write")
     contents: _Files = {wheel.name: content_of(wheel) for wheel in wheels}
     exporter = _Exporter(suite, contents, image, verifier_image, is_shared)
@@ -141,9 +128,9 @@ class _Exporter:
     is_shared: bool
 
     @property
-    def shape(self) -> _Shape:
-        """How folders of the ability look."""
-        return _SHAPES.get(self.suite.ability, _ANSWERS)
+    def acts(self) -> bool:
+        """Whether answers are episodes, in a world of their own."""
+        return self.suite.ability is ACTING
 
     def task_folder(self, slug: str, task_id: str, prompt: Prompt, solution: str) -> _Files:
         """The files of a task, by their places."""
@@ -154,11 +141,11 @@ class _Exporter:
             "task_id": json.dumps(task_id),
             "task": json.dumps(str(TaskReference(reference, self.suite.ability, task_id))),
             "question": "\n\n".join(filter(None, [prompt.system, prompt.user])),
-            "solution": self.shape.solution(solution),
-            "world": _world(reference, task_id) if self.suite.ability is ACTING else "",
+            "solution": _acted(solution) if self.acts else _written(solution),
+            "world": _world(reference, task_id) if self.acts else "",
         }
         tests = _filled("script", about) | (self.wheels | tasks if self.is_shared else {})
-        own = _filled("every", about) | _filled(self.shape.templates, about)
+        own = _filled("every", about) | _filled("acting" if self.acts else "answer", about)
         own |= {} if self.is_shared else _filled("separate", about)
         return own | {f"tests/{name}": content for name, content in tests.items()}
 
@@ -170,7 +157,7 @@ class _Exporter:
 
     def _about(self, reference: str) -> dict[str, str]:
         """The values of the places in templates that all folders share."""
-        extra = self.shape.extra
+        extra = "[mcp]" if self.acts else ""
         found = [f"./{wheel}{extra}" for wheel in self.wheels] or [f"{_PACKAGE}{extra}=={__version__}"]
         mode = "shared" if self.is_shared else "separate"
         own = f'\n\n[verifier.environment]\nnetwork_mode = "no-network"{_image_line(self.verifier_image)}'
