@@ -77,8 +77,8 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
         open_to_all: all who call act in the first world; if not, each in that of the ticket.
     """
     tools = [
-        Tool(name=each.name, description=each.description, input_schema={**each.schema})
-        for each in tools_of(domain)
+        Tool(name=name, description=meaning, input_schema={**schema})
+        for name, meaning, schema in tools_of(domain)
     ]
 
     async def list_tools(context: object, params: object) -> ListToolsResult:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from eai.envs.command import DONE, LOOK
 from eai.errors import InputError
@@ -13,16 +13,8 @@ ACT, READ, END = "act", "look", "done"
 """The names of the tools."""
 
 
-class _Tool(NamedTuple):
-    """A tool: its name and meaning, and the JSON schema of its arguments."""
-
-    name: str
-    description: str
-    schema: Mapping[str, Any]
-
-
-def tools_of(domain: Domain) -> tuple[_Tool, ...]:
-    """The tools by which an agent acts in a domain.
+def tools_of(domain: Domain) -> tuple[tuple[str, str, Mapping[str, Any]], ...]:
+    """The tools by which an agent acts in a domain: name, meaning, and JSON schema of the arguments.
 
     Actions are no enumeration: one that there is not is an error that the world diagnoses, not one of the
     call.
@@ -34,9 +26,9 @@ def tools_of(domain: Domain) -> tuple[_Tool, ...]:
         "objects": {"type": "array", "items": {"type": "string"}, "description": names},
     }
     return (
-        _Tool(ACT, "Take one action and read what became of it.", _object(action)),
-        _Tool(READ, "Read again what you see. This costs nothing, once between two actions.", _object({})),
-        _Tool(END, "Say that the task is done. Nothing can be done after it.", _object({})),
+        (ACT, "Take one action and read what became of it.", _object(action)),
+        (READ, "Read again what you see. This costs nothing, once between two actions.", _object({})),
+        (END, "Say that the task is done. Nothing can be done after it.", _object({})),
     )
 
 
