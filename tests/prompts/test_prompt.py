@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eai.errors import InputError
-from eai.prompts.prompt import Prompt, prompt_file, read_prompt_file, read_system_file, system_file
+from eai.prompts.prompt import Prompt, PromptFiles, read_prompt_file, read_system_file
 
 
 def test_digest_covers_both_messages_and_where_they_meet() -> None:
@@ -18,18 +18,17 @@ def test_digest_covers_both_messages_and_where_they_meet() -> None:
 
 def test_files_have_the_shape_of_the_reference(tmp_path: Path) -> None:
     prompts = {"27_2": Prompt("ask ünder", "be brief"), "1_1": Prompt("?", "be brief")}
-    content = prompt_file(prompts)
-    assert json.loads(content) == [
+    files = PromptFiles.of(prompts)
+    assert json.loads(files.prompts) == [
         {"identifier": "27_2", "llm_prompt": "ask ünder"},
         {"identifier": "1_1", "llm_prompt": "?"},
     ]
-    (tmp_path / "p.json").write_bytes(content)
+    (tmp_path / "p.json").write_bytes(files.prompts)
     assert read_prompt_file(tmp_path / "p.json") == {"27_2": "ask ünder", "1_1": "?"}
-    system = system_file(prompts)
-    assert system is not None
-    (tmp_path / "s.json").write_bytes(system)
+    assert files.system is not None
+    (tmp_path / "s.json").write_bytes(files.system)
     assert read_system_file(tmp_path / "s.json") == "be brief"
-    assert system_file({"1_1": Prompt("?")}) is None
+    assert PromptFiles.of({"1_1": Prompt("?")}).system is None
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from eai.cli.console import counted, tell
 from eai.cli.options import flag, listed, opened_source
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
-from eai.prompts.prompt import Prompt, PromptFiles, PromptSet, prompt_file, system_file
+from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
 from eai.report.answer_form import form_html
 from eai.tasks.adaptive import SHORT, short_test
 
@@ -61,7 +61,7 @@ def write_prompts(
 
         beliefs = read_believed(goals, benchmark, ability, source).beliefs
         opened = library.open(benchmark, ability, beliefs)
-        files = _files_of({task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs})
+        files = PromptFiles.of({task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs})
     elif files is None:
         opened = library.open(benchmark, ability)
         chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
@@ -72,15 +72,11 @@ def write_prompts(
             made: Json = {"file": str(out), "questions": len(chosen)}
             tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)
             return
-        files = _files_of(chosen)
+        files = PromptFiles.of(chosen)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: files.prompts, **({} if files.system is None else {beside: files.system})}
     write_whole(written)
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
-
-
-def _files_of(prompts: Mapping[str, Prompt]) -> PromptFiles:
-    return PromptFiles(prompt_file(prompts), system_file(prompts))
 
 
 T = TypeVar("T")

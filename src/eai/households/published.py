@@ -9,7 +9,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import PublishedPrompts
 from eai.data.store import PackFile
 from eai.households import packs
-from eai.prompts.prompt import Prompt, PromptFiles, prompt_file
+from eai.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def official_prompts(name: str, rendered: Mapping[Ability, Render] | None = None
     def files(ability: Ability, source: Source) -> PromptFiles:
         if rendered is not None and ability in rendered:
             texts = rendered[ability](source)
-            return PromptFiles(prompt_file({i: Prompt(text) for i, text in texts.items()}), None)
+            return PromptFiles.of({i: Prompt(text) for i, text in texts.items()})
         pack = packs.open_published(packs.PROMPTS, source)
         setup = f"{name}/{ability.value}_system.json"
         system = pack.read(setup) if setup in pack.members else None

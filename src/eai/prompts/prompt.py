@@ -72,18 +72,6 @@ class Prompt:
         return hashlib.sha256("\0".join(messages).encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def prompt_file(prompts: Mapping[str, Prompt]) -> bytes:
-    """Prompts in the reference's shape, a list of ``{"identifier", "llm_prompt"}``; no system messages."""
-    rows = [{"identifier": task_id, "llm_prompt": prompt.user} for task_id, prompt in prompts.items()]
-    return json.dumps(rows, indent=4).encode()
-
-
-def system_file(prompts: Mapping[str, Prompt]) -> bytes | None:
-    """The system message that all prompts share as ``{"system_prompt"}``, or None if they have none."""
-    system = next((prompt.system for prompt in prompts.values()), None)
-    return None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
-
-
 def read_prompt_file(path: Path) -> dict[str, str]:
     """The prompts of a file in the reference's shape, by identifier.
 
@@ -122,7 +110,7 @@ def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
 
 @dataclass(frozen=True, slots=True)
 class PromptFiles:
-    """The prompts of a suite as the data set ships them.
+    """The prompts of a suite in the files in which the data set ships them.
 
     Attributes:
         prompts: content of the file of prompts.
@@ -131,6 +119,14 @@ class PromptFiles:
 
     prompts: bytes
     system: bytes | None
+
+    @staticmethod
+    def of(prompts: Mapping[str, Prompt]) -> PromptFiles:
+        """Prompts in the shape of such files, of which all have the same system message."""
+        rows = [{"identifier": task_id, "llm_prompt": prompt.user} for task_id, prompt in prompts.items()]
+        system = next((prompt.system for prompt in prompts.values()), None)
+        settings = None if system is None else json.dumps({"system_prompt": system}, indent=4).encode()
+        return PromptFiles(json.dumps(rows, indent=4).encode(), settings)
 
     def corrected(self, correct: Callable[[str, str], str]) -> PromptFiles:
         """The same files with other questions.
