@@ -169,7 +169,7 @@ class _Judge:
         return verdict, self.suite.features(response.task_id), explanation
 
     def _missing(self, missing: _Missing) -> _Judged:
-        """What is made of a task without an answer."""
+        """The judgement on a task without an answer."""
         verdict = self.suite.unanswered(missing.task_id)
         if self.settings.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
             verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
