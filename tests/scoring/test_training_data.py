@@ -19,7 +19,7 @@ from eai.scoring.training_data import (
     ASKED_OTHERWISE,
     EXPERIMENT,
     NO_ANSWER,
-    Rewarded,
+    Row,
     preference_rows,
     prompt_rows,
     rewarded,
@@ -67,7 +67,13 @@ def record(task_id: str = "both", **told: Any) -> Record:
 def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: str | None) -> None:
     left_out: Counter[str] = Counter()
     found = list(rewarded([given, given], suite_reward(), PROMPTS, left_out))
-    answer = Rewarded(PROMPT, "switches/action_sequencing/both", "m", HALF, 0.5)
+    answer = {
+        "prompt": [{"role": "system", "content": "You are a robot."}, {"role": "user", "content": "Do it."}],
+        "completion": [{"role": "assistant", "content": HALF}],
+        "task": "switches/action_sequencing/both",
+        "model": "m",
+        "reward": 0.5,
+    }
     assert found == ([answer, answer] if why is None else [])
     assert left_out == ({} if why is None else {why: 2})
 
@@ -87,8 +93,12 @@ def test_a_prompt_is_asked_where_something_can_be_earned() -> None:
     }
 
 
-def answers(*worths: float, task: str = "a") -> list[Rewarded]:
-    return [Rewarded(Prompt("Do it."), task, "m", f"answer {n}", worth) for n, worth in enumerate(worths)]
+def answers(*worths: float, task: str = "a") -> list[Row]:
+    told = [[{"role": "assistant", "content": f"answer {number}"}] for number in range(len(worths))]
+    of_task = {"prompt": [{"role": "user", "content": "Do it."}], "task": task, "model": "m"}
+    return [
+        {**of_task, "completion": each, "reward": worth} for each, worth in zip(told, worths, strict=True)
+    ]
 
 
 @pytest.mark.parametrize(("least", "kept"), [(1.0, [1]), (0.5, [0, 1]), (0.4, [0, 1, 2])])
@@ -98,7 +108,7 @@ def test_answers_that_are_worth_as_much_are_kept_once(least: float, kept: list[i
     assert [row["completion"] for row in rows] == [
         [{"role": "assistant", "content": f"answer {number}"}] for number in kept
     ]
-    assert [row["reward"] for row in rows] == [given[number].worth for number in kept]
+    assert [row["reward"] for row in rows] == [given[number]["reward"] for number in kept]
     assert rows[0]["prompt"] == [{"role": "user", "content": "Do it."}]
 
 

@@ -46,7 +46,7 @@ from eai.scoring import training_data
 from eai.scoring.records import read_records
 from eai.scoring.reward import Reward, Shaping, is_paid
 from eai.scoring.runs import find_record_files
-from eai.scoring.training_data import Rewarded, Row
+from eai.scoring.training_data import Row
 from eai.tasks.source import ErrataChoice, suite_name
 from eai.tasks.task_files import task_files_in
 from eai.world.domain import Domain
@@ -226,7 +226,7 @@ def _answers(
     prompt_set: PromptSet,
     data: Path | None,
     left_out: Counter[str],
-) -> Iterator[Rewarded]:
+) -> Iterator[Row]:
     """All answers in files of records with what they are worth, those to one suite together."""
     named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     records = (record for file in find_record_files(paths) for record in read_records(file))

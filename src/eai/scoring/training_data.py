@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from typing import NamedTuple
+from operator import itemgetter
+from typing import Any, TypeAlias
 
 from eai.abilities.record import Record
-from eai.abilities.verdict import Json
 from eai.prompts.prompt import Prompt
 from eai.scoring.reward import Reward
 
-Row = dict[str, Json]
+Row: TypeAlias = dict[str, Any]
 
 
 def prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[Row]:
@@ -39,16 +39,6 @@ def prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[Row]:
         }
 
 
-class Rewarded(NamedTuple):
-    """An answer to a prompt, with what it is worth."""
-
-    prompt: Prompt
-    task: str
-    model: str
-    text: str
-    worth: float
-
-
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 ASKED_OTHERWISE = "answering another prompt than is exported"
@@ -58,8 +48,8 @@ NOT_PAID = "of several turns, whose verdicts do not say what an answer has earne
 
 def rewarded(
     records: Iterable[Record], reward: Reward, prompts: Mapping[str, Prompt], left_out: Counter[str]
-) -> Iterator[Rewarded]:
-    """The answers in records of one suite with what they are worth now, and the prompts they answer.
+) -> Iterator[Row]:
+    """A row for each answer in records of one suite, with the prompt that it answers and its worth now.
 
     ``left_out`` counts the records that are not used, by the reason.
     """
@@ -76,53 +66,55 @@ def rewarded(
         if asked not in (None, prompt.sha256):
             left_out[ASKED_OTHERWISE] += 1
             continue
-        task = reward.suite.reference(record.task_id)
-        yield Rewarded(prompt, task, record.model, record.response, worth)
+        yield {
+            "prompt": _messages_of(prompt),
+            "completion": [{"role": "assistant", "content": record.response}],
+            "task": reward.suite.reference(record.task_id),
+            "model": record.model,
+            "reward": worth,
+        }
 
 
-def verified_rows(answers: Iterable[Rewarded], least: float = 1.0) -> Iterator[Row]:
-    """A row for each answer that is worth at least so much; equal answers to a task stand there once."""
+def verified_rows(answers: Iterable[Row], least: float) -> Iterator[Row]:
+    """The rows of answers that are worth at least so much; equal answers to a task stand there once."""
     seen: set[tuple[str, str]] = set()
-    for answer in answers:
-        place = (answer.task, answer.text)
-        if answer.worth >= least and place not in seen:
+    for row in answers:
+        place = (row["task"], _text_of(row))
+        if row["reward"] >= least and place not in seen:
             seen.add(place)
-            yield {
-                "prompt": _messages_of(answer.prompt),
-                "completion": _message_of(answer.text),
-                "task": answer.task,
-                "model": answer.model,
-                "reward": answer.worth,
-            }
+            yield row
 
 
-def preference_rows(answers: Iterable[Rewarded], margin: float = 0.0) -> Iterator[Row]:
+def preference_rows(answers: Iterable[Row], margin: float) -> Iterator[Row]:
     """For each task its best answer, the first of equally good ones, before every one that is worth less.
 
     Args:
-        answers: the answers.
+        answers: the rows of answers.
         margin: by more than how much the chosen answer must be worth more than the rejected one.
     """
-    by_task: dict[str, dict[str, Rewarded]] = {}
-    for answer in answers:
-        by_task.setdefault(answer.task, {}).setdefault(answer.text, answer)
+    by_task: dict[str, dict[str, Row]] = {}
+    for row in answers:
+        by_task.setdefault(row["task"], {}).setdefault(_text_of(row), row)
     for task, distinct in by_task.items():
-        best = max(distinct.values(), key=lambda answer: answer.worth)
+        best = max(distinct.values(), key=itemgetter("reward"))
         for other in distinct.values():
-            if best.worth - other.worth > margin:
+            difference = best["reward"] - other["reward"]
+            if difference > margin:
                 yield {
-                    "prompt": _messages_of(best.prompt),
-                    "chosen": _message_of(best.text),
-                    "rejected": _message_of(other.text),
+                    "prompt": best["prompt"],
+                    "chosen": best["completion"],
+                    "rejected": other["completion"],
                     "task": task,
-                    "margin": best.worth - other.worth,
+                    "margin": difference,
                 }
 
 
-def _messages_of(prompt: Prompt) -> list[Json]:
-    system: list[Json] = [] if prompt.system is None else [{"role": "system", "content": prompt.system}]
+def _text_of(row: Row) -> str:
+    """The answer in a row."""
+    text: str = row["completion"][0]["content"]
+    return text
+
+
+def _messages_of(prompt: Prompt) -> list[Row]:
+    system: list[Row] = [] if prompt.system is None else [{"role": "system", "content": prompt.system}]
     return [*system, {"role": "user", "content": prompt.user}]
-
-
-def _message_of(text: str) -> list[Json]:
-    return [{"role": "assistant", "content": text}]
