@@ -129,7 +129,7 @@ class Camera:
 
 def _from_head(scene: BodyScene) -> _Sight:
     """From the front of the room in which most things are, as far back as it takes to see them all."""
-    told, room = scene.told, _fullest(scene)
+    told, room = scene.told, scene.told.fullest
     (x0, y0, _), (x1, y1, _) = scene.rooms[room]
     seen = [thing for thing in told.bodies if told.room_of(thing) == room]
     at = np.array([x0 + 0.52 * (x1 - x0), y0 + 0.62 * (y1 - y0), 0.6])
@@ -138,19 +138,13 @@ def _from_head(scene: BodyScene) -> _Sight:
     return _fitted(sight, middles, np.array([-0.12, -1.0, 0.0]), 0.6 * (y1 - y0), scene.rooms[room])
 
 
-def _fullest(scene: BodyScene) -> int:
-    """The floor of the room in which most things are."""
-    many = Counter(scene.told.room_of(thing) for thing in scene.told.bodies)
-    return max(scene.rooms, key=lambda floor: (many[floor], -floor))
-
-
 def _nearby(scene: BodyScene) -> _Sight:
     """From before the thing that carries most others, or else before what stands in the fullest room."""
     told = scene.told
     place = _busiest(told)
     if place is None:
         out = [i for i in told.bodies if not told.is_held(i) and not told.is_shut_in(i)]
-        here = [i for i in out if told.room_of(i) == _fullest(scene)]
+        here = [i for i in out if told.room_of(i) == told.fullest]
         seen = [i for i in here if told.bodies[i].stand == "free"] or here
         if not seen:
             return _from_head(scene)
@@ -167,7 +161,7 @@ def _nearby(scene: BodyScene) -> _Sight:
     at = (low + high) / 2
     reach = 0.9 if place is None else 0.9 + float(abs(ahead) @ (np.ptp(around(scene, place), 0))) / 2
     eye = (float(at[0]), float(at[1]), max(_EYES, float(high[2]) + 0.35))
-    room = scene.rooms[_fullest(scene) if place is None else told.room_of(place)]
+    room = scene.rooms[told.fullest if place is None else told.room_of(place)]
     return _fitted(_Sight(eye, _vector(at), 52), points, ahead, reach, room)
 
 

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from xml.etree import ElementTree as Xml
 
-import numpy as np
-
 from eai.bodies.body import Body, Box, Part, Vector
 from eai.bodies.looks import painted, specks
 from eai.bodies.placing import Placing, Pose
@@ -39,6 +37,7 @@ def model_text(
     names: Mapping[int, str],
     absent: Mapping[int, Body],
     away: Vector,
+    lit: int,
 ) -> str:
     """The model of arranged bodies.
 
@@ -48,6 +47,7 @@ def model_text(
         names: what floors are called, of which the looks of rooms are.
         absent: the bodies of things that may be there later.
         away: where these, and things without a pose, are until then.
+        lit: the floor of the room in which there are shadows, which take most of the time.
     """
     text = (files("eai.bodies") / "world.xml").read_text(encoding="utf-8")
     root = Xml.fromstring(text)  # noqa: S314 - our own text
@@ -58,7 +58,7 @@ def model_text(
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
         world.extend(_room(box, names[floor], walls))
-        world.append(_lamp(box, shadows=floor == _fullest(placing, rooms)))
+        world.append(_lamp(box, shadows=floor == lit))
     for thing, body in {**placing.bodies, **absent}.items():
         pose = placing.poses.get(thing, Pose(away))
         is_fixed = thing in placing.furniture
@@ -115,13 +115,6 @@ def _room(box: Box, name: str, walls: Sequence[bool]) -> Iterator[Xml.Element]:
     trim = "0.97 0.97 0.95 1"
     yield _slab((x0, x1, y1 - 0.012, y1, 0.0, 0.09), rgba=trim, contype="0", conaffinity="0")
     yield _slab((x0, x1, y0 - 0.08, y0, 0.0, HEIGHT), rgba="0 0 0 0")
-
-
-def _fullest(placing: Placing, rooms: Mapping[int, Box]) -> int:
-    """The floor of the room in which most things are: only there are shadows, which take most of the time."""
-    at = np.array([pose.at for pose in placing.poses.values()]).reshape(-1, 3)
-    many = {floor: int(((at > box[0]) & (at < box[1])).all(1).sum()) for floor, box in rooms.items()}
-    return max(many, key=lambda floor: (many[floor], -floor))
 
 
 def _lamp(box: Box, *, shadows: bool) -> Xml.Element:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
@@ -101,6 +102,12 @@ class Told:
             return self.floor_of[root]
         near = [second for name in (UNDER, BESIDE) for first, second in self.relations[name] if first == root]
         return next((self.floor_of[each] for each in near if each in self.floor_of), self.floors[0])
+
+    @property
+    def fullest(self) -> int:
+        """The floor of the room in which most things are."""
+        many = Counter(map(self.room_of, self.bodies))
+        return max(self.floors, key=lambda floor: (many[floor], -floor))
 
     def is_held(self, thing: int) -> bool:
         """Whether a hand holds a thing, or what carries it: such contents are not shown."""

@@ -60,7 +60,7 @@ def photographed(
     return found
 
 
-def places_of(task: Task, views: Sequence[View] = VIEWS[:2]) -> dict[int, tuple[int, int, int]]:
+def places_of(task: Task) -> dict[int, tuple[int, int, int]]:
     """The picture, column and row at which each thing is that pictures of a task show.
 
     Raises:
@@ -69,7 +69,7 @@ def places_of(task: Task, views: Sequence[View] = VIEWS[:2]) -> dict[int, tuple[
     with _installed():
         from eai.bodies.pictures import places
 
-        return places(task, views)
+        return places(task, VIEWS[:2])
 
 
 def film_of(task: Task, states: Sequence[State]) -> bytes:
