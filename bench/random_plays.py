@@ -122,7 +122,7 @@ def as_plan(play: Play, faults: Sequence[str | None]) -> tuple[list[Action], lis
     actions, turns, late = [], [], play.game.ended == "steps"
     everything = range(len(play.game.task.scene.objects))
     for number, turn in enumerate(play.turns[: len(play.turns) - late]):
-        meant = play.game.stage.commands.read(turn.said, everything, ends=True).meant
+        meant, _ = play.game.stage.commands.read(turn.said, everything, ends=True)
         if turn.said in (LOOK, DONE):
             continue
         if not isinstance(meant, Action) or faults[number] == "hallucination":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
-from typing import NamedTuple
+from typing import TypeAlias
 
 from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep, resolve
 from eai.abilities.task import Task
@@ -32,14 +32,8 @@ def is_look(text: str, domain: Domain) -> bool:
     return line is not None and line[1] == LOOK and not line[2] and LOOK not in domain.arities
 
 
-class _Command(NamedTuple):
-    """The meaning of a text: an action, the end of the episode (None), or nothing that can be tried.
-
-    ``repairs`` names what it took to read it.
-    """
-
-    meant: Action | ErrorReport | None
-    repairs: tuple[str, ...] = ()
+Meant: TypeAlias = Action | ErrorReport | None
+"""The meaning of a text: an action, nothing that can be tried, or the end of the episode (None)."""
 
 
 class Commands:
@@ -70,8 +64,8 @@ class Commands:
         """An action as a line, such as ``OPEN(jar_0)``."""
         return self._notation.command(action.operator, [self._names[i] for i in action.arguments])
 
-    def read(self, text: str, nameable: Collection[int], *, ends: bool) -> _Command:
-        """Read the meaning of a text.
+    def read(self, text: str, nameable: Collection[int], *, ends: bool) -> tuple[Meant, tuple[str, ...]]:
+        """Read the meaning of a text; returns also the names of the repairs that it took.
 
         Args:
             text: the text.
@@ -80,12 +74,12 @@ class Commands:
         """
         plan = self._written(text)
         if isinstance(plan, Unreadable):
-            return _Command(ErrorReport(FaultKind.PARSING, None, plan.reason))
+            return ErrorReport(FaultKind.PARSING, None, plan.reason), ()
         if ends and plan.steps == (WrittenStep(DONE, ()),):
-            return _Command(None, plan.repairs)
+            return None, plan.repairs
         if len(plan.steps) != 1:
             reason = f"one action at a time, not {len(plan.steps)}"
-            return _Command(ErrorReport(FaultKind.PARSING, None, reason), plan.repairs)
+            return ErrorReport(FaultKind.PARSING, None, reason), plan.repairs
 
         def object_of(word: object) -> int | None:
             index = self._index.get(word) if isinstance(word, str) else None
@@ -96,7 +90,7 @@ class Commands:
         everything = len(nameable) == len(self._names)
         stranger = "there is no" if everything else "you have not yet seen"
         meant = resolve(plan, self._domain, self._notation, object_of, stranger)
-        return _Command(meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs)
+        return meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs
 
     def _written(self, text: str) -> WrittenPlan | Unreadable:
         """The steps of a text: of a line, of a whole answer, or of one part of an answer."""

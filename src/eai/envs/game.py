@@ -21,7 +21,7 @@ from eai.abilities.verdict import ASK, REFUSE, ErrorReport, Merit, is_question, 
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.data.grouping import grouped
-from eai.envs.command import DONE, Commands, is_look
+from eai.envs.command import DONE, Commands, Meant, is_look
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import OUTCOMES, Feedback, Observe, Rules, View
 from eai.errors import InputError
@@ -514,21 +514,22 @@ class Game:
             self.refused = refusal_in(self.stage.benchmark.plans.decoded(text))
             if self.refused is not None:
                 return self._turn(_Tried(f"{REFUSE}."), ())
-        command = self.stage.commands.read(text, self._nameable(), ends=self._rules.until == "done")
+        ends = self._rules.until == "done"
+        meant, repairs = self.stage.commands.read(text, self._nameable(), ends=ends)
         self._has_looked = False
-        self._turns += command.meant is not None
+        self._turns += meant is not None
         if self._is_late:
             return self._turn(_Tried("No actions are left."), ())
-        tried = self._try(command.meant)
-        self.action = command.meant if isinstance(command.meant, Action) else None
-        if command.meant is not None:
+        tried = self._try(meant)
+        self.action = meant if isinstance(meant, Action) else None
+        if meant is not None:
             self.tried += 1
             self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
             self._last = self.action
         if tried.fault is not None:
             self._faults[tried.fault] += 1
         self.reached = self._goals_reached()
-        return self._turn(tried, command.repairs, done=command.meant is None)
+        return self._turn(tried, repairs, done=meant is None)
 
     def _answer(self, meant: str) -> _Turn:
         """Say which object is meant, whatever was asked, for an action."""
@@ -581,7 +582,7 @@ class Game:
             return self.known
         return range(len(self.stage.task.scene.objects))
 
-    def _try(self, meant: Action | ErrorReport | None) -> _Tried:
+    def _try(self, meant: Meant) -> _Tried:
         """Carry out what a command means."""
         if meant is None:
             return _Tried(f"{DONE}.")
