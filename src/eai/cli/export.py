@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
-from functools import cache
 from pathlib import Path
-from typing import Annotated, Literal, TextIO, TypeAlias
+from typing import Annotated, Literal, TypeAlias
 
 import typer
 
@@ -33,7 +31,7 @@ from eai.cli.options import (
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
 from eai.cli.questions import questions
 from eai.cli.tasks import tasks
-from eai.data.files import write_whole
+from eai.data.files import Content, write_whole
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission
@@ -256,48 +254,34 @@ def _splits(domain: str) -> list[tuple[str, str]]:
 
 def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
     """Write a data set of so many rows; nothing is there under its name before it is whole."""
-    parts: dict[Path, Path] = {}
-    asked: dict[tuple[str, str], None] = {}
-    number = 0
-    try:
-        with ExitStack() as stack:
+    made = list(rows)
+    if form == "jsonl":
+        write_whole({out: _lines(made)})
+        return len(made)
+    by_split = grouped((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}
+    contents: dict[Path, Content] = {out / f"{split}.jsonl": _lines(some) for split, some in by_split.items()}
+    files = "".join(f"  - split: {split}\n    path: {split}.jsonl\n" for split in by_split)
+    contents[out / "README.md"] = _CARD.format(files=files)
+    asked = dict.fromkeys((row["data_source"], row["split"]) for row in made if "data_source" in row)
+    if asked:
+        contents[out / "eval.yaml"] = _eval_yaml(out, asked)
+    write_whole(contents)
+    return len(made)
 
-            @cache
-            def opened(split: object) -> TextIO:
-                file = out / f"{split}.jsonl" if form == "hf" else out
-                file.parent.mkdir(parents=True, exist_ok=True)
-                parts[file] = file.with_name(f"{file.name}.part")
-                return stack.enter_context(parts[file].open("w", encoding="utf-8"))
 
-            for row in rows:
-                split = row.get("split", TRAIN) if form == "hf" else TRAIN
-                opened(split).write(json.dumps(row) + "\n")
-                if "data_source" in row:
-                    domain, _, ability = str(row["data_source"]).rpartition("/")
-                    asked[suite_name(domain, Ability(ability)), str(split)] = None
-                number += 1
-            if not number:
-                opened(TRAIN)
-        for file, part in parts.items():
-            part.replace(file)
-        if form == "hf":
-            files = [f"  - split: {file.stem}\n    path: {file.name}\n" for file in parts]
-            (out / "README.md").write_text(_CARD.format(files="".join(files)), encoding="utf-8")
-            if asked:
-                (out / "eval.yaml").write_text(_eval_yaml(out, asked), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
-    return number
+def _lines(rows: Iterable[Row]) -> Iterator[str]:
+    return (f"{json.dumps(row)}\n" for row in rows)
 
 
 def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
     """The benchmark that a data set is: each suite with its split; what is trained on is no part of it."""
     held_out = [each for each in asked if each[1] != TRAIN] or list(asked)
-    tasks = [f"  - id: {suite}\n    config: default\n    split: {split}\n" for suite, split in held_out]
-    return _EVAL.format(name=json.dumps(out.resolve().name), tasks="".join(tasks))
+    tasks = ""
+    for source, split in held_out:
+        domain, _, ability = source.rpartition("/")
+        suite = suite_name(domain, Ability(ability))
+        tasks += f"  - id: {suite}\n    config: default\n    split: {split}\n"
+    return _EVAL.format(name=json.dumps(out.resolve().name), tasks=tasks)
 
 
 def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:
