@@ -52,9 +52,7 @@ class Templates:
             InputError: the user's file cannot be read.
         """
         own = self.own(name)
-        if own is not None:
-            return own
-        return _packaged(name)
+        return _packaged(name) if own is None else own
 
     def own(self, name: str) -> str | None:
         """The user's own text of this name, or None.

@@ -21,7 +21,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
-from eai.data.files import writing_to
+from eai.data.files import content_of, writing_to
 from eai.data.grouping import grouped
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.acting import act, episode_text
@@ -130,11 +130,9 @@ def read_prices(path: Path) -> Mapping[str, ModelCost]:
         InputError: the file cannot be read, or has another form.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = yaml.safe_load(content_of(path))
         return TypeAdapter(dict[str, ModelCost]).validate_python(content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
+    except yaml.YAMLError as error:
         raise InputError(f"{path}: expected YAML or JSON") from error
     except ValidationError as error:
         raise InputError(f"{path}: expected prices of models ({misfit(error, whole='the file')})") from error

@@ -9,14 +9,14 @@ all be asked again, and samples that are not yet in the log are lost when the pr
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.record import Attempt
-from eai.data.files import writing_to
+from eai.data.files import content_of, lines, writing_to
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
@@ -30,7 +30,7 @@ BEGUN = "begun.jsonl"
 
 
 class Journal:
-    """The answers of one run in a file that is only ever appended to.
+    """The answers of one run in a file that is only ever appended to, over what is no whole line at its end.
 
     Args:
         path: the file; it and its folder come into being with the first answer.
@@ -42,9 +42,13 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._answers: dict[str, dict[tuple[str, int, int], Answer]] = {}
-        for answer in _read(path):
-            self._keep(answer)
-        self._size = path.stat().st_size if path.exists() else 0
+        content, adapter = content_of(path) if path.exists() else b"", TypeAdapter(Answer)
+        self._size = content.rfind(b"\n") + 1
+        for number, line in lines(content[: self._size]):
+            try:
+                self._keep(adapter.validate_json(line))
+            except ValidationError as error:
+                raise InputError(f"{path}, line {number}: expected an answer of a run") from error
 
     def find(self, place: Place, request_sha256: str, attempt: int = 1) -> Answer | None:
         """The answer to this very request, or None."""
@@ -84,26 +88,6 @@ class Journal:
     def _keep(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch, answer.attempt)
         self._answers.setdefault(answer.request_sha256, {})[place] = answer
-
-
-def _read(path: Path) -> Iterator[Answer]:
-    """The whole lines of a file; what an interrupted writer left at its end is cut off."""
-    if not path.exists():
-        return
-    adapter = TypeAdapter(Answer)
-    try:
-        content = path.read_bytes()
-        whole = content.rfind(b"\n") + 1
-        if whole < len(content):
-            with path.open("r+b") as file:
-                file.truncate(whole)
-        for number, line in enumerate(content[:whole].splitlines(), 1):
-            try:
-                yield adapter.validate_json(line)
-            except ValidationError as error:
-                raise InputError(f"{path}, line {number}: expected an answer of a run") from error
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
 
 
 Watch: TypeAlias = Callable[[int, int, int], None]
