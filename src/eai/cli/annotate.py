@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.responses import file_name
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.verdict import Json
@@ -338,7 +338,6 @@ def _published_operators(benchmark: Benchmark, source: Source) -> PddlDomain | N
 
 def _write_problems(folder: Path, made: list[Problem]) -> None:
     solved = [each for each in made if each.outcome is PlannerOutcome.SOLVED]
-    names = [re.sub(r"[^\w.-]", "_", each.task_id) for each in solved]
-    texts = {folder / f"{name}.pddl": f"{each.text}\n" for name, each in zip(names, solved, strict=True)}
+    texts = {folder / f"{file_name(each.task_id)}.pddl": f"{each.text}\n" for each in solved}
     if made:
         write_whole({**texts, folder / "domain.pddl": f"{made[0].domain}\n"})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, field
@@ -10,6 +9,7 @@ from functools import partial
 from typing import Literal, TypeAlias
 
 from eai.abilities.answer_schema import Schema
+from eai.abilities.codec import sha256_of
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.abilities.verdict import Json
@@ -127,7 +127,7 @@ class Job:
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
             decisive.append([self.trials.experiment.label, self.trials.suite.protocol.value])
-        return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
+        return sha256_of(json.dumps(decisive))
 
     def inquiry(self, task_id: str, epoch: int) -> Inquiry:
         """A task as it is put to the model."""
@@ -162,4 +162,4 @@ class Job:
             *((form,) if form is not None else ()),
             *((setting,) if (setting := self.about.get(task_id, {}).get(AGENT)) else ()),
         )
-        return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
+        return sha256_of(json.dumps(decisive))

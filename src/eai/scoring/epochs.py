@@ -6,7 +6,6 @@ self-consistency: of several answers to a task, one that says what most of them 
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -14,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
+from eai.abilities.codec import sha256_of
 from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.json_text import Pairs, find_json
@@ -380,7 +380,7 @@ class _Settlement:
             of_epochs=of_epochs,
         )
         digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
-        prompts_sha256 = hashlib.sha256(json.dumps(digests).encode()).hexdigest()
+        prompts_sha256 = sha256_of(json.dumps(digests))
         told = {"prompts_sha256": prompts_sha256, **outcome.effort()}
         write_parts(folder, [part], told, by_attempt(records))
         return outcome
