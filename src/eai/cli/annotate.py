@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.reports import fact_text
 from eai.abilities.responses import file_name
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.planners import make_planner
@@ -32,7 +33,6 @@ from eai.studies.annotation.problems import Problem, domain_of, make_problem, wi
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
 from eai.tasks.task_lines import written
-from eai.world.state import Fact, Scene
 
 app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)
 
@@ -111,17 +111,13 @@ def show_differences(
         return
     facts = {
         each.task.id: [
-            _text(fact, each.scene) for fact in each.facts if fact.predicate not in (without or ())
+            fact_text(fact, each.scene) for fact in each.facts if fact.predicate not in (without or ())
         ]
         for of_title in found.values()
         for each in of_title
     }
     lines = [f"{task_id}: {', '.join(texts) or 'nothing'}" for task_id, texts in facts.items()]
     tell(*lines, value=facts, as_json=as_json)
-
-
-def _text(fact: Fact, scene: Scene) -> str:
-    return f"{fact.predicate}({', '.join(scene.objects[i].name for i in fact.arguments)})"
 
 
 def _count(
