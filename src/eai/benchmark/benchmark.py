@@ -153,10 +153,6 @@ class Benchmark:
             found = type(self.open_tasks).__name__
             raise InputError(f"benchmark {self.name}: expected tasks as eai.given(task, ...), found {found}")
 
-    def referred_to_as(self, reference: str) -> Benchmark:
-        """The same benchmark, which can be found again by this reference."""
-        return replace(self, reference=reference)
-
     def errata_for(self, source: Source) -> Errata:
         """The errata that tasks are opened with."""
         return NO_ERRATA if source.errata is ErrataChoice.NONE else self.errata

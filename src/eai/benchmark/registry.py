@@ -123,10 +123,10 @@ def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchma
 
     module, separator, name = reference.partition(":")
     if module in _OPENERS:
-        return _OPENERS[module](name).referred_to_as(reference)
+        return replace(_OPENERS[module](name), reference=reference)
     if reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir():
         own = None if Path(reference).is_dir() else _open_own(Path(reference))
-        return (own or _open_tasks(Path(reference))).referred_to_as(reference)
+        return replace(own or _open_tasks(Path(reference)), reference=reference)
     if separator:
         return _as_benchmark(loaded(reference), reference)
     known = registered()
@@ -286,4 +286,4 @@ def _as_benchmark(value: object, reference: str) -> Benchmark:
     found = value if isinstance(value, Benchmark) or not callable(value) else value()
     if not isinstance(found, Benchmark):
         raise InputError(f"{reference}: expected a Benchmark, found {type(found).__name__}")
-    return found.referred_to_as(reference)
+    return replace(found, reference=reference)
