@@ -61,13 +61,15 @@ class Arm:
         """Those of all seeds, as they would be after so many attempts."""
         return [after(record, attempts) for records in self.runs.values() for record in records]
 
-    def cases(self, metric: str, attempts: int, seeds: Sequence[int | None] | None = None) -> list[Case]:
+    def cases(self, metric: str, attempts: int) -> list[Case]:
         """The cases that tasks add to a metric after so many attempts, one seed after the other."""
-        found: list[Case] = []
-        for seed in self.runs if seeds is None else seeds:
-            stopped = [after(record, attempts) for record in self.runs[seed]]
-            found += cases_of(stopped, stopped[0].ability).get(metric, ())
-        return found
+        return [case for records in self.runs.values() for case in _cases(records, metric, attempts)]
+
+
+def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
+    """The cases that a run adds to a metric after so many attempts."""
+    stopped = [after(record, attempts) for record in records]
+    return cases_of(stopped, stopped[0].ability).get(metric, [])
 
 
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
@@ -172,9 +174,8 @@ def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
         control = controls.get(arm.control)
         if control is None or control is arm:
             continue
-        seeds = [seed for seed in arm.runs if seed in control.runs]
         for number in range(1, arm.attempts + 1):
-            one, other = _shared(control, arm, number, seeds)
+            one, other = _shared(control, arm, number)
             yield (
                 (arm.name, number, Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other))
             )
@@ -207,13 +208,11 @@ def _has_slipped(record: Record) -> bool:
     return error is not None and error.kind is FaultKind.SLIP
 
 
-def _shared(
-    control: Arm, arm: Arm, attempts: int, seeds: Sequence[int | None]
-) -> tuple[list[Case], list[Case]]:
+def _shared(control: Arm, arm: Arm, attempts: int) -> tuple[list[Case], list[Case]]:
     """The cases of tasks that both have under a seed, in the same order."""
     pairs: list[tuple[Case, Case]] = []
-    for seed in seeds:
-        before = {case.task: case for case in control.cases(SUCCESS, attempts, [seed])}
-        after_it = arm.cases(SUCCESS, attempts, [seed])
+    for seed in [seed for seed in arm.runs if seed in control.runs]:
+        before = {case.task: case for case in _cases(control.runs[seed], SUCCESS, attempts)}
+        after_it = _cases(arm.runs[seed], SUCCESS, attempts)
         pairs += [(before[case.task], case) for case in after_it if case.task in before]
     return [one for one, _ in pairs], [other for _, other in pairs]
