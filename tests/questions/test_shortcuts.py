@@ -36,7 +36,7 @@ SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
 
 
 def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()) -> Posed:
-    return Posed(shown, right, glance_at(asked, holding))
+    return Posed(shown, right, glance_at(asked, holding, {}))
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def by(
 
 @pytest.fixture(scope="module")
 def gpt_4o() -> dict[str, Table]:
-    found = cofactor_tables(tables("behavior", Ability.ACTION_SEQUENCING))
+    found = cofactor_tables(tables("behavior", Ability.ACTION_SEQUENCING), width=10, measure="score")
     return {table.name: table for table in found}
 
 
@@ -79,7 +79,8 @@ def test_the_papers_predicates_are_reached_of_asked(gpt_4o: dict[str, Table]) ->
 
 def test_the_number_of_objects_is_length_in_disguise() -> None:
     """Alone it lowers the chance of success; beside length and the other features nothing is left of that."""
-    nine = cofactor_tables(tables("behavior", Ability.ACTION_SEQUENCING, MODELS))
+    made = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
+    nine = cofactor_tables(made, width=10, measure="score")
     adjusted = {row[3]: row[4:6] for row in nine[0].rows}
     found = {
         str(feature): tuple(round(cell.value or 0, 2) for cell in cells if isinstance(cell, Estimate))

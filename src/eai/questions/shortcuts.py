@@ -87,7 +87,7 @@ class _Look(NamedTuple):
 
 
 def glance_at(
-    asked: str, holding: Collection[str] = (), about: Mapping[str, Sequence[str]] | None = None
+    asked: str, holding: Collection[str], about: Mapping[str, Sequence[str]]
 ) -> Callable[[str], _Look]:
     """The look of statements beside a question without thinking of the world.
 
@@ -107,7 +107,7 @@ def glance_at(
             sum([mentioned[name] for name in names]),
             len(text),
             text in holding,
-            tuple((about or {}).get(text, (text.partition("(")[0],))),
+            tuple(about.get(text, (text.partition("(")[0],))),
         )
 
     return look

@@ -85,7 +85,7 @@ ADJUSTED: Mapping[str, Callable[[AnswerLine], float | None]] = {
 """The columns of the adjusted regression, and how a feature enters each."""
 
 
-def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = "score") -> list[Table]:
+def cofactor_tables(tables: Tables, *, width: int, measure: Measure) -> list[Table]:
     """The tables of the analysis.
 
     Args:

@@ -71,8 +71,8 @@ def error_tables(
     answers: Sequence[AnswerLine],
     clauses: Sequence[ClauseLine],
     *,
-    examples: int = 3,
-    explorer: str | None = None,
+    examples: int,
+    explorer: str | None,
 ) -> list[Table]:
     """The tables of the analysis.
 

@@ -61,12 +61,6 @@ TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
 """Finds the flags of a task, given its suite, its id, and whether no model solves it."""
 
 
-def no_flags(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
-    """Nothing is known of tasks but who solves them."""
-    if unsolved:
-        yield "unsolved"
-
-
 def scores_of(answers: Sequence[AnswerLine]) -> Scores:
     """The scores of the answers of one suite; an answer in which nothing can be read scores nothing."""
     import numpy as np
@@ -82,7 +76,7 @@ def scores_of(answers: Sequence[AnswerLine]) -> Scores:
     return Scores(tuple(found), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
-def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> list[Table]:
+def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]:
     """The tables of the analysis: of suites with answers of at least `FEWEST_MODELS` models.
 
     Args:
