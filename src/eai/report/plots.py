@@ -5,7 +5,6 @@ Drawn here: success against the number of goals of tasks, and against the length
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import groupby
@@ -22,10 +21,10 @@ from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_pr
 from eai.report.ranking import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
-from eai.results.certainty import Case, Cases, certainty_of_rate
+from eai.results.certainty import Case, Cases
 from eai.results.markdown import escaped
-from eai.results.plots import FEW, LINES, RULE, clipped, entitle, sheet, styled, write
-from eai.results.rate import rate_of
+from eai.results.plots import FEW, LINES, RULE, clipped, draw_line, entitle, sheet, styled, write
+from eai.results.table import Estimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -189,31 +188,13 @@ def _draw_panel(
     for number, (bins, model) in enumerate(zip(series, models, strict=True)):
         color, mark = LINES[number % len(LINES)], _MARKS[number % len(_MARKS)]
         style = _STYLES[number // len(LINES) % len(_STYLES)]
-        with_intervals = len(series) <= _MOST_WITH_INTERVALS
-        shift = _APART * (number - (len(series) - 1) / 2) if with_intervals else 0.0
-        _draw_line(panel, bins, shift, color, mark, style, model)
-        if with_intervals:
-            _draw_intervals(panel, bins, shift, color)
-
-
-def _draw_line(panel: Axes, bins: Bins, shift: float, color: str, mark: str, style: str, model: str) -> None:
-    """A line with marks, broken where there are no tasks."""
-    places = range(min(bins, default=0), max(bins, default=-1) + 1)
-    percents = [rate_of(case.share for case in bins.get(place, ())).percent for place in places]
-    heights = [math.nan if percent is None else percent for percent in percents]
-    at = [place + shift for place in places]
-    panel.plot(at, heights, mark + style, color=color, linewidth=1.1, markersize=4, label=model)
-    few = [(x, y) for x, y, p in zip(at, heights, places, strict=True) if 0 < len(bins.get(p, ())) < FEW]
-    if few:
-        x, y = zip(*few, strict=True)
-        panel.plot(x, y, mark, color=color, markerfacecolor="white", markersize=4, zorder=3)
-
-
-def _draw_intervals(panel: Axes, bins: Bins, shift: float, color: str) -> None:
-    for place, cases in bins.items():
-        certainty = certainty_of_rate(cases)
-        if certainty is not None:
-            panel.vlines(place + shift, *certainty.interval, color=color, linewidth=0.8, alpha=0.6)
+        intervals = len(series) <= _MOST_WITH_INTERVALS
+        shift = _APART * (number - (len(series) - 1) / 2) if intervals else 0.0
+        known = range(min(bins, default=0), max(bins, default=-1) + 1)
+        cells = [Estimate.of(bins.get(place, ())) for place in known]
+        hollow = [place + shift for place in bins if len(bins[place]) < FEW]
+        at, look = [place + shift for place in known], mark + style
+        draw_line(panel, at, cells, color, look, hollow=hollow, intervals=intervals, label=model)
 
 
 _Draw: TypeAlias = "Callable[[Sequence[RunSummary]], Figure | None]"

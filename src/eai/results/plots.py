@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib import resources
 from itertools import accumulate
@@ -225,6 +225,39 @@ def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) 
     if cell.low is not None and cell.high is not None:
         panel.hlines(place, cell.low, cell.high, color=color, linewidth=1.0)
     panel.plot(cell.value, place, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
+
+
+def draw_line(
+    panel: Axes,
+    places: Sequence[float],
+    cells: Sequence[Cell],
+    color: str,
+    style: str = "o-",
+    *,
+    hollow: Collection[float] = (),
+    intervals: bool = True,
+    **look: Any,
+) -> None:
+    """A line through estimates, broken where there is none, with their intervals.
+
+    Args:
+        panel: where.
+        places: where they are along the axis.
+        cells: the estimates.
+        color: of all of it.
+        style: the mark and the kind of line, as matplotlib writes them.
+        hollow: the places of which the mark is hollow, as it is of few cases.
+        intervals: whether intervals are drawn.
+        look: further properties of the line.
+    """
+    look = {"linewidth": 1.2, "markersize": 4, **look}
+    panel.plot(places, [value_of(cell) for cell in cells], style, color=color, **look)
+    for place, cell in zip(places, cells, strict=True):
+        if intervals and isinstance(cell, Estimate) and cell.low is not None and cell.high is not None:
+            panel.vlines(place, cell.low, cell.high, color=color, linewidth=0.8)
+        if place in hollow:
+            mark = panel.plot(place, value_of(cell), style[0], color=color, markersize=4, zorder=3)[0]
+            mark.set_markerfacecolor("white")
 
 
 def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from math import nan
 from typing import TYPE_CHECKING
 
 from pydantic import model_validator
@@ -17,7 +16,7 @@ from eai.abilities.responses import file_name
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
 from eai.results.paper_tables import PaperTable, paper_table
-from eai.results.plots import LINES, MUTED, RULE, clipped, sheet
+from eai.results.plots import LINES, MUTED, RULE, clipped, draw_line, sheet
 from eai.results.table import Row, Table, table_of
 from eai.scoring.runs import RunKey, as_counted_in_paper
 from eai.studies.attempts.analysis import Arm, arms_of, remarks, success_by_attempt, tables
@@ -208,25 +207,10 @@ def draw(arms: Sequence[Arm]) -> Figure | None:
     for number, arm in enumerate(shown):
         estimates = success_by_attempt(arm)
         places = [k + _APART * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
-        values, lows, highs = (
-            [nan if x is None else x for x in column]
-            for column in zip(*[(each.value, each.low, each.high) for each in estimates], strict=True)
-        )
-        below = [value - low for value, low in zip(values, lows, strict=True)]
-        above = [high - value for value, high in zip(values, highs, strict=True)]
         has_feedback = arm.experiment.feedback != "none"
-        panel.errorbar(
-            places,
-            values,
-            yerr=[below, above],
-            color=LINES[number % len(LINES)] if has_feedback else MUTED,
-            linestyle="-" if has_feedback else "--",
-            marker="o",
-            markersize=3,
-            linewidth=1.2,
-            elinewidth=0.7,
-            label=f"{clipped(arm.name)}, n = {estimates[0].denominator:,.0f}",
-        )
+        color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
+        label = f"{clipped(arm.name)}, n = {estimates[0].denominator:,.0f}"
+        draw_line(panel, places, estimates, color, style, label=label)
     panel.set_xticks(range(1, max(arm.attempts for arm in shown) + 1))
     panel.set_xlabel("attempts")
     panel.set_ylabel("task success in percent")

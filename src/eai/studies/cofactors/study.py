@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.options import Options, option
+from eai.data.grouping import grouped
 from eai.results.lines import Measure
-from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, draw_names, rows_of, sheet, value_of
-from eai.results.table import Cell, Estimate, Table
+from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, draw_line, draw_names, rows_of, sheet
+from eai.results.table import Cell, Table
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
@@ -87,47 +87,18 @@ def _draw_feature(panel: Axes, feature: str, rows: Sequence[Mapping[str, Cell]])
     panel.grid(axis="y", color=RULE, linewidth=0.6)
     panel.set_title(feature.replace("_", " "), fontsize=8.5)
     bins = sorted({(int(str(row["from"])), int(str(row["to"]))) for row in rows})
-    places = {low: number for number, (low, _) in enumerate(bins)}
-    first = rows[0]["model"]
-    for model in dict.fromkeys(row["model"] for row in rows):
-        of_model = [row for row in rows if row["model"] == model]
-        if model != first:
-            _draw_line(panel, places, of_model)
-    tasks = _draw_first(panel, places, [row for row in rows if row["model"] == first])
-    labels = [f"{_bin(low, high)}\n{tasks.get(low, '')}" for low, high in bins]
+    models = grouped((row["model"], (int(str(row["from"])), row)) for row in rows)
+    first, *others = [dict(of_model) for of_model in models.values()]
+    places = range(len(bins))
+    for of_bin in others:
+        cells = [of_bin[low]["score"] if low in of_bin else None for low, _ in bins]
+        draw_line(panel, places, cells, MUTED, "-", intervals=False, linewidth=0.6, alpha=0.55)
+    cells = [first[low]["score"] if low in first else None for low, _ in bins]
+    hollow = [place for place, (low, _) in enumerate(bins) if low in first and first[low]["few"]]
+    draw_line(panel, places, cells, INK, hollow=hollow)
+    labels = [f"{_bin(low, high)}\n{first[low]['tasks'] if low in first else ''}" for low, high in bins]
     panel.set_xticks(range(len(bins)), labels=labels, fontsize=6.5)
     panel.text(-0.02, -0.17, "tasks", transform=panel.transAxes, fontsize=6.5, ha="right", va="top")
-
-
-def _draw_line(panel: Axes, places: Mapping[int, int], rows: Sequence[Mapping[str, Cell]]) -> None:
-    heights = dict.fromkeys(range(len(places)), math.nan)
-    for row in rows:
-        heights[places[int(str(row["from"]))]] = value_of(row["score"])
-    panel.plot(list(heights), list(heights.values()), color=MUTED, linewidth=0.6, alpha=0.55)
-
-
-def _draw_first(panel: Axes, places: Mapping[int, int], rows: Sequence[Mapping[str, Cell]]) -> dict[int, int]:
-    """Draw the line that is meant to be read; returns how many tasks each bin has."""
-    heights, tasks = dict.fromkeys(range(len(places)), math.nan), {}
-    for row in rows:
-        low, score = int(str(row["from"])), row["score"]
-        place, tasks[low] = places[low], int(str(row["tasks"]))
-        heights[place] = value_of(score)
-        if isinstance(score, Estimate) and score.low is not None and score.high is not None:
-            panel.vlines(place, score.low, score.high, color=INK, linewidth=1.0)
-    panel.plot(list(heights), list(heights.values()), color=INK, linewidth=1.4)
-    for row in rows:
-        fill = "white" if row["few"] else INK
-        panel.plot(
-            places[int(str(row["from"]))],
-            value_of(row["score"]),
-            "o",
-            color=INK,
-            markerfacecolor=fill,
-            markersize=4,
-            zorder=3,
-        )
-    return tasks
 
 
 def _bin(low: int, high: int) -> str:
