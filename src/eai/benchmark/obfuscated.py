@@ -12,7 +12,7 @@ import hashlib
 import random
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import eai.logic.formula as f
@@ -48,48 +48,38 @@ _KEPT = frozenset(
 _OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
 
-@dataclass(frozen=True)
-class _Cipher:
-    """Words for words, one to one.
+def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
+    """The words that the twin of a benchmark has for others, one to one: the same on every machine."""
+    uses: dict[str, dict[str, object]] = {}
+    wording = benchmark.wording(Ability.ACTION_SEQUENCING)
+    for name in (*wording.predicates, *wording.static):
+        uses.setdefault(name, {})["predicate"] = benchmark.domain.vocabulary.arity(name)
+    for operator in benchmark.domain.operators:
+        uses.setdefault(operator.name, {})["operator"] = operator.arity
+    groups: dict[str, list[tuple[str, ...]]] = {}
+    for name, use in uses.items():
+        groups.setdefault(str(sorted(use.items())), []).append((name,))
+    for category, stems in _kinds(tasks).items():
+        if not {category, *stems} & uses.keys():
+            groups.setdefault(f"{category in stems} {len(stems)}", []).append((category, *stems))
+    digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
+    rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
+    for group in groups.values():
+        changing = [each for each in group if _KEPT.isdisjoint(each)]
+        start = rng.sample(changing, len(changing))
+        for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
+            words |= dict(zip(old, new, strict=True))
+    return words
 
-    Attributes:
-        words: what is written for each word that changes.
-    """
 
-    words: Mapping[str, str]
+def _encoded(words: Mapping[str, str], text: str) -> str:
+    """A text in other words; names of objects keep their numbers."""
+    return _TOKEN.sub(lambda token: _replaced(token[0], words), text)
 
-    def encode(self, text: str) -> str:
-        """A text in the twin's words; names of objects keep their numbers."""
-        return _TOKEN.sub(lambda token: _replaced(token[0], self.words), text)
 
-    def decode(self, text: str) -> str:
-        """A text of the twin in the benchmark's words."""
-        back = {new: old for old, new in self.words.items()}
-        return _TOKEN.sub(lambda token: _replaced(token[0], back), text)
-
-    @staticmethod
-    def of(benchmark: Benchmark, tasks: Iterable[Task]) -> _Cipher:
-        """The cipher of a benchmark: the same on every machine."""
-        uses: dict[str, dict[str, object]] = {}
-        wording = benchmark.wording(Ability.ACTION_SEQUENCING)
-        for name in (*wording.predicates, *wording.static):
-            uses.setdefault(name, {})["predicate"] = benchmark.domain.vocabulary.arity(name)
-        for operator in benchmark.domain.operators:
-            uses.setdefault(operator.name, {})["operator"] = operator.arity
-        groups: dict[str, list[tuple[str, ...]]] = {}
-        for name, use in uses.items():
-            groups.setdefault(str(sorted(use.items())), []).append((name,))
-        for category, stems in _kinds(tasks).items():
-            if not {category, *stems} & uses.keys():
-                groups.setdefault(f"{category in stems} {len(stems)}", []).append((category, *stems))
-        digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
-        rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
-        for group in groups.values():
-            changing = [each for each in group if _KEPT.isdisjoint(each)]
-            start = rng.sample(changing, len(changing))
-            for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
-                words |= dict(zip(old, new, strict=True))
-        return _Cipher(words)
+def _decoded(words: Mapping[str, str], text: str) -> str:
+    """A text of the twin in the benchmark's words."""
+    return _encoded({new: old for old, new in words.items()}, text)
 
 
 def _replaced(token: str, words: Mapping[str, str]) -> str:
@@ -120,11 +110,11 @@ class _TwinWording(Wording):
     """A wording in the words of a twin, which tells exact rules.
 
     Attributes:
-        cipher: the words.
+        words: what is written for each word that changes.
         english: what predicates mean.
     """
 
-    cipher: _Cipher = _Cipher({})
+    words: Mapping[str, str] = field(default_factory=dict)
     english: English = PLAIN
 
     @cached_property
@@ -145,7 +135,7 @@ class _TwinWording(Wording):
 
     def vocabulary(self) -> str:
         names = (*self.predicates, *self.static)
-        lines = self.cipher.encode(super().vocabulary()).splitlines()
+        lines = _encoded(self.words, super().vocabulary()).splitlines()
         return "\n".join(f"{line}: {self._meaning(name)}" for line, name in zip(lines, names, strict=True))
 
     def _meaning(self, predicate: str) -> str:
@@ -154,31 +144,28 @@ class _TwinWording(Wording):
         return sentences_of(predicate, arity, self.english)[0].format(**{x: x for x in parameters(arity)})
 
     def operators(self) -> str:
-        told = [
-            *map(self.operator, self._exact.operators),
-            *map(self.cipher.encode, self._exact.definitions()),
-        ]
-        rules = "\n".join(told)
+        definitions = [_encoded(self.words, each) for each in self._exact.definitions()]
+        rules = "\n".join([*map(self.operator, self._exact.operators), *definitions])
         return f"{how_to_read(rules)}\n{rules}"
 
     def contents_of(self, each: str) -> str:
         return f"what {each} requires and changes"
 
     def operator(self, operator: Operator) -> str:
-        return self.cipher.encode(self._exact.brief(operator) or "")
+        return _encoded(self.words, self._exact.brief(operator) or "")
 
     def object(self, task: Task, index: int) -> str:
         properties = [p for p in self.domain.vocabulary.predicates if is_property(p) and not p.visible]
         hidden = [p.name for p in properties if p.name in self._spoken_of]
-        having = [self.cipher.encode(name) for name in hidden if task.initial.has(name, index)]
-        head, _, known = self.cipher.encode(super().object(task, index)).rpartition(": ")
+        having = [_encoded(self.words, name) for name in hidden if task.initial.has(name, index)]
+        head, _, known = _encoded(self.words, super().object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
     def initial(self, task: Task) -> str:
-        return self.cipher.encode(super().initial(task))
+        return _encoded(self.words, super().initial(task))
 
     def goals(self, task: Task) -> str:
-        return self.cipher.encode(super().goals(task))
+        return _encoded(self.words, super().goals(task))
 
 
 def _without_words(operator: Operator) -> Operator:
@@ -199,14 +186,14 @@ def _without_words(operator: Operator) -> Operator:
 class _TwinPlans(PlanNotation):
     """Plans in the words of a twin."""
 
-    def __init__(self, plain: PlanNotation, cipher: _Cipher) -> None:
-        self._plain, self._cipher = plain, cipher
+    def __init__(self, plain: PlanNotation, words: Mapping[str, str]) -> None:
+        self._plain, self._words = plain, words
 
     def encoded(self, text: str) -> str:
-        return self._cipher.encode(text)
+        return _encoded(self._words, text)
 
     def decoded(self, text: str) -> str:
-        return self._cipher.decode(text)
+        return _decoded(self._words, text)
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
         return self._plain.read(self.decoded(text))
@@ -227,18 +214,18 @@ class _TwinPlans(PlanNotation):
 class _TwinSubgoals(SubgoalNotation):
     """Subgoals in the words of a twin."""
 
-    def __init__(self, plain: SubgoalNotation, cipher: _Cipher) -> None:
+    def __init__(self, plain: SubgoalNotation, words: Mapping[str, str]) -> None:
         super().__init__(plain.domain)
-        self._plain, self._cipher = plain, cipher
+        self._plain, self._words = plain, words
 
     def lexicon(self, scene: Scene) -> SubgoalLexicon:
         return self._plain.lexicon(scene)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
-        return self._plain.read(self._cipher.decode(text))
+        return self._plain.read(_decoded(self._words, text))
 
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        return tuple(map(self._cipher.encode, self._plain.write(task, plan)))
+        return tuple([_encoded(self._words, part) for part in self._plain.write(task, plan)])
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)
@@ -247,13 +234,12 @@ class _TwinSubgoals(SubgoalNotation):
 def obfuscated(benchmark: Benchmark) -> Benchmark:
     """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
     public = benchmark.open_public or benchmark.open_tasks
-    cipher = _Cipher.of(benchmark, public(USUAL).values())
-    return _with_exact_rules(benchmark, cipher, _OBFUSCATED)
+    return _with_exact_rules(benchmark, _cipher(benchmark, public(USUAL).values()), _OBFUSCATED)
 
 
 def with_rules(benchmark: Benchmark) -> Benchmark:
     """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
-    return _with_exact_rules(benchmark, _Cipher({}), _WITH_RULES)
+    return _with_exact_rules(benchmark, {}, _WITH_RULES)
 
 
 def plain_name(name: str) -> str:
@@ -261,7 +247,7 @@ def plain_name(name: str) -> str:
     return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
 
 
-def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Benchmark:
+def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
         return _TwinWording(
@@ -270,21 +256,21 @@ def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Ben
             plain.written_as,
             plain.object_name,
             static=plain.static,
-            cipher=cipher,
+            words=words,
             english=benchmark.english,
         )
 
     asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION)
 
     def in_capitals(text: str) -> str:
-        return _TOKEN.sub(lambda t: _replaced(t[0], cipher.words) if t[0].isupper() else t[0], text)
+        return _TOKEN.sub(lambda t: _replaced(t[0], words) if t[0].isupper() else t[0], text)
 
     return replace(
         benchmark,
         name=f"{benchmark.name}{suffix}",
         title=f"{benchmark.title or benchmark.name}, {suffix[1:]}",
-        plans=_TwinPlans(benchmark.plans, cipher),
-        subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), cipher),
+        plans=_TwinPlans(benchmark.plans, words),
+        subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), words),
         wordings=wording,
         formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
         asks={
