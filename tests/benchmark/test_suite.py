@@ -69,7 +69,6 @@ def test_under_the_reference_the_answers_decide_how_each_is_read(
 
 def test_a_suite_can_be_opened_again_elsewhere(data_store: Store) -> None:
     suite = opened(data_store, Protocol("eai-1.0.5"), WITH_IDS)
-    assert suite.reopen is not None
     twin = pickle.loads(pickle.dumps(suite.reopen))()  # noqa: S301 - its own bytes
     assert (twin.task_ids, twin.data_sha256, twin.protocol) == (
         suite.task_ids,

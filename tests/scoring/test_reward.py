@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -358,11 +357,6 @@ def test_no_planner_is_asked() -> None:
     grade = Reward(suite).grade(suite.task_ids[0], '{"output": "(:action x)"}')
     assert isinstance(grade.verdict, OperatorVerdict)
     assert grade.verdict.planner is PlannerOutcome.NOT_RUN
-
-
-def test_a_suite_that_cannot_be_opened_again_is_taken_as_it_is() -> None:
-    suite = replace(suite_of("lamps", "transition_modeling"), reopen=None)
-    assert Reward(suite).suite is suite
 
 
 def test_rewards_are_the_same_from_threads() -> None:

@@ -7,7 +7,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from eai.abilities.explanation import Explanation
@@ -33,9 +33,8 @@ class Echo(Scorer):
 
 
 def echo_suite() -> Suite:
-    benchmark = find_benchmark("virtualhome")
-    suite = Suite(benchmark, Ability.ACTION_SEQUENCING, Protocol.STRICT, TaskSet(TASK_IDS, Echo, "0" * 64))
-    return replace(suite, reopen=echo_suite)
+    benchmark, scorers = find_benchmark("virtualhome"), TaskSet(TASK_IDS, Echo, "0" * 64)
+    return Suite(benchmark, Ability.ACTION_SEQUENCING, Protocol.STRICT, scorers, echo_suite)
 
 
 def squares(items: Sequence[int]) -> list[int]:

@@ -34,9 +34,8 @@ class Suite:
 
     Attributes:
         scorers: those of all tasks, in the order of the data set.
+        reopen: opens the same suite once more, say in another process.
         tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
-        reopen: opens the same suite once more, say in another process; None if it was not opened by
-            `open_suite`.
         source: where its data comes from, the planner, and whether errata are used.
     """
 
@@ -44,14 +43,14 @@ class Suite:
     ability: Ability
     protocol: Protocol
     scorers: TaskSet[Scorer] = field(repr=False)
+    reopen: Callable[..., Suite] = field(repr=False)
     tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
     _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
-    reopen: Callable[..., Suite] | None = field(default=None, repr=False)
     source: Source = field(default_factory=Source)
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
         """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
-        if self.reopen is None or not self.portable:
+        if not self.portable:
             raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
         return self.reopen, ()
 
@@ -72,7 +71,7 @@ class Suite:
     @property
     def portable(self) -> bool:
         """Whether it can be opened again elsewhere, such as in another process."""
-        return self.reopen is not None and bool(self.benchmark.reference)
+        return bool(self.benchmark.reference)
 
     @property
     def domain(self) -> str:
@@ -96,7 +95,7 @@ class Suite:
     def over(self, answers: Iterable[str]) -> Suite:
         """The suite as it scores these answers together: a protocol may read each as all are written."""
         implementation = implementation_of(self.protocol.value)
-        if self.reopen is None or implementation is None or implementation.over is None:
+        if implementation is None or implementation.over is None:
             return self
         opener = implementation.over(self.benchmark, self.ability, answers)
         return self if opener is None else self.reopen(opener=opener)
@@ -162,7 +161,7 @@ def open_suite(
     tasks = found.tasks(source)
     source = replace(source, report=silent)
     again = partial(open_suite, found.reference or found, ability, protocol, source=source, opener=opener)
-    return Suite(found, ability, protocol, scorers, tasks, reopen=again, source=source)
+    return Suite(found, ability, protocol, scorers, again, tasks, source=source)
 
 
 def _opener(protocol: Protocol) -> Opener:

@@ -258,9 +258,7 @@ def _suite(benchmark: str, ability: Ability) -> Suite:
 def _without_planner(suite: Suite) -> Suite:
     """The suite opened so that no planner judges operators."""
     planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
-    if not planned or suite.reopen is None:
-        return suite
-    return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE))
+    return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE)) if planned else suite
 
 
 def metrics_of(earned: Merit | None) -> dict[str, float]:
