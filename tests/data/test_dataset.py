@@ -51,7 +51,8 @@ def convert(files, report):
     print("converting", flush=True)
     time.sleep(600)
 
-fetch(Store(Path(sys.argv[1])), packs=[Pack("virtualhome", (), convert)], force=True)
+packs = [Pack("virtualhome", (), convert)]
+fetch(Store(Path(sys.argv[1])), packs=packs, place=Path(), force=True)
 """
 
 

@@ -25,7 +25,6 @@ class _PackStatus:
     """
 
     pack: str
-    path: Path
     size: int
     sha256: str | None
     archives: Mapping[str, str]
@@ -102,8 +101,8 @@ def _status(store: Store, pack: Pack) -> _PackStatus:
     try:
         found = store.open(pack.name)
     except DataError as error:
-        return _PackStatus(pack.name, path, size, None, pack.pins, str(error))
-    return _PackStatus(pack.name, path, size, found.sha256, found.archives, None)
+        return _PackStatus(pack.name, size, None, pack.pins, str(error))
+    return _PackStatus(pack.name, size, found.sha256, found.archives, None)
 
 
 def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
@@ -147,8 +146,6 @@ def _obtain(
     if place is not None:
         found = {archive: source.find(archive, place) for archive in archives}
         return {archive: path for archive, path in found.items() if path is not None}
-    if not archives:
-        return {}
     pip = source.installer(next(iter(archives)))
     paths = {}
     for archive in archives:
