@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome
@@ -40,7 +41,7 @@ Flag: TypeAlias = Literal[
 """
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Scores:
     """Who solved what, in one suite: the answers of all models to tasks that all of them have answers to.
 
@@ -55,6 +56,16 @@ class Scores:
     tasks: tuple[str, ...]
     names: tuple[str, ...]
     matrix: Matrix
+
+    @cached_property
+    def fitted(self) -> Rasch:
+        """The Rasch model of them."""
+        return fit_rasch(self.matrix)
+
+    @cached_property
+    def agreement(self) -> Matrix:
+        """How each task agrees with the others (`item_rest`)."""
+        return item_rest(self.matrix)
 
 
 TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
@@ -76,6 +87,9 @@ def scores_of(answers: Sequence[AnswerLine]) -> Scores:
     return Scores(tuple(found), tuple(tasks), tuple(names[task] for task in tasks), matrix)
 
 
+_Suites: TypeAlias = Mapping[SuiteKey, tuple[Sequence[AnswerLine], Scores]]
+
+
 def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]:
     """The tables of the analysis: of suites with answers of at least `FEWEST_MODELS` models.
 
@@ -83,54 +97,15 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]
         answers: the answers of all models; those of null models are left out.
         flags: what the data set says of tasks.
     """
-    suites: list[Row] = []
-    abilities: list[Row] = []
-    items: list[Row] = []
-    answers = [each for each in answers if not is_null_model(each.model)]
-    for suite, of_suite in by_suite(answers).items():
-        scores = scores_of(of_suite)
-        if len(scores.models) < FEWEST_MODELS or not scores.tasks:
-            continue
-        fitted, agreement = fit_rasch(scores.matrix), item_rest(scores.matrix)
-        suites.append((*suite, *_summary(scores, agreement)))
-        abilities += [(*suite, *row) for row in _abilities(of_suite, scores, fitted)]
-        checks = _first_checks(of_suite)
-        for place, task in enumerate(scores.tasks):
-            column = scores.matrix[:, place]
-            found_flags = list(_flags(column, float(agreement[place])))
-            found_flags += flags(suite, task, bool(column.max() == 0))
-            items.append(
-                (
-                    *suite,
-                    task,
-                    scores.names[place],
-                    _plain(float(column.sum())),
-                    len(column),
-                    _rounded(float(fitted.difficulties[place] - fitted.abilities.mean())),
-                    _rounded(float(fitted.difficulty_errors[place])),
-                    _rounded(float(agreement[place])),
-                    checks.get(task),
-                    ", ".join(found_flags),
-                )
-            )
-    return [_suites_table(suites), _abilities_table(abilities), _flagged_table(items), _items_table(items)]
-
-
-def _summary(scores: Scores, agreement: Matrix) -> Row:
-    matrix = scores.matrix
-    solved = matrix.sum(axis=0)
-    known, average = held_out(scores)
-    alpha = reliability(matrix)
-    return (
-        len(scores.models),
-        len(scores.tasks),
-        int((solved >= len(scores.models) - 1).sum()),
-        int((solved == 0).sum()),
-        int((agreement < 0).sum()),
-        None if alpha is None else _rounded(alpha),
-        known,
-        average,
-    )
+    of_models = by_suite([each for each in answers if not is_null_model(each.model)])
+    found = {suite: (of_suite, scores_of(of_suite)) for suite, of_suite in of_models.items()}
+    suites = {
+        suite: (of_suite, scores)
+        for suite, (of_suite, scores) in found.items()
+        if len(scores.models) >= FEWEST_MODELS and scores.tasks
+    }
+    items = _items(suites, flags)
+    return [_tests(suites), _abilities(suites), _flagged(items), items]
 
 
 def held_out(scores: Scores) -> tuple[float | None, float | None]:
@@ -166,16 +141,7 @@ def _area(success: Matrix, predicted: Matrix) -> float | None:
     return _rounded(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
 
 
-def _abilities(answers: Sequence[AnswerLine], scores: Scores, fitted: Rasch) -> Iterator[Row]:
-    """Each model with its ability and its score, the ablest first."""
-    order = sorted(range(len(scores.models)), key=lambda place: -fitted.abilities[place])
-    for place in order:
-        model = scores.models[place]
-        cases = [case_of(line, score_of(line)) for line in answers if line.agent == model]
-        yield model, ability_estimate(scores, fitted, place), Estimate.of(cases)
-
-
-def ability_estimate(scores: Scores, fitted: Rasch, place: int) -> Estimate:
+def ability_estimate(scores: Scores, place: int) -> Estimate:
     """The ability of a model, from the mean of all models.
 
     Its variance is a jackknife over names, to first order and with difficulties taken as known, or, if that
@@ -183,6 +149,7 @@ def ability_estimate(scores: Scores, fitted: Rasch, place: int) -> Estimate:
     """
     import numpy as np
 
+    fitted = scores.fitted
     p = fitted.chances()
     weights, residuals = p * (1 - p), scores.matrix - p
     information = weights.sum(axis=1) + 1
@@ -230,7 +197,7 @@ def _plain(number: float) -> float:
         *("held_out_rasch", "held_out_mean"),
     ),
 )
-def _suites_table(rows: Iterable[Row]) -> Iterable[Row]:
+def _tests(suites: _Suites) -> Iterator[Row]:
     """Suites as tests.
 
     saturated: tasks that all models solve, or all but one; unsolved: those that none does; negative: those in
@@ -238,18 +205,31 @@ def _suites_table(rows: Iterable[Row]) -> Iterable[Row]:
     chance that of an answer that is right and one that is wrong, both left out, the right one is predicted
     higher: by ability and difficulty, and by the model's mean alone.
     """
-    return rows
+    for suite, (_, scores) in suites.items():
+        models, solved, alpha = len(scores.models), scores.matrix.sum(axis=0), reliability(scores.matrix)
+        counts = [solved >= models - 1, solved == 0, scores.agreement < 0]
+        saturated, unsolved, negative = (int(of_task.sum()) for of_task in counts)
+        rounded = None if alpha is None else _rounded(alpha)
+        yield (
+            *(*suite, models, len(scores.tasks), saturated, unsolved, negative, rounded),
+            *held_out(scores),
+        )
 
 
 @table_of("abilities", (*SUITE, "answered_by", "logit", "score"))
-def _abilities_table(rows: Iterable[Row]) -> Iterable[Row]:
+def _abilities(suites: _Suites) -> Iterator[Row]:
     """Models.
 
     logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with the
     chance 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of tasks, with
     difficulties taken as known. The score is that of all tasks.
     """
-    return rows
+    for suite, (answers, scores) in suites.items():
+        abilities = scores.fitted.abilities
+        for place in sorted(range(len(scores.models)), key=lambda place: -abilities[place]):
+            model = scores.models[place]
+            cases = [case_of(line, score_of(line)) for line in answers if line.agent == model]
+            yield (*suite, model, ability_estimate(scores, place), Estimate.of(cases))
 
 
 _ITEM = (
@@ -259,21 +239,36 @@ _ITEM = (
 
 
 @table_of("flagged", _ITEM)
-def _flagged_table(rows: Iterable[Row]) -> Iterable[Row]:
+def _flagged(items: Table) -> Iterable[Row]:
     """Tasks to look at.
 
     Tasks that no model solves, that worse models solve and better ones do not, or whose goals ask the same of
     objects that answers call by one name. item_rest: the correlation over models with the score in all other
     tasks; check: what most models fail at first.
     """
-    return [row for row in rows if row[-1] and row[-1] != "saturated"]
+    return [row for row in items.rows if row[-1] and row[-1] != "saturated"]
 
 
 @table_of("items", _ITEM, shown=0)
-def _items_table(rows: Iterable[Row]) -> Iterable[Row]:
+def _items(suites: _Suites, flags: TellsFlags) -> Iterator[Row]:
     """All tasks.
 
     Every task: how many models solve it (or the sum of their F1), its difficulty with its standard error, its
     agreement with the others, and what is to be known of it.
     """
-    return rows
+    for suite, (answers, scores) in suites.items():
+        fitted, checks = scores.fitted, _first_checks(answers)
+        for place, task in enumerate(scores.tasks):
+            column, agreement = scores.matrix[:, place], float(scores.agreement[place])
+            yield (
+                *suite,
+                task,
+                scores.names[place],
+                _plain(float(column.sum())),
+                len(column),
+                _rounded(float(fitted.difficulties[place] - fitted.abilities.mean())),
+                _rounded(float(fitted.difficulty_errors[place])),
+                _rounded(agreement),
+                checks.get(task),
+                ", ".join([*_flags(column, agreement), *flags(suite, task, bool(column.max() == 0))]),
+            )
