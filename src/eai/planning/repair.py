@@ -34,12 +34,11 @@ a plan, and for each repair that is found to do without some of its edits."""
 _STATES = 300
 """The states that a planner may reach that finishes a plan."""
 
-_LOOKS, _START = 1, 3
-"""How many actions a planner may look at for a step that may be tried, and how many times as many from the
-start, which it does once a task."""
+_START = 3
+"""So many times as many actions a planner may look at from the start, which it does once a task."""
 
-_WALKS, _ENABLING = 4, Limits(20, looks=2_000)
-"""So many ways through a plan are followed side by side; so much is done to make a step possible."""
+_ENABLING = Limits(20, looks=2_000)
+"""So much is done to make a step possible."""
 
 _STEPS = 8
 """So many steps that are taken count as one thing that is done."""
@@ -87,24 +86,14 @@ class _Walk(NamedTuple):
     """A way through a plan, or through its beginning.
 
     Attributes:
-        plan: the plan as it is edited.
-        number: the number of the state that it leads to.
+        actions: the actions that are taken.
+        number: the number of the state that they lead to.
         taken: how many action goals are taken.
     """
 
-    plan: Edited
+    actions: tuple[Action, ...]
     number: int
     taken: int
-
-    @property
-    def reached(self) -> tuple[int, int]:
-        """The number of the state that it leads to, and how many action goals are taken."""
-        return self.number, self.taken
-
-    @property
-    def edits(self) -> int:
-        """The number of its edits."""
-        return cost(normal(self.plan)).edits
 
 
 class Told(NamedTuple):
@@ -162,7 +151,7 @@ class Mender:
         search = _Search(self, plan)
         best = search.run(effort.limit * _SOON)
         if best is None:
-            looks = int(min(_LOOKS * effort.limit, Limits().looks))
+            looks = int(min(effort.limit, Limits().looks))
             found = [self._undone(each, plan, effort) for each in self._finished(plan, looks, effort)]
             best = min(found, key=_edits, default=None)
             best = search.run(effort.limit * _EXACT, _edits(best)) or best
@@ -182,61 +171,44 @@ class Mender:
         On the way on it may look at so many actions.
         """
         own = Effort(effort.limit * _WALKING)
-        walk = self._walk(tuple([_Entry(i, action) for i, action in enumerate(plan)]), own)
+        actions, number, taken = self._walk(plan, own)
         effort.used += own.used
-        further = self._way(walk.number, walk.taken, looks)
+        further = self._way(number, taken, looks)
         if further is not None:
-            kept = [entry.action for entry in walk.plan if entry.action is not None]
-            yield normal(_aligned(plan, (*kept, *further)))
+            yield normal(_aligned(plan, (*actions, *further)))
         whole = self._whole(_START * looks)
         if whole is not None:
             yield normal(_aligned(plan, whole))
 
-    def _walk(self, plan: Edited, effort: Effort) -> _Walk:
-        """The best way through a plan: what fails is deleted, or what it needs is put before it.
+    def _walk(self, plan: Plan, effort: Effort) -> _Walk:
+        """A way through a plan: of what fails the better is done, it is left out or made possible before.
 
-        Several are followed side by side, as long as the effort lasts.
+        As long as the effort lasts; then it is left out.
         """
-        walks = [_Walk((), 0, 0)]
-        for i, entry in enumerate(plan):
-            found: dict[tuple[int, int], _Walk] = {}
-            mends = not effort.is_used_up
-            for walk in [each for one in walks for each in self._past(one, entry, mends=mends)]:
-                known = found.setdefault(walk.reached, walk)
-                if walk.edits < known.edits:
-                    found[walk.reached] = walk
-            walks = [*found.values()]
-            if len(walks) > 1:
-                rest = plan[i + 1 :]
-                effort.used += len(rest) * len(walks)
-                lacks = [self.lacks(rest, _Course((w.number,), (w.taken,))) for w in walks]
-                ranked = sorted(zip(walks, lacks, strict=True), key=lambda pair: pair[0].edits + pair[1])
-                walks = [walk for walk, _ in ranked[:_WALKS]]
-        return walks[0]
+        walk, gone = _Walk((), 0, 0), 0
+        for i, step in enumerate(plan):
+            kept = None if step is None else self._followed(walk, (step,))
+            if kept is None and step is not None and not effort.is_used_up:
+                way = self._enabling(walk.number, step)
+                mended = None if way is None else self._followed(walk, (*way, step))
+                if way is not None and mended is not None:
+                    rest = plan[i + 1 :]
+                    effort.used += 2 * len(rest)
+                    edits = max(0, len(way) - gone) + self.lacks(rest, mended.number, mended.taken)
+                    kept = mended if edits < 1 + self.lacks(rest, walk.number, walk.taken) else None
+            gone = gone + 1 if kept is None else 0
+            walk = kept or walk
+        return walk
 
-    def _past(self, walk: _Walk, entry: _Entry, *, mends: bool) -> Iterator[_Walk]:
-        """The ways past an entry: as it stands, or else mended or deleted."""
-        kept = self._followed(walk, (), entry)
-        if kept is not None:
-            yield kept
-            return
-        yield walk._replace(plan=(*walk.plan, entry._replace(action=None)))
-        way = self._enabling(walk.number, entry.action) if mends and entry.action is not None else None
-        mended = None if way is None else self._followed(walk, way, entry)
-        if mended is not None:
-            yield mended
-
-    def _followed(self, walk: _Walk, way: Sequence[Action], entry: _Entry) -> _Walk | None:
-        """A way through a plan that goes on by some actions and a step; None if one of them is impossible."""
-        plan, number, taken = walk
-        for each in (*[_Entry(-1, action) for action in way], entry):
-            if each.action is not None:
-                number, executed = self.after(number, each.action)
-                if number == _FATAL:
-                    return None
-                taken = self.takes(taken, each.action) if executed else taken
-            plan = (*plan, each)
-        return _Walk(plan, number, taken)
+    def _followed(self, walk: _Walk, steps: Sequence[Action]) -> _Walk | None:
+        """A way that goes on by some steps; None if one of them is impossible."""
+        actions, number, taken = walk
+        for step in steps:
+            number, executed = self.after(number, step)
+            if number == _FATAL:
+                return None
+            taken = self.takes(taken, step) if executed else taken
+        return _Walk((*actions, *steps), number, taken)
 
     def _enabling(self, number: int, action: Action) -> tuple[Action, ...] | None:
         """The actions by which the planner makes a step possible, if it finds some; looked for once."""
@@ -363,10 +335,10 @@ class Mender:
         taking = [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
         return Landmarks(self.flips, self.initial, self.missed(0), steps, taking)
 
-    def lacks(self, plan: Edited, course: _Course) -> int:
-        """How many steps fail and goals are missed where steps that fail are passed over."""
-        number, taken, failed = course.states[-1], course.taken[-1], 0
-        for _, action in plan[len(course.states) - 1 :]:
+    def lacks(self, steps: Plan, number: int, taken: int) -> int:
+        """How many steps fail from a state on and goals are missed, where steps that fail are passed over."""
+        failed = 0
+        for action in steps:
             if action is not None:
                 after, executed = self.after(number, action)
                 failed += after == _FATAL
@@ -380,15 +352,8 @@ class Mender:
         return all_tried and course.taken[-1] == len(self.goal.actions) and not self.missed(course.states[-1])
 
 
-class _Edit(NamedTuple):
-    """An edit of an edited plan: an action is put before the entry with this number, or that is deleted."""
-
-    place: int
-    action: Action | None
-
-
 _Edits: TypeAlias = tuple[int, tuple[Action | None, ...]]
-"""The edits at one place."""
+"""The actions that may be put before an entry, by its number; None: the entry is deleted."""
 
 
 class _Conflicts:
@@ -610,12 +575,18 @@ def normal(plan: Edited) -> Edited:
     return tuple(found)
 
 
-def edited(plan: Edited, edit: _Edit) -> Edited:
-    """A plan after one more edit."""
-    place, action = edit
-    if action is None:
-        return (*plan[:place], plan[place]._replace(action=None), *plan[place + 1 :])
-    return (*plan[:place], _Entry(-1, action), *plan[place:])
+def edited(plan: Edited, place: int, action: Action | None) -> tuple[Edited, int]:
+    """A plan after one more edit, in the order of `normal`, and from which entry on it is another."""
+    start = place
+    while start and plan[start - 1].step >= 0 and plan[start - 1].action is None:
+        start -= 1
+    if action is not None:
+        return (*plan[:start], _Entry(-1, action), *plan[start:]), start
+    end = place + 1
+    while end < len(plan) and plan[end].step < 0:
+        end += 1
+    gone = plan[place]._replace(action=None)
+    return (*plan[:start], *plan[place + 1 : end], *plan[start:place], gone, *plan[end:]), start
 
 
 class _Node(NamedTuple):
@@ -651,36 +622,6 @@ class _Node(NamedTuple):
         return max(self.least, self.cost.with_steps(self.lacking))
 
 
-class _Queue:
-    """The edited plans that are to be looked at, each once before and once after it is carried out.
-
-    Args:
-        effort: counts them.
-    """
-
-    def __init__(self, effort: Effort) -> None:
-        self.effort = effort
-        self._waiting: OpenList[_Node] = OpenList()
-        self._seen: set[tuple[Edited, bool]] = set()
-        self._pushed = 0
-
-    def push(self, node: _Node) -> None:
-        """Put a plan where its rank says, if it is new; the last of equals comes first."""
-        if (node.plan, node.at < 0) not in self._seen:
-            self._seen.add((node.plan, node.at < 0))
-            self.push_again(node)
-
-    def push_again(self, node: _Node) -> None:
-        """Put a plan where its rank says, though it is not new."""
-        self._pushed += 1
-        self.effort.used += self._pushed % _PUSHES == 0
-        self._waiting.push(node, node.at_least, node.lacks, -self._pushed)
-
-    def pop(self) -> _Node | None:
-        """Take the plan that comes next."""
-        return self._waiting.pop()
-
-
 class _Search:
     """The search for the repairs of one plan, which can be gone on with.
 
@@ -700,9 +641,11 @@ class _Search:
         self._steps = frozenset([step for step in plan if step is not None])
         self.effort = Effort()
         self.least = 0
-        self._queue = _Queue(self.effort)
+        self._waiting: OpenList[_Node] = OpenList()
+        self._seen: set[tuple[Edited, bool]] = set()
+        self._pushed = 0
         start = tuple([_Entry(i, action) for i, action in enumerate(plan)])
-        self._queue.push(_Node(start, _Course((0,), (0,)), 0, 0, cost(start), 0, -1, 0))
+        self._push(_Node(start, _Course((0,), (0,)), 0, 0, cost(start), 0, -1, 0))
 
     def run(self, limit: float, known: float = inf) -> Edited | None:
         """Search best first, or go on with it; the repair with fewest edits if one is found.
@@ -712,14 +655,14 @@ class _Search:
             known: the number of edits of a repair that is known; only those with fewer are looked for.
         """
         self.effort.limit = limit
-        while self.least < known and (node := self._queue.pop()) is not None:
+        while self.least < known and (node := self._waiting.pop()) is not None:
             informed = self._informed(node)
             if informed.at_least > node.at_least:
-                self._queue.push_again(informed)
+                self._push_again(informed)
                 continue
             self.least = max(self.least, node.at_least)
             if self.effort.is_used_up:
-                self._queue.push_again(informed)
+                self._push_again(informed)
                 break
             if node.at < 0:
                 self._expand(informed)
@@ -728,17 +671,30 @@ class _Search:
         self.least = int(min(self.least, known))
         return None
 
+    def _push(self, node: _Node) -> None:
+        """Put a plan into the queue, once before and once after it is carried out."""
+        if (node.plan, node.at < 0) not in self._seen:
+            self._seen.add((node.plan, node.at < 0))
+            self._push_again(node)
+
+    def _push_again(self, node: _Node) -> None:
+        """Put a plan where its rank says; the last of equals comes first."""
+        self._pushed += 1
+        self.effort.used += self._pushed % _PUSHES == 0
+        self._waiting.push(node, node.at_least, node.lacks, -self._pushed)
+
     def _carry_out(self, node: _Node) -> bool:
         """Whether a plan succeeds; else it is to be gone on with, and so is what takes no edit more."""
         self.effort.used += 1 + len(node.plan) // _STEPS
         course = self._world.course(node.plan, node.course, node.at)
         if self._world.succeeds(node.plan, course):
             return True
-        lacks = self._world.lacks(node.plan, course)
-        self._queue.push(node._replace(course=course, at=-1, lacks=lacks, least=node.cost.with_steps(1)))
+        rest = [action for _, action in node.plan[len(course.states) - 1 :]]
+        lacks = self._world.lacks(rest, course.states[-1], course.taken[-1])
+        self._push(node._replace(course=course, at=-1, lacks=lacks, least=node.cost.with_steps(1)))
         for place in _replaceable(node.plan):
             if place < len(course.states):
-                self._queue.push(self._child(node._replace(course=course, lacks=lacks), _Edit(place, None)))
+                self._push(self._without(node._replace(course=course, lacks=lacks), place))
         return False
 
     def _expand(self, node: _Node) -> None:
@@ -748,56 +704,54 @@ class _Search:
         """
         edits = node.edits or self._conflicts.edits(node.plan, node.course)
         self.effort.used += 0 if node.edits else _CONFLICT * len(node.course.states)
-        lacking: dict[Action | None, int] = {}
-        ranks: set[int] = set()
+        lacking: dict[Action, int] = {}
+        most = node.at_least
         for place, actions in edits:
             if self.effort.is_used_up:
-                self._queue.push_again(node)
+                self._push_again(node)
                 return
-            if None in actions:
-                child = self._child(node, _Edit(place, None))
-                ranks.add(child.at_least)
+            if actions == (None,):
+                child = self._without(node, place)
+                most = max(most, child.at_least)
                 if child.at_least <= node.at_least:
-                    self._queue.push(child)
+                    self._push(child)
             elif actions:
-                ranks |= self._insert(node, place, actions, lacking)
-        if ranks and max(ranks) > node.at_least:
-            self._queue.push_again(node._replace(edits=edits, least=node.at_least + 1))
+                most = max(most, self._insert(node, place, actions, lacking))
+        if most > node.at_least:
+            self._push_again(node._replace(edits=edits, least=node.at_least + 1))
 
     def _insert(
-        self,
-        node: _Node,
-        place: int,
-        actions: Sequence[Action | None],
-        lacking: dict[Action | None, int],
-    ) -> set[int]:
-        """Go on with what takes no more edits where one of some actions is put in; how many they take each.
+        self, node: _Node, place: int, actions: Sequence[Action | None], lacking: dict[Action, int]
+    ) -> int:
+        """Go on with what takes no more edits where one of some actions is put in; the most that one takes.
 
         ``lacking`` keeps how many steps the plan lacks with each of them.
         """
         self.effort.used += len(actions) // _EDITS
-        costs, most = self._cost(node, _Edit(place, actions[0])), node.at_least
-        ranks: set[int] = set()
-        for action in actions:
+        plan, at = edited(node.plan, place, actions[0])
+        costs, first, last = cost(plan), node.least if node.edits else 0, node.at_least
+        most = 0
+        for action in filter(None, actions):
+            lacked = node.open & ~self._landmarks.hits(action)
             number = lacking.get(action)
             if number is None:
-                lacked = node.open & ~self._landmarks.hits(action)
                 number = lacking[action] = self._landmarks.lacking(lacked)
             rank = costs.with_steps(number)
-            if rank <= most and rank < costs.with_steps(1) and self._is_idle(node, place, action):
+            if rank <= last and rank < costs.with_steps(1) and self._is_idle(node, place, action):
                 rank += 1
-            ranks.add(rank)
-            if node.least * bool(node.edits) <= rank <= most:
-                self._queue.push(self._child(node, _Edit(place, action)))
-        return ranks
+            most = max(most, rank)
+            if first <= rank <= last:
+                child = (*plan[:at], _Entry(-1, action), *plan[at + 1 :])
+                self._push(self._child(node, child, at, costs, lacked))
+        return most
 
-    def _cost(self, node: _Node, edit: _Edit) -> _Cost:
-        """The cost of a plan after one more edit, whatever action it is about."""
-        if not _stands_alone(node.plan, edit):
-            return cost(normal(edited(node.plan, edit)))
-        edits, deletions, insertions = node.cost
-        inserts = edit.action is not None
-        return _Cost(edits + 1, deletions + (not inserts), insertions + inserts)
+    def _without(self, node: _Node, place: int) -> _Node:
+        """A plan without one of its steps, to be carried out."""
+        plan, at = edited(node.plan, place, None)
+        lacked = node.open
+        if self._landmarks.hits(node.plan[place].action):
+            lacked = self._landmarks.open([e.action for e in plan if e.action is not None])
+        return self._child(node, plan, at, cost(plan), lacked)
 
     def _informed(self, node: _Node) -> _Node:
         """A plan with what all landmarks show that are known, of which more are looked for."""
@@ -812,25 +766,15 @@ class _Search:
         lacked = known.open(steps)
         return node._replace(open=lacked, known=len(known.cuts), lacking=known.lacking(lacked))
 
-    def _child(self, node: _Node, edit: _Edit) -> _Node:
-        """A plan after one more edit, to be carried out."""
-        child, costs = edited(node.plan, edit), self._cost(node, edit)
-        at = min(edit.place, len(node.course.states) - 1)
-        if not _stands_alone(node.plan, edit):
-            child = normal(child)
-            same = zip(child, node.plan, strict=False)
-            at = min(at, next((i for i, (a, b) in enumerate(same) if a != b), at))
-        lacked = node.open
-        if edit.action is not None:
-            lacked &= ~self._landmarks.hits(edit.action)
-        elif self._landmarks.hits(node.plan[edit.place].action):
-            lacked = self._landmarks.open([e.action for e in child if e.action is not None])
-        lacking = node.lacking if lacked == node.open else self._landmarks.lacking(lacked)
-        return _Node(child, node.course, at, node.lacks, costs, lacked, node.known, lacking)
+    def _child(self, node: _Node, plan: Edited, at: int, costs: _Cost, lacked: int) -> _Node:
+        """A plan to be carried out that is another than that of a node from an entry on."""
+        at = min(at, len(node.course.states) - 1)
+        lacking = self._landmarks.lacking(lacked)
+        return _Node(plan, node.course, at, node.lacks, costs, lacked, node.known, lacking)
 
-    def _is_idle(self, node: _Node, place: int, action: Action | None) -> bool:
+    def _is_idle(self, node: _Node, place: int, action: Action) -> bool:
         """Whether an inserted step cannot be carried out where it stands, or changes nothing there."""
-        if action is None or node.cost.insertions:
+        if node.cost.insertions:
             return False
         before, taken = node.course.states[place], node.course.taken[place]
         after, executed = self._world.after(before, action)
@@ -846,11 +790,3 @@ _PUSHES = 4
 
 _CONFLICT, _EDITS = 5, 80
 """The effort of taking a conflict apart for each step before it; so many edits are looked at for one more."""
-
-
-def _stands_alone(plan: Edited, edit: _Edit) -> bool:
-    """Whether no entry next to an edit is an edit."""
-    place, action = edit
-    last = place - 1
-    after = place if action is not None else place + 1
-    return (last < 0 or plan[last].is_kept) and (after >= len(plan) or plan[after].is_kept)
