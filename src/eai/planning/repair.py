@@ -46,9 +46,6 @@ _STEPS = 8
 _KEPT = 50_000
 """So many states are kept from one plan to the next."""
 
-_FATAL = -1
-"""The number of the state after a step that cannot be carried out."""
-
 
 class _Entry(NamedTuple):
     """An entry of an edited plan.
@@ -69,31 +66,13 @@ class _Entry(NamedTuple):
 
 Edited: TypeAlias = tuple[_Entry, ...]
 
+_Moment: TypeAlias = tuple[int, int]
+"""The number of a state, and how many action goals are taken."""
 
-class _Course(NamedTuple):
-    """The course of an edited plan up to its conflict.
+_Course: TypeAlias = tuple[_Moment, ...]
+"""The moment before each entry of a plan up to its conflict, and after the last."""
 
-    Attributes:
-        states: the number of the state before each entry that was reached, and of the last one.
-        taken: how many action goals were taken before each.
-    """
-
-    states: tuple[int, ...]
-    taken: tuple[int, ...]
-
-
-class _Walk(NamedTuple):
-    """A way through a plan, or through its beginning.
-
-    Attributes:
-        actions: the actions that are taken.
-        number: the number of the state that they lead to.
-        taken: how many action goals are taken.
-    """
-
-    actions: tuple[Action, ...]
-    number: int
-    taken: int
+_BEGIN: _Course = ((0, 0),)
 
 
 class Told(NamedTuple):
@@ -135,7 +114,7 @@ class Mender:
         """Know no state but the initial one."""
         self.states = [self.initial]
         self._numbers = {self.initial: 0}
-        self._after: dict[tuple[int, Action], tuple[int, bool]] = {}
+        self._after: dict[tuple[int, Action], tuple[int | None, bool]] = {}
         self._missed: dict[int, tuple[Subgoal, ...]] = {}
         self._ways: dict[tuple[int, Action], tuple[Action, ...] | None] = {}
 
@@ -171,44 +150,58 @@ class Mender:
         On the way on it may look at so many actions.
         """
         own = Effort(effort.limit * _WALKING)
-        actions, number, taken = self._walk(plan, own)
+        actions, moment = self._walk(plan, own)
         effort.used += own.used
-        further = self._way(number, taken, looks)
+        further = self._way(moment, looks)
         if further is not None:
             yield normal(_aligned(plan, (*actions, *further)))
         whole = self._whole(_START * looks)
         if whole is not None:
             yield normal(_aligned(plan, whole))
 
-    def _walk(self, plan: Plan, effort: Effort) -> _Walk:
-        """A way through a plan: of what fails the better is done, it is left out or made possible before.
-
-        As long as the effort lasts; then it is left out.
-        """
-        walk, gone = _Walk((), 0, 0), 0
+    def _walk(self, plan: Plan, effort: Effort) -> tuple[list[Action], _Moment]:
+        """The actions of a plan without what fails, or with what makes it possible, and where they lead."""
+        actions: list[Action] = []
+        moment, gone = _BEGIN[0], 0
         for i, step in enumerate(plan):
-            kept = None if step is None else self._followed(walk, (step,))
-            if kept is None and step is not None and not effort.is_used_up:
-                way = self._enabling(walk.number, step)
-                mended = None if way is None else self._followed(walk, (*way, step))
-                if way is not None and mended is not None:
-                    rest = plan[i + 1 :]
-                    effort.used += 2 * len(rest)
-                    edits = max(0, len(way) - gone) + self.lacks(rest, mended.number, mended.taken)
-                    kept = mended if edits < 1 + self.lacks(rest, walk.number, walk.taken) else None
-            gone = gone + 1 if kept is None else 0
-            walk = kept or walk
-        return walk
+            past = None if step is None else self._past(moment, step, plan[i + 1 :], gone, effort)
+            gone = gone + 1 if past is None else 0
+            if past is not None:
+                own, moment = past
+                actions += own
+        return actions, moment
 
-    def _followed(self, walk: _Walk, steps: Sequence[Action]) -> _Walk | None:
-        """A way that goes on by some steps; None if one of them is impossible."""
-        actions, number, taken = walk
+    def _past(
+        self, moment: _Moment, step: Action, rest: Plan, gone: int, effort: Effort
+    ) -> tuple[Sequence[Action], _Moment] | None:
+        """A step, after what makes it possible, and where that leads; None if it is better left out.
+
+        Args:
+            moment: where it is taken.
+            step: the step.
+            rest: those after it.
+            gone: how many were left out just before it.
+            effort: while it lasts a step is made possible.
+        """
+        after = self.step(moment, step)
+        if after is not None:
+            return (step,), after
+        before = None if effort.is_used_up else self._enabling(moment[0], step)
+        after = None if before is None else self._followed(moment, (*before, step))
+        if before is None or after is None:
+            return None
+        effort.used += 2 * len(rest)
+        edits = max(0, len(before) - gone) + self.lacks(rest, after)
+        return ((*before, step), after) if edits < 1 + self.lacks(rest, moment) else None
+
+    def _followed(self, moment: _Moment, steps: Sequence[Action]) -> _Moment | None:
+        """Where some steps lead; None if one of them is impossible."""
         for step in steps:
-            number, executed = self.after(number, step)
-            if number == _FATAL:
+            after = self.step(moment, step)
+            if after is None:
                 return None
-            taken = self.takes(taken, step) if executed else taken
-        return _Walk((*actions, *steps), number, taken)
+            moment = after
+        return moment
 
     def _enabling(self, number: int, action: Action) -> tuple[Action, ...] | None:
         """The actions by which the planner makes a step possible, if it finds some; looked for once."""
@@ -227,9 +220,7 @@ class Mender:
         trials = _with_one_undone(plan, original)
         while (trial := next(trials, None)) is not None and not own.is_used_up:
             own.used += 1 + len(trial) // _STEPS
-            if cost(trial).edits < cost(plan).edits and self.succeeds(
-                trial, self.course(trial, _Course((0,), (0,)), 0)
-            ):
+            if cost(trial).edits < cost(plan).edits and self.succeeds(trial, self.course(trial, _BEGIN, 0)):
                 plan, trials = trial, _with_one_undone(trial, original)
         effort.used += own.used
         return plan
@@ -237,51 +228,57 @@ class Mender:
     def _whole(self, looks: int) -> tuple[Action, ...] | None:
         """A plan from the start, if the planner finds one; looked for once."""
         if looks not in self._plans:
-            self._plans[looks] = self._way(0, 0, looks)
+            self._plans[looks] = self._way(_BEGIN[0], looks)
         return self._plans[looks]
 
-    def _way(self, number: int, taken: int, looks: int) -> tuple[Action, ...] | None:
-        """The actions of the planner from a state, if it finds a plan."""
+    def _way(self, moment: _Moment, looks: int) -> tuple[Action, ...] | None:
+        """The actions of the planner from a moment on, if it finds a plan."""
+        number, taken = moment
         goal = PlanningGoal(self.goal.conditions, self.goal.actions[taken:])
         found = self._planner.plan(self.states[number], goal, self.objects, Limits(_STATES, looks=looks))
         return found.plan if found.end is SearchEnd.SOLVED else None
 
     def singles(self, plan: Plan) -> Iterator[Told]:
         """All single edits that make a plan succeed."""
-        entries = tuple([_Entry(i, action) for i, action in enumerate(plan)])
-        course = self.course(entries, _Course((0,), (0,)), 0)
         names = {name for names in self.goal.actions for name in names}
         operators = [o for o in self.domain.operators if o.effects or o.tries or o.name in names]
         first = next((i for i, action in enumerate(plan) if action is None), len(plan))
-        for i, number in enumerate(course.states[: first + 1]):
-            rests = [(i, None)] if i == len(plan) else [(i, None), (i + 1, i)]
-            if i < len(plan) and self._wins(number, course.taken[i], entries[i + 1 :]):
+        for i, moment in enumerate(self.course(as_entries(plan), _BEGIN, 0)[: first + 1]):
+            if i < len(plan) and self._wins(moment, plan[i + 1 :]):
                 yield Told(i, i, None)
             for operator in operators:
-                for action in applicable_actions(self.domain, operator, self.states[number], self.objects):
-                    after, executed = self.after(number, action)
-                    taken = self.takes(course.taken[i], action) if executed else course.taken[i]
-                    for start, gone in rests:
-                        if (gone is None or action != plan[gone]) and self._wins(
-                            after, taken, entries[start:]
-                        ):
-                            yield Told(i, gone, action)
+                for action in applicable_actions(self.domain, operator, self.states[moment[0]], self.objects):
+                    after = self.step(moment, action)
+                    if self._wins(after, plan[i:]):
+                        yield Told(i, None, action)
+                    if i < len(plan) and action != plan[i] and self._wins(after, plan[i + 1 :]):
+                        yield Told(i, i, action)
 
-    def _wins(self, number: int, taken: int, rest: Edited) -> bool:
-        """Whether the rest of a plan succeeds from a state."""
-        if any(entry.action is None for entry in rest):
+    def _wins(self, moment: _Moment | None, rest: Plan) -> bool:
+        """Whether the rest of a plan succeeds from a moment on."""
+        if moment is None or None in rest:
             return False
-        course = self.course(rest, _Course((number,), (taken,)), 0)
-        return self.succeeds(rest, course)
+        entries = as_entries(rest)
+        return self.succeeds(entries, self.course(entries, (moment,), 0))
 
-    def after(self, number: int, action: Action) -> tuple[int, bool]:
-        """The state after a step, `_FATAL` if it is impossible, and whether it is executed, not skipped."""
+    def step(self, moment: _Moment, action: Action) -> _Moment | None:
+        """The moment after a step; None if it is impossible."""
+        number, taken = moment
+        after, executed = self.after(number, action)
+        if after is None:
+            return None
+        wanted = self.goal.actions
+        takes = executed and taken < len(wanted) and action.operator in wanted[taken]
+        return after, taken + takes
+
+    def after(self, number: int, action: Action) -> tuple[int | None, bool]:
+        """The number of the state after a step, None if it is impossible; if it is executed, not skipped."""
         found = self._after.get((number, action))
         if found is None:
             found = self._after[number, action] = self._try(number, action)
         return found
 
-    def _try(self, number: int, action: Action) -> tuple[int, bool]:
+    def _try(self, number: int, action: Action) -> tuple[int | None, bool]:
         state, operator = self.states[number], self.domain.compiled[action.operator]
         binding = operator.bind(state, action.arguments)
         if operator.is_possible(state, binding):
@@ -292,12 +289,7 @@ class Mender:
             return found, True
         kinds = {failure.check.check.fault for failure in operator.failures(state, binding)}
         kind = min(kinds, key=self.domain.precedence.index)
-        return (number, False) if kind is FaultKind.ADDITIONAL_STEP else (_FATAL, False)
-
-    def takes(self, taken: int, action: Action) -> int:
-        """How many action goals are taken after a step that is executed."""
-        wanted = self.goal.actions
-        return taken + (taken < len(wanted) and action.operator in wanted[taken])
+        return (number if kind is FaultKind.ADDITIONAL_STEP else None), False
 
     def missed(self, number: int) -> tuple[Subgoal, ...]:
         """The goals about the end that do not hold in a state."""
@@ -316,17 +308,13 @@ class Mender:
             begin: the course of the other plan.
             at: up to which entry both are the same, and can be carried out.
         """
-        states, taken = list(begin.states[: at + 1]), list(begin.taken[: at + 1])
+        found = [*begin[: at + 1]]
         for _, action in plan[at:]:
-            number, met = states[-1], taken[-1]
-            if action is not None:
-                number, executed = self.after(number, action)
-                if number == _FATAL:
-                    break
-                met = self.takes(met, action) if executed else met
-            states.append(number)
-            taken.append(met)
-        return _Course(tuple(states), tuple(taken))
+            after = found[-1] if action is None else self.step(found[-1], action)
+            if after is None:
+                break
+            found.append(after)
+        return tuple(found)
 
     def landmarks(self, plan: Plan) -> Landmarks:
         """The landmarks of all plans that succeed, of which those are looked for that a plan may lack."""
@@ -335,21 +323,21 @@ class Mender:
         taking = [frozenset([a for name in names for a in self.flips.taking(name)]) for names in untaken]
         return Landmarks(self.flips, self.initial, self.missed(0), steps, taking)
 
-    def lacks(self, steps: Plan, number: int, taken: int) -> int:
-        """How many steps fail from a state on and goals are missed, where steps that fail are passed over."""
+    def lacks(self, steps: Plan, moment: _Moment) -> int:
+        """How many steps fail and goals are missed from a moment on, where steps that fail are left out."""
         failed = 0
         for action in steps:
             if action is not None:
-                after, executed = self.after(number, action)
-                failed += after == _FATAL
-                number = number if after == _FATAL else after
-                taken = self.takes(taken, action) if executed else taken
+                after = self.step(moment, action)
+                failed += after is None
+                moment = after or moment
+        number, taken = moment
         return failed + len(self.missed(number)) + len(self.goal.actions) - taken
 
     def succeeds(self, plan: Edited, course: _Course) -> bool:
         """Whether a plan with this course succeeds."""
-        all_tried = len(course.states) > len(plan)
-        return all_tried and course.taken[-1] == len(self.goal.actions) and not self.missed(course.states[-1])
+        number, taken = course[-1]
+        return len(course) > len(plan) and taken == len(self.goal.actions) and not self.missed(number)
 
 
 _Edits: TypeAlias = tuple[int, tuple[Action | None, ...]]
@@ -371,13 +359,14 @@ class _Conflicts:
 
     def edits(self, plan: Edited, course: _Course) -> list[_Edits]:
         """The edits one of which every repair of a plan has, as far as those of others are none of it."""
-        at = len(course.states) - 1
+        at = len(course) - 1
+        number, taken = course[at]
         if at < len(plan) and (action := plan[at].action) is not None:
             own: list[_Edits] = [(at, (None,))] if plan[at].is_kept else []
-            return own + self._helping(plan, course, self._unblocking(course.states[at], action), frozenset())
-        choices = [self._helping(plan, course, c, frozenset()) for c in self._reaching(course.states[at])]
-        if course.taken[at] < len(self._world.goal.actions):
-            names = [n for names in self._world.goal.actions[: course.taken[at] + 1] for n in names]
+            return own + self._helping(plan, course, self._unblocking(number, action), frozenset())
+        choices = [self._helping(plan, course, changes, frozenset()) for changes in self._reaching(number)]
+        if taken < len(self._world.goal.actions):
+            names = [n for names in self._world.goal.actions[: taken + 1] for n in names]
             choices.append(self._helping(plan, course, frozenset(), frozenset(names)))
         return min(choices, key=lambda edits: sum(len(actions) for _, actions in edits))
 
@@ -425,14 +414,14 @@ class _Conflicts:
             **{a: None for n in sorted(names) for a in self._flips.taking(n)},
         }
         listed = tuple(actions)
-        for place in range(len(course.states) - 1, -1, -1):
+        for place in range(len(course) - 1, -1, -1):
             found.append((place, listed))
             if place == 0:
                 break
             entry = plan[place - 1]
             if entry.action is None:
                 continue
-            behind, undoes = self._behind(course.states[place - 1], entry.action, changes, names)
+            behind, undoes = self._behind(course[place - 1][0], entry.action, changes, names)
             if entry.is_kept and undoes:
                 found.append((place - 1, (None,)))
             if not behind <= changes:
@@ -450,6 +439,11 @@ class _Conflicts:
         if action.operator in names and not executed:
             behind |= self._flips.skipping(action, state, executed=False)
         return behind, undoes
+
+
+def as_entries(plan: Plan) -> Edited:
+    """A plan without edits."""
+    return tuple([_Entry(i, action) for i, action in enumerate(plan)])
 
 
 def _aligned(plan: Plan, other: Sequence[Action]) -> Edited:
@@ -644,8 +638,8 @@ class _Search:
         self._waiting: OpenList[_Node] = OpenList()
         self._seen: set[tuple[Edited, bool]] = set()
         self._pushed = 0
-        start = tuple([_Entry(i, action) for i, action in enumerate(plan)])
-        self._push(_Node(start, _Course((0,), (0,)), 0, 0, cost(start), 0, -1, 0))
+        start = as_entries(plan)
+        self._push(_Node(start, _BEGIN, 0, 0, cost(start), 0, -1, 0))
 
     def run(self, limit: float, known: float = inf) -> Edited | None:
         """Search best first, or go on with it; the repair with fewest edits if one is found.
@@ -689,11 +683,11 @@ class _Search:
         course = self._world.course(node.plan, node.course, node.at)
         if self._world.succeeds(node.plan, course):
             return True
-        rest = [action for _, action in node.plan[len(course.states) - 1 :]]
-        lacks = self._world.lacks(rest, course.states[-1], course.taken[-1])
+        rest = [action for _, action in node.plan[len(course) - 1 :]]
+        lacks = self._world.lacks(rest, course[-1])
         self._push(node._replace(course=course, at=-1, lacks=lacks, least=node.cost.with_steps(1)))
         for place in _replaceable(node.plan):
-            if place < len(course.states):
+            if place < len(course):
                 self._push(self._without(node._replace(course=course, lacks=lacks), place))
         return False
 
@@ -703,7 +697,7 @@ class _Search:
         Most are never asked for then (partial expansion, Yoshizumi, Miura and Ishida 2000).
         """
         edits = node.edits or self._conflicts.edits(node.plan, node.course)
-        self.effort.used += 0 if node.edits else _CONFLICT * len(node.course.states)
+        self.effort.used += 0 if node.edits else _CONFLICT * len(node.course)
         lacking: dict[Action, int] = {}
         most = node.at_least
         for place, actions in edits:
@@ -768,7 +762,7 @@ class _Search:
 
     def _child(self, node: _Node, plan: Edited, at: int, costs: _Cost, lacked: int) -> _Node:
         """A plan to be carried out that is another than that of a node from an entry on."""
-        at = min(at, len(node.course.states) - 1)
+        at = min(at, len(node.course) - 1)
         lacking = self._landmarks.lacking(lacked)
         return _Node(plan, node.course, at, node.lacks, costs, lacked, node.known, lacking)
 
@@ -776,10 +770,8 @@ class _Search:
         """Whether an inserted step cannot be carried out where it stands, or changes nothing there."""
         if node.cost.insertions:
             return False
-        before, taken = node.course.states[place], node.course.taken[place]
-        after, executed = self._world.after(before, action)
-        takes = executed and self._world.takes(taken, action) > taken
-        return after == _FATAL or (after == before and not takes)
+        after = self._world.step(node.course[place], action)
+        return after is None or after == node.course[place]
 
 
 _EASY = 60
