@@ -1,0 +1,94 @@
+"""The fewest edits that repair failed plans of models: how many are known, and how long it takes.
+
+    python bench/repairs.py [HOUSEHOLD] [--number N] [--seed S] [--effort N]
+
+Of the plans in ``../shared/oracle`` that can be read and fail, so many are drawn by chance. The fewest edits
+are exact if they are proved to be, and near if the bounds differ by two at most. What takes more than a CPU
+second counts as neither. Times are those of a process of `eai`, whose garbage collector rests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import statistics
+import time
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import NamedTuple
+
+import eai
+from eai.abilities.repair import EFFORT
+from eai.abilities.verdict import PlanVerdict, Verdict
+from eai.benchmark.registry import FIRST
+from eai.benchmark.suite import Suite
+from eai.scoring.collector import collect_seldom
+from oracle_answers import model_files, oracle_answers, require_oracle
+
+_IN_TIME, _NEAR = 1.0, 2
+"""The CPU seconds within which a repair counts; the bounds of so many edits are near."""
+
+
+class _Found(NamedTuple):
+    """What is known of the repair of a plan, and the CPU seconds that it took."""
+
+    at_least: int
+    at_most: int | None
+    seconds: float
+
+    def is_within(self, edits: int) -> bool:
+        """Whether its bounds differ by so many edits at most, found in time."""
+        return self.at_most is not None and self.at_most - self.at_least <= edits and self.seconds <= _IN_TIME
+
+
+def _failed(suite: Suite) -> Iterator[Callable[[int], Verdict]]:
+    """For each plan that can be read and fails the look for its repair with so much effort."""
+    for path in model_files(f"{suite.domain}/{suite.ability}"):
+        for answer in oracle_answers(path):
+            if answer.task_id in suite.task_ids:
+                verdict, _, look_back = suite.scorer(answer.task_id).assess(answer.text)
+                if isinstance(verdict, PlanVerdict) and not verdict.success and look_back is not None:
+                    yield look_back
+
+
+def _mend(look_back: Callable[[int], Verdict], effort: int) -> _Found | None:
+    """The repair of a plan; None where its task has none."""
+    begun = time.process_time()
+    verdict = look_back(effort)
+    seconds = time.process_time() - begun
+    repair = verdict.repair if isinstance(verdict, PlanVerdict) else None
+    known = repair is not None and repair.why_null is None
+    return _Found(repair.at_least, repair.at_most, seconds) if repair is not None and known else None
+
+
+def _print(household: str, found: list[_Found]) -> None:
+    """One line on the repairs of a household."""
+    exact, near = [sum(each.is_within(edits) for each in found) / len(found) for edits in (0, _NEAR)]
+    times = sorted(each.seconds for each in found)
+    late = sum(seconds > _IN_TIME for seconds in times)
+    print(
+        f"{household}: {len(found)} plans, exact {exact:.1%}, within {_NEAR} edits {near:.1%}, "
+        f"none known {sum(each.at_most is None for each in found)}, "
+        f"median {statistics.median(times):.3f} CPU s, {late} above {_IN_TIME:g} s, dearest {times[-1]:.1f} s"
+    )
+
+
+def main() -> None:
+    """Print how much is known of the repairs of each household's plans."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("household", nargs="*", default=list(FIRST))
+    parser.add_argument("--number", type=int, default=150)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--effort", type=int, default=EFFORT)
+    chosen = parser.parse_args()
+    require_oracle()
+    collect_seldom()
+    for household in chosen.household:
+        failed = list(_failed(eai.open(household, "action_sequencing")))
+        random.Random(chosen.seed).shuffle(failed)  # noqa: S311
+        found = filter(None, (_mend(look_back, chosen.effort) for look_back in failed))
+        _print(household, list(islice(found, chosen.number)))
+
+
+if __name__ == "__main__":
+    main()
