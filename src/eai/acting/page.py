@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import re
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -40,8 +39,8 @@ _FAILED = re.compile(r"Failed \(|.*: (?:failed \(|not needed:|nothing happened)"
 Begun: TypeAlias = tuple[int, Play, Sequence[str]]
 """A task that is not over: its number, its episode, and what was observed in it so far."""
 
-Keep: TypeAlias = Callable[[Play, float], None]
-"""Takes an episode after each line, and the seconds that the line took."""
+Keep: TypeAlias = Callable[[Play], None]
+"""Takes an episode after each line."""
 
 
 class _Sitting:
@@ -69,7 +68,6 @@ class _Sitting:
         said = [turn.said for turn in self._play.turns]
         self._log = [_entry(*turn) for turn in zip(said, told, strict=True)]
         self._next: Begun | None = None
-        self._since = time.monotonic()
         self.shown = self._to_json()
 
     @property
@@ -94,8 +92,7 @@ class _Sitting:
     def _carry_out(self, line: str) -> None:
         known = len(self._play.turns)
         told = enter(self._play, line)
-        self._keep(self._play, time.monotonic() - self._since)
-        self._since = time.monotonic()
+        self._keep(self._play)
         turns = [_entry(turn.said, told) for turn in self._play.turns[known:]]
         self._log += turns or [[line, told, "aside"]]
         if self._play.game.over:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from eai.abilities.responses import SUFFIX, model_name, read_responses
+from eai.abilities.responses import (
+    SUFFIX,
+    Response,
+    ResponseFile,
+    model_name,
+    read_responses,
+    write_responses,
+)
 from eai.acting.setting import ACTING, PICTURES, Setting
 from eai.benchmark.suite import Suite
 from eai.cli.console import counted, note, say
 from eai.cli.options import OUTPUT, AgentSettings, DataFolder, OfDomain, flag, setting_of_others
 from eai.cli.progress import resumable
 from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
-from eai.data.files import write_whole
 from eai.errors import InputError
 
 if TYPE_CHECKING:
@@ -84,30 +88,26 @@ class _Answers:
     def __init__(self, path: Path, suite: Suite) -> None:
         if not path.name.endswith(SUFFIX):
             raise InputError(f"--out {path}: expected a name that ends with {SUFFIX}")
-        model_name(path)
-        self._path = path
-        self._rows: dict[str, dict[str, str | float]] = {}
-        if path.exists():
-            read_responses(path, suite.task_ids)
-            self._rows = {row["identifier"]: row for row in json.loads(path.read_bytes())}
+        self._path, self._model = path, model_name(path)
+        before = read_responses(path, suite.task_ids).responses if path.exists() else ()
+        self._texts = {response.task_id: response.text for response in before}
         self._written = self._read()
 
     def text(self, task_id: str) -> str:
         """The episode of a task so far; empty where none was begun."""
-        return str(self._rows.get(task_id, {}).get("llm_output") or "")
+        return self._texts.get(task_id, "")
 
-    def put(self, play: Play, seconds: float) -> None:
-        """Keep an episode, and so many more seconds in which it was played.
+    def put(self, play: Play) -> None:
+        """Keep an episode.
 
         Raises:
             InputError: somebody else has written the file meanwhile.
         """
         if self._read() != self._written:
             raise InputError(f"{self._path}: somebody else plays into this file; give another --out")
-        task_id, text = play.game.task.id, play.text("stopped")
-        spent = float(self._rows.get(task_id, {}).get("seconds", 0)) + seconds
-        self._rows[task_id] = {"identifier": task_id, "llm_output": text, "seconds": round(spent, 1)}
-        write_whole({self._path: json.dumps([*self._rows.values()], indent=1) + "\n"})
+        self._texts[play.game.task.id] = play.text("stopped")
+        responses = [Response(*each) for each in self._texts.items()]
+        write_responses(self._path.parent, ResponseFile(self._model, responses))
         self._written = self._read()
 
     def _read(self) -> bytes | None:
@@ -130,7 +130,7 @@ def _begun(
 
 
 def _in_terminal(
-    begun: Iterator[tuple[int, Play, Sequence[str]]], total: int, keep: Callable[[Play, float], None]
+    begun: Iterator[tuple[int, Play, Sequence[str]]], total: int, keep: Callable[[Play], None]
 ) -> int:
     """Play task by task, until the person stops; returns how many are over."""
     from eai.acting.person import RULES
@@ -146,19 +146,18 @@ def _in_terminal(
     return total
 
 
-def _play(play: Play, keep: Callable[[Play, float], None]) -> None:
+def _play(play: Play, keep: Callable[[Play], None]) -> None:
     """Carry out what a person types, until the task is over or they stop."""
     from eai.acting.person import completions, enter
 
     _complete(partial(completions, play))
     while not play.game.over:
-        since = time.monotonic()
         line = _line()
         if line is None or line.strip() == _QUIT:
             return
         if line.strip():
             told = enter(play, line)
-            keep(play, time.monotonic() - since)
+            keep(play)
             say(f"{told}\n")
 
 
