@@ -211,7 +211,7 @@ def _label(command: Any) -> None:
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":
             parameter.metavar = parameter.metavar or parameter.name.upper()
-            parameter.display_type_rich = _nothing
+            parameter.display_type_rich = lambda ctx: ""
         elif parameter.metavar is None:
             name = max(parameter.opts, key=len)
             parameter.metavar = _METAVARS.get(name, "" if parameter.is_flag else None)
@@ -219,10 +219,6 @@ def _label(command: Any) -> None:
             from eai.abilities.protocol import registered_protocols
 
             parameter.help = f"{parameter.help} Here: {', '.join(('strict', *registered_protocols()))}."
-
-
-def _nothing(ctx: Any) -> str:
-    return ""
 
 
 app = typer.Typer(

@@ -78,11 +78,7 @@ class Drawing:
 
 def text_width(text: str, size: int) -> int:
     """The width of a text in pixels."""
-    return len(text) * _advance(size)
-
-
-def _advance(size: int) -> int:
-    return round(0.602 * size)
+    return len(text) * round(0.602 * size)
 
 
 def svg(drawing: Drawing) -> str:
@@ -243,7 +239,7 @@ def _frame(fill: str, stroke: str, radius: int = 0, line: int = 1) -> Drawing:
 
 
 def _words(text: str) -> Drawing:
-    return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)] if text else [])
+    return Drawing(text_width(text, TEXT_SIZE), 18, [_Text(0, 3, text, TEXT_SIZE, _INK)])
 
 
 def _moved(shapes: Sequence[_Shape], x: int, y: int) -> Iterator[_Shape]:

@@ -85,15 +85,15 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> ReadGraph:
         return ReadGraph(SceneGraph(), unreadable=UNREADABLE)
     (objects, entries), repairs = found
     names = [name for name in objects if isinstance(name, str)]
-    facts: dict[NamedFact, None] = {}
+    facts: list[NamedFact] = []
     ill_formed = [str(name) for name in objects if not isinstance(name, str)]
     for entry in entries:
         fact = _fact(entry, arities)
         if fact is None:
             ill_formed.append(json.dumps(entry))
         else:
-            facts[fact] = None
-    return ReadGraph(SceneGraph(tuple(dict.fromkeys(names)), tuple(facts)), tuple(ill_formed), repairs)
+            facts.append(fact)
+    return ReadGraph(graph_of(names, facts), tuple(ill_formed), repairs)
 
 
 def _sections(value: object) -> tuple[list[object], list[object]] | None:
