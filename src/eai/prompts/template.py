@@ -9,30 +9,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 
+from eai.data.files import files_below
 from eai.errors import InputError
+
+_FOLDER = Path(__file__).parent / "templates"
 
 
 def template_names() -> frozenset[str]:
     """The names of all templates of the package, such as ``formats/transition_modeling.txt``."""
-    folder = files("eai.prompts") / "templates"
-    return frozenset(
-        name
-        for entry in folder.iterdir()
-        for name in (
-            [f"{entry.name}/{each.name}" for each in entry.iterdir()] if entry.is_dir() else [entry.name]
-        )
-    )
+    return frozenset(file.relative_to(_FOLDER).as_posix() for file in files_below(_FOLDER, "*.txt"))
 
 
 @cache
 def _packaged(name: str) -> str:
     """The text of a template of the package."""
-    ours = files("eai.prompts") / "templates" / name
-    return ours.read_text(encoding="utf-8").removesuffix("\n")
+    return (_FOLDER / name).read_text(encoding="utf-8").removesuffix("\n")
 
 
 @dataclass(frozen=True, slots=True)
