@@ -19,14 +19,13 @@ from typing import NamedTuple, get_args
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import FIRST, find_benchmark
-from eai.envs.agents import NULLS, UPPER, Agent
+from eai.envs.agents import AGENTS, NULLS, Agent
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.envs.rules import STANDARD, Rules, View
 from eai.tasks.source import Source
 
 TIMES = (1, 2, 4)
-AGENTS = {**NULLS, **UPPER}
 
 
 class Course(NamedTuple):

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.envs.agents import NULLS, UPPER
+from eai.envs.agents import AGENTS, NULLS
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.envs.rules import STANDARD, Rules
@@ -33,7 +33,7 @@ EVERY = {"virtualhome": 24, "behavior": 14}
 def played(agent: str, stage: Stage, seed: int = 0) -> tuple[Game, list[str]]:
     """A game of an agent, and its commands."""
     game = Game(stage)
-    command, commands = {**NULLS, **UPPER}[agent](game, seed), list[str]()
+    command, commands = AGENTS[agent](game, seed), list[str]()
     while not game.over:
         commands.append(command())
         game.act(commands[-1])
@@ -131,7 +131,7 @@ def test_of_possible_actions_the_novel_agent_takes_new_ones_and_the_blind_one_an
 @pytest.mark.parametrize("name", EVERY)
 def test_upper_lines_win_and_chance_does_not(name: str, data_store: Store) -> None:
     tasks = stages(name, data_store)
-    assert [stage.task.id for stage in tasks if not played("reference", stage)[0].won] == []
+    assert [stage.task.id for stage in tasks if not played("oracle", stage)[0].won] == []
     assert sum(played("explorer", stage)[0].won for stage in tasks) >= 0.95 * len(tasks)
     assert sum(played("blind", stage)[0].won for stage in tasks) == 0
     assert sum(played("random", stage)[0].won for stage in tasks[::3]) == 0

@@ -19,7 +19,7 @@ from eai.acting.setting import AGENT, REACT, STANDARD, TEXT, Setting
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import loaded
 from eai.benchmark.suite import Suite
-from eai.envs.agents import NULLS, UPPER
+from eai.envs.agents import AGENTS
 from eai.envs.command import DONE, Commands, is_look
 from eai.envs.game import Game, Stage, manual, staged
 from eai.envs.rules import Rules
@@ -32,13 +32,6 @@ OVER = "The episode is over."
 
 _UNKNOWN = 100
 """How many actions a game without a limit is expected to take at most."""
-
-AGENTS = {
-    "oracle": UPPER["reference"],
-    **NULLS,
-    **{name: UPPER[name] for name in ("planner", "explorer", "greedy")},
-}
-"""The built-in models that choose each action when its turn has come."""
 
 _BY_TOOLS = (
     "You act by calls of tools, one at a time: act takes an action, look stands for LOOK, done for DONE."

@@ -356,12 +356,13 @@ NULLS: Mapping[str, Callable[[Game, int], Agent]] = {
 }
 """The agents that know nothing of the goals."""
 
-UPPER: Mapping[str, Callable[[Game, int], Agent]] = {
-    "reference": reference_agent,
+AGENTS: Mapping[str, Callable[[Game, int], Agent]] = {
+    **NULLS,
+    "oracle": reference_agent,
     "gold": gold_agent,
     "seeker": _Seeker,
     "planner": planner_agent,
     "explorer": _Explorer,
     "greedy": _Greedy,
 }
-"""The agents that plan."""
+"""All agents, of which those but ``gold`` and ``seeker`` are built-in models."""

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.task import Task
-from eai.envs.agents import UPPER, Agent, planner_of, refusal_of
+from eai.envs.agents import AGENTS, Agent, planner_of, refusal_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.planning.planner import needed_actions
@@ -59,7 +59,7 @@ def reference_of(stage: Stage) -> Reference:
     endless = stage.endless()
     for name in ("gold", "explorer", "seeker"):
         game = Game(endless)
-        commands = _played(game, UPPER[name](game, 0))
+        commands = _played(game, AGENTS[name](game, 0))
         if all(game.reached):
             return Reference(min([*lengths, len(commands)]), commands)
     return Reference(min(lengths, default=None), None)

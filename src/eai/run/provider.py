@@ -20,7 +20,7 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
-from eai.acting.play import AGENTS, Arena, commands_of
+from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.benchmark import Benchmark
@@ -39,6 +39,7 @@ from eai.benchmark.gold_answers import (
 from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
+from eai.envs.agents import AGENTS
 from eai.envs.command import DONE
 from eai.errors import InputError
 from eai.pictures.scene_graph import SCENE, read_scene_graph
