@@ -17,7 +17,7 @@ from eai.envs.agents import AGENTS, NULLS
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
 from eai.envs.rules import STANDARD, Rules
-from eai.logic.formula import Always, And, Atom, Constant, Not
+from eai.logic.formula import Always, And, Atom, Constant, Not, Occurs
 from eai.tasks.source import Source
 from eai.world.execution import Action
 from envs.switches import SWITCHES
@@ -108,6 +108,14 @@ def test_a_reference_looks_for_what_the_plan_names_where_looking_first_breaks_a_
     stage = Stage(task, SWITCHES, STANDARD)
     assert not any(played(agent, stage)[0].won for agent in ("gold", "explorer"))
     assert stage.reference.commands == ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
+
+
+def test_the_greedy_agent_sees_which_action_goals_it_has_met() -> None:
+    both = TASKS["both"]
+    lit = Atom("lit", (Constant("lamp"),))
+    waved = make_task("wave", "Turn the lamp on and wave.", both.initial, Occurs("WAVE"), lit)
+    game, commands = played("greedy", Stage(waved, SWITCHES, STANDARD))
+    assert (game.won, sorted(commands)) == (True, [DONE, "PRESS(lamp)", "WAVE()"])
 
 
 @pytest.mark.parametrize("agent", NULLS)

@@ -130,6 +130,11 @@ def test_a_problem_of_ones_own_has_objects_like_those_of_the_data_set(behavior_t
             "(not (dusty table.n.02_1))",
             "line 14: expected facts that agree: with the others, not dusty",
         ),
+        (
+            "(not (soaked rag.n.01_1))",
+            "(not ; it is clean\n (dusty ; as it says\n table.n.02_1))",
+            "line 14: expected facts that agree: with the others, not dusty",
+        ),
         ("(:init", "(:start", "line 9, column 4: expected "),
         ("(onfloor agent", "(ontop agent", "line 15: there is no object agent.n.01_1"),
         ("(not (dusty ?table.n.02_1))", "(dusty agent.n.01_1)", "line 16: there is no object agent.n.01_1"),

@@ -32,6 +32,9 @@ BDDL, PDDL = ".bddl", ".pddl"
 _DOMAIN_FILE = "domain.pddl"
 """The name of the file of the domain beside problems in a folder."""
 
+_GAP = r"(?:\s|;[^\n]*)"
+"""A space, or a comment, between two words."""
+
 
 def problem_files_in(paths: Iterable[Path]) -> list[Path]:
     """The files of problems that paths name, and those in the folders they name, by name.
@@ -167,9 +170,9 @@ def _denied(text: str, facts: Iterable[f.Formula]) -> Iterator[f.Atom]:
 
 def _line(text: str, fact: f.Formula) -> int:
     """The line on which a fact stands, or 1."""
-    denied = r"\(\s*not\s*" if isinstance(fact, f.Not) else ""
+    denied = rf"\(\s*not{_GAP}*" if isinstance(fact, f.Not) else ""
     atom = fact.operand if isinstance(fact, f.Not) else fact
     words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []
-    pattern = denied + r"\(\s*" + r"\s+\??".join(map(re.escape, words)) + r"\s*\)"
+    pattern = rf"{denied}\({_GAP}*" + rf"{_GAP}+\??".join(map(re.escape, words)) + rf"{_GAP}*\)"
     found = re.search(pattern, text, re.IGNORECASE)
-    return 1 if found is None else text.count("\n", 0, found.start()) + 1
+    return text.count("\n", 0, found.start() if found else 0) + 1

@@ -1,0 +1,17 @@
+"""The rules of a domain in formulas tell nothing of what is never seen."""
+
+from __future__ import annotations
+
+import eai.world as w
+from eai.abilities.rules import Rules
+
+x = w.Variable("x")
+lit, used = w.Predicate("lit", 1), w.Predicate("used", 1, visible=False)
+ready, worn = w.Defined("ready", (x,), ~lit(x)), w.Defined("worn", (x,), used(x) & lit(x))
+
+
+def test_definitions_that_read_memory_are_left_out() -> None:
+    press = w.Operator("PRESS", (x,), (), (w.Add(lit(x)), w.Add(used(x))))
+    rules = Rules(w.Domain("lamps", w.Vocabulary((lit, used), (ready, worn)), (press,)))
+    assert rules.definitions() == ["ready(x) means: not lit(x)"]
+    assert "used" not in rules.text(["PRESS"])
