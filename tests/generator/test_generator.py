@@ -312,7 +312,7 @@ def test_a_scene_in_which_nothing_is_reached_has_no_more_to_offer(
     start = Scene(lamps.domain.vocabulary, [WorldObject("robot", "robot"), *things], 0).state([])
     lit = {("lit", True): {Pattern("lit", ("lamp",), True): 1.0}}
     proposals = Proposals(made.prior, start.scene, {"Atom": 1}, lit)
-    walk, asked = Walk(lamps.domain, Planner(lamps.domain), start), []
+    walk, asked = Walk(Planner(lamps.domain), start), []
     monkeypatch.setattr(Walk, "reach", lambda self, goal: bool(asked.append(goal)))
     made._go_on(walk, proposals, (), random.Random(0), wanted, frozenset())
     assert len(asked) == len(set(asked)) == tried

@@ -130,7 +130,7 @@ def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
     assert way.failure is None
     prior = replace(NOTHING_IS_USUAL, **{"wanted": WANTED, **changes})
     listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
-    became = Seeker(lamps.domain, lamps.domain, prior, listings)._became(task, way.states)
+    became = Seeker(lamps.domain, prior, listings)._became(task, way.states)
     assert {print_ltl(atom): when for atom, when in became.items()} == expected
 
 
@@ -155,7 +155,7 @@ def seeker(lamps: Benchmark, **changes: Any) -> Seeker:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
     wanted = {"wanted": {("lit", True): 1, ("is_open", True): 1, ("inside", True): 1}}
     prior = replace(NOTHING_IS_USUAL, **{**wanted, **changes})
-    return Seeker(lamps.domain, lamps.domain, prior, listings)
+    return Seeker(lamps.domain, prior, listings)
 
 
 FIRST, SECOND = "GO lamp_1; PRESS lamp_1", "GO lamp_2; PRESS lamp_2"
@@ -219,7 +219,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
 
     def begin() -> Walk:
-        return Walk(lamps.domain, Planner(lamps.domain), task.initial)
+        return Walk(Planner(lamps.domain), task.initial)
 
     found = seeker(lamps)._in_order(task, goals, begin, None, random.Random(0))  # type: ignore[arg-type]
     assert found is None
@@ -228,7 +228,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
 
 def test_all_goals_are_reached_or_not(lamps: Benchmark) -> None:
     def reached(*goals: f.Formula) -> tuple[bool, int]:
-        walk = Walk(lamps.domain, Planner(lamps.domain), asked(lamps, FIRST).initial)
+        walk = Walk(Planner(lamps.domain), asked(lamps, FIRST).initial)
         return reach_all(walk, goals), len(walk.conditions)
 
     assert reached(ONE, OTHER) == (True, 2)

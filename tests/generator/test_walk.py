@@ -36,7 +36,7 @@ def test_a_plan_is_followed_that_runs_and_reaches_its_goals(lamps: Benchmark) ->
     wanted = Atom("lit", (Constant("lamp_1"),))
     lamp = task.scene.index["lamp_1"]
     go, press = Action("GO", (lamp,)), Action("PRESS", (lamp,))
-    walk = Walk(lamps.domain, Planner(lamps.domain), task.initial)
+    walk = Walk(Planner(lamps.domain), task.initial)
     assert not walk.follow((go,), (wanted,)), "the goal is not met"
     assert not walk.follow((go, press, Action("TAKE", (lamp,))), (wanted,)), (
         "the last action fails, though the goal is met"
@@ -56,7 +56,7 @@ def names(walk: Walk) -> list[str]:
 
 def test_a_walk_reaches_one_goal_more_and_forgets_what_came_after_a_mark(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
-    walk = Walk(lamps.domain, Planner(lamps.domain), task.initial)
+    walk = Walk(Planner(lamps.domain), task.initial)
     assert walk.objects == tuple(range(5))
     assert not walk.reach(lit("robot")), "no way is found"
     assert walk.reach(lit("lamp_1"))
@@ -118,7 +118,7 @@ def test_a_shorter_plan_is_sought_where_the_walk_was_long(
 ) -> None:
     planner, trail = _Stub([Action("PRESS", (0,))] * found), [STEP] * walked
     monkeypatch.setattr(walking, "_without_needless", lambda walk, asked, over_time: trail)
-    walk = Walk(lamps.domain, planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
+    walk = Walk(planner, lamps.tasks(Source())["light"].initial)  # type: ignore[arg-type]
     certified = certificate(walk, over_time)
     assert len(certified) == left
     assert (certified is trail) == (left == walked)
@@ -130,7 +130,7 @@ def test_a_shorter_plan_is_sought_where_the_walk_was_long(
 def test_a_walk_loses_what_it_did_not_need(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["light"]
     one, two, ball = (task.scene.index[name] for name in ("lamp_1", "lamp_2", "ball"))
-    walk = Walk(lamps.domain, Planner(lamps.domain), task.initial)
+    walk = Walk(Planner(lamps.domain), task.initial)
     plan = [("GO", ball), ("GO", one), ("PRESS", one), ("GO", two), ("PRESS", two)]
     assert walk.follow([Action(name, (index,)) for name, index in plan], [lit("lamp_1")])
     assert [(name, index) for name, (index,) in certificate(walk)] == plan[1:3]

@@ -3,7 +3,7 @@ from __future__ import annotations
 from eai.logic.formula import Atom, Constant, Not
 from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.planner import _Agenda, alone
+from eai.planning.planner import _Agenda
 from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
@@ -12,7 +12,7 @@ from world import toy
 START: PlanNode = Node(toy.initial())
 INDEX = START.state.scene.index
 HEURISTIC = AdditiveHeuristic(toy.DOMAIN)
-SUCCESSORS = SuccessorGenerator(toy.DOMAIN, alone, tuple(range(len(INDEX))), ())
+SUCCESSORS = SuccessorGenerator(toy.DOMAIN, tuple(range(len(INDEX))))
 FEW = Limits(50, thorough=False)
 
 

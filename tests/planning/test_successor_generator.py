@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from eai.planning.planner import alone
 from eai.planning.search import Node
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
 from eai.world.execution import Action
@@ -9,7 +8,7 @@ from world import toy
 START: PlanNode = Node(toy.initial())
 INDEX = START.state.scene.index
 EVERYTHING = tuple(range(len(INDEX)))
-SUCCESSORS = SuccessorGenerator(toy.DOMAIN, alone, EVERYTHING, (("PRESS",), ("LIFT", "DROP")))
+SUCCESSORS = SuccessorGenerator(toy.DOMAIN, EVERYTHING, (("PRESS",), ("LIFT", "DROP")))
 
 
 def action(operator: str, name: str) -> Action:

@@ -24,7 +24,7 @@ from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.planner import Planner, PlanningGoal, alone
+from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
@@ -336,7 +336,7 @@ class _Greedy(_Explorer):
         self._visited.add(game.state)
         if not self._game.task.named_by(self._pending()) <= game.known:
             return ()
-        successors = SuccessorGenerator(self._domain, alone, sorted(game.known), self._actions)
+        successors = SuccessorGenerator(self._domain, sorted(game.known), self._actions)
         search = GreedySearch(self._planner.heuristic, successors, Limits(0))
         met = len(game.task.goals) - len(remaining_goals(game.task, game.taken))
         node: PlanNode = Node(game.state, met)

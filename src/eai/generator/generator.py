@@ -187,7 +187,7 @@ class Generator:
         self._weights = list(self._weights_of_bases())
         self._begin_anew()
         listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
-        self._seeker = Seeker(self.benchmark.domain, self._usage.domain, self.prior, listings)
+        self._seeker = Seeker(self.benchmark.domain, self.prior, listings)
 
     def _begin_anew(self) -> None:
         """Have planners that remember nothing: of usual actions, and of all."""
@@ -333,7 +333,7 @@ class Generator:
             found = with_guests(found, self._bases, self.prior, rng, most)
         closed = self._usage.state(found.scene, found.facts())
         proposals = self._proposals(closed)
-        walk = Walk(self._usage.domain, self._planner, closed)
+        walk = Walk(self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
             wanted, before = proposals.literal(rng, relations=0.5), walk.state
             if wanted is not None:
@@ -387,7 +387,7 @@ class Generator:
 
         It begins with something that is hidden, where that can be.
         """
-        walk = Walk(self._usage.domain, self._planner, initial)
+        walk = Walk(self._planner, initial)
         is_rich = self.spec.tier in _RICH
         wanted = rng.randint((least + most) // 2, most)
         enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun

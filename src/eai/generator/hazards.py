@@ -202,7 +202,7 @@ class _Guide:
         if guard.safe is None:
             return
         for cut in range(len(plan) + 1):
-            walk = Walk(self.planner.domain, self.planner, task.initial)
+            walk = Walk(self.planner, task.initial)
             if walk.follow(plan[:cut], ()) and walk.reach(guard.safe) and walk.follow(plan[cut:], goals):
                 yield walk
 
@@ -211,22 +211,12 @@ class _Guide:
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
             return
-        walked = self.usual.domain
-
-        def carry_out(action: Action, state: State) -> tuple[Action, ...]:
-            compiled = walked.compiled[action.operator]
-            binding = compiled.bind(state, action.arguments)
-            if not compiled.is_possible(state, binding):
-                return ()
-            after = compiled.apply(state, binding)
-            return (action,) if all(self.usual.holds(each, after) for each in invariants) else ()
-
-        planner = self.usual.by(carry_out)
+        planner = self.usual.through(lambda state: all(self.usual.holds(i, state) for i in invariants))
         parts = {part for invariant in invariants for part in parts_of(invariant)}
         safe = [guard.safe for guard in guards if guard.safe is not None]
         calm, last = [[each for each in goals if (each in parts) == late] for late in (False, True)]
         for ordered in (goals, [*calm, *safe, *last]):
-            walk = Walk(walked, planner, start)
+            walk = Walk(planner, start)
             if reach_all(walk, ordered):
                 yield walk
 

@@ -24,9 +24,9 @@ from eai.generator.goals import Proposals
 from eai.generator.prior import Prior
 from eai.logic.trace import Trace
 from eai.logic.traversal import objects
-from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.planner import Planner, PlanningGoal, needed_actions
 from eai.planning.search import Limits, Node, SearchEnd
-from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
+from eai.planning.successor_generator import PlanNode, applicable_actions
 from eai.world.domain import Domain
 from eai.world.execution import Action, Step, Trajectory, execute, timeline
 from eai.world.listing import Listing
@@ -62,7 +62,6 @@ class Walk:
         trail: all actions so far.
     """
 
-    domain: Domain
     planner: Planner
     state: State
     start: State = field(init=False)
@@ -105,7 +104,7 @@ class Walk:
         if found.end is not SearchEnd.SOLVED:
             return False
         for action in found.plan:
-            compiled = self.domain.compiled[action.operator]
+            compiled = self.planner.domain.compiled[action.operator]
             self.state = compiled.apply(self.state, compiled.bind(self.state, action.arguments))
         self.trail += found.plan
         self.goals.append(wanted)
@@ -117,7 +116,7 @@ class Walk:
 
     def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
         """Walk by a plan, if that leads to some goals about states."""
-        course = execute(self.domain, self.state, plan)
+        course = execute(self.planner.domain, self.state, plan)
         if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
             return False
         self.state = course.final
@@ -154,19 +153,13 @@ def steps_of_planner(walk: Walk) -> int | None:
 
 
 def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
-    successors = SuccessorGenerator(walk.domain, lambda action, state: (action,), walk.objects, asked.actions)
-    start: PlanNode = Node(walk.start)
-    end = start
-    for action in walk.trail:
-        end = successors.successor(end, action) or end
-
     def reached(node: PlanNode) -> bool:
         holds = walk.planner.holds
         if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
         return over_time is None or semantics.holds(over_time, timeline(_course(node)))
 
-    return successors.without_needless(start, end, reached).plan()
+    return needed_actions(walk.planner.domain, walk.start, walk.trail, reached, asked.actions)
 
 
 def _course(node: PlanNode) -> Trajectory:
@@ -255,13 +248,11 @@ class Seeker:
 
     Attributes:
         domain: in which plans are executed.
-        walked: the same, as far as it is usual; in it plans are found.
         prior: what is usual.
         listings: what goals can say.
     """
 
     domain: Domain
-    walked: Domain
     prior: Prior
     listings: Sequence[Listing]
 
@@ -273,7 +264,7 @@ class Seeker:
         Args:
             task: the task.
             start: its initial state, as it is walked in.
-            planner: finds other plans.
+            planner: finds other plans, of what is usual.
             proposals: what may be seen on a detour.
             rng: chooses.
         """
@@ -282,7 +273,7 @@ class Seeker:
             return None
         ways = [self._after_a_detour, self._tidily, self._in_order]
         for way in rng.sample(ways, len(ways)):
-            found = way(task, goals, lambda: Walk(self.walked, planner, start), proposals, rng)
+            found = way(task, goals, lambda: Walk(planner, start), proposals, rng)
             if found is not None:
                 return found
         return None

@@ -18,7 +18,7 @@ from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimat
 from eai.planning.greedy_search import GreedySearch
 from eai.planning.search import Limits, Node, SearchEnd, SearchResult
 from eai.planning.subgoal import Subgoal, subgoals_of
-from eai.planning.successor_generator import CarryOut, PlanNode, SuccessorGenerator
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import State
@@ -53,11 +53,6 @@ class PlanningGoal:
     actions: tuple[tuple[str, ...], ...] = ()
 
 
-def alone(action: Action, state: State) -> tuple[Action, ...]:
-    """An action is carried out by itself."""
-    return (action,)
-
-
 def needed_actions(
     domain: Domain,
     initial: State,
@@ -74,7 +69,7 @@ def needed_actions(
         reached: whether it ends as it must.
         actions: operators to be taken, as in `PlanningGoal`.
     """
-    successors = SuccessorGenerator(domain, alone, (), actions)
+    successors = SuccessorGenerator(domain, (), actions)
     start: PlanNode = Node(initial)
     end = start
     for action in plan:
@@ -87,24 +82,21 @@ class Planner:
 
     Args:
         domain: the domain.
-        carry_out: what is done when an action is chosen in a state: a fixed sequence around it, say, where
-            plans are not made of single actions. An empty sequence means that it cannot be chosen. A step of
-            `SearchResult.plan` is an action that was chosen.
 
     Attributes:
         domain: the domain.
         heuristic: guides it.
     """
 
-    def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
+    def __init__(self, domain: Domain) -> None:
         self.domain = domain
-        self._carry_out = carry_out
         self.heuristic = AdditiveHeuristic(domain)
+        self._allowed: Callable[[State], bool] | None = None
 
-    def by(self, carry_out: CarryOut) -> Planner:
-        """The planner that carries out actions otherwise, and shares what this one knows of its domain."""
+    def through(self, allowed: Callable[[State], bool]) -> Planner:
+        """The planner whose plans lead through some states only, which knows what this one does."""
         other = copy(self)
-        other._carry_out = carry_out
+        other._allowed = allowed
         return other
 
     def holds(self, condition: Formula, state: State) -> bool:
@@ -156,7 +148,7 @@ class Planner:
     def _search(
         self, objects: Sequence[int], actions: Sequence[Sequence[str]], limits: Limits
     ) -> GreedySearch:
-        successors = SuccessorGenerator(self.domain, self._carry_out, objects, actions)
+        successors = SuccessorGenerator(self.domain, objects, actions, self._allowed)
         return GreedySearch(self.heuristic, successors, limits)
 
 

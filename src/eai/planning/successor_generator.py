@@ -11,9 +11,6 @@ from eai.world.execution import Action
 from eai.world.operator import Operator
 from eai.world.state import State
 
-CarryOut: TypeAlias = Callable[[Action, State], Sequence[Action]]
-"""The actions carried out when one is chosen in a state; none, if it cannot be chosen."""
-
 PlanNode: TypeAlias = Node[State, Action]
 """A state of the world; ``met`` is the number of action goals taken on the way."""
 
@@ -23,32 +20,34 @@ class SuccessorGenerator:
 
     Args:
         domain: the domain.
-        carry_out: what is done when an action is chosen.
         objects: what actions may be about, by index.
         goals: operators to be taken, one after the other; each entry lists alternatives.
+        allowed: whether an action may lead to a state; to any if None.
     """
 
     def __init__(
-        self, domain: Domain, carry_out: CarryOut, objects: Sequence[int], goals: Sequence[Sequence[str]]
+        self,
+        domain: Domain,
+        objects: Sequence[int],
+        goals: Sequence[Sequence[str]] = (),
+        allowed: Callable[[State], bool] | None = None,
     ) -> None:
         self._domain = domain
-        self._carry_out = carry_out
+        self._allowed = allowed
         self.objects = objects
         self.goals = goals
 
     def successor(self, node: PlanNode, action: Action) -> PlanNode | None:
-        """The node after an action is chosen, or None if it cannot be carried out without a fault."""
-        state, taken = node.state, node.met
-        steps = self._carry_out(action, state)
-        for step in steps:
-            compiled = self._domain.compiled[step.operator]
-            binding = compiled.bind(state, step.arguments)
-            if not compiled.is_possible(state, binding):
-                return None
-            if taken < len(self.goals) and step.operator in self.goals[taken]:
-                taken += 1
-            state = compiled.apply(state, binding)
-        return Node(state, taken, node.depth + 1, node, (action,)) if steps else None
+        """The node after an action, or None if that is impossible or leads where none may lead."""
+        compiled = self._domain.compiled[action.operator]
+        binding = compiled.bind(node.state, action.arguments)
+        if not compiled.is_possible(node.state, binding):
+            return None
+        after = compiled.apply(node.state, binding)
+        if self._allowed is not None and not self._allowed(after):
+            return None
+        counts = node.met < len(self.goals) and action.operator in self.goals[node.met]
+        return Node(after, node.met + counts, node.depth + 1, node, (action,))
 
     def applicable(self, node: PlanNode) -> Iterator[Action]:
         """All applicable actions: those that no check forbids in a node."""
