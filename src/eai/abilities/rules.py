@@ -9,7 +9,7 @@ from itertools import groupby
 
 import eai.logic.formula as f
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import walk, with_parts
+from eai.logic.traversal import predicates_of, with_parts
 from eai.planning.effect_schema import written
 from eai.world.condition import Readings
 from eai.world.derived import Defined, Lookup, meaning, stored_sources
@@ -81,7 +81,7 @@ class Rules:
 
     def predicates(self, operators: Collection[str], formulas: Iterable[f.Formula] = ()) -> frozenset[str]:
         """The stored predicates that operators read or change, or that decide formulas."""
-        decisive = stored_sources(_read(formulas), self.domain.vocabulary)
+        decisive = stored_sources(predicates_of(*formulas), self.domain.vocabulary)
         return frozenset(decisive).union(*(self._about[name] for name in operators))
 
     @cached_property
@@ -97,7 +97,7 @@ class Rules:
         """The rules of some operators, and the definitions of what they and some formulas speak of."""
         shown = [each for each in self.operators if each.name in operators]
         named = list(
-            dict.fromkeys([*_read(formulas), *(n for each in shown for n in self._reads[each.name])])
+            dict.fromkeys([*predicates_of(*formulas), *(n for each in shown for n in self._reads[each.name])])
         )
         lines = [
             *(self._texts[each.name] for each in shown),
@@ -132,11 +132,11 @@ class Rules:
     @cached_property
     def _reads(self) -> Mapping[str, Sequence[str]]:
         """The predicates that the conditions of each operator name."""
-        return {operator.name: _read(conditions_of(operator)) for operator in self.operators}
+        return {operator.name: predicates_of(*conditions_of(operator)) for operator in self.operators}
 
     def _can_be_shown(self, operator: Operator) -> bool:
         vocabulary = self.domain.vocabulary
-        read = _read(conditions_of(operator))
+        read = predicates_of(*conditions_of(operator))
         derived = [vocabulary.derived_by_name[name] for name in self._derived(read)]
         undefined = any(meaning(each) is None for each in derived)
         return not (operator.tries or undefined or self._reads_memory(read))
@@ -155,7 +155,7 @@ class Rules:
                 continue
             found[name] = None
             defined = meaning(derived)
-            pending += [] if defined is None else _read([defined.definition])
+            pending += [] if defined is None else predicates_of(defined.definition)
         return list(found)
 
     def _operator(self, operator: Operator) -> str:
@@ -226,12 +226,6 @@ def _definition(derived: DerivedPredicate, defined: Defined) -> str:
     remark = derived.open_in_meaning if isinstance(derived, Lookup) else ""
     head = f"{derived.name}({', '.join([p.name for p in defined.parameters])}) means: "
     return f"{head}{_text_of(defined.definition)}{f' ({remark})' if remark else ''}"
-
-
-def _read(formulas: Iterable[f.Formula]) -> list[str]:
-    """The predicates that formulas name, each once."""
-    parts = (part for formula in formulas for part in walk(formula))
-    return list(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
 
 
 def _text_of(formula: f.Formula) -> str:

@@ -15,14 +15,14 @@ import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.generator.measures import lids
 from eai.generator.prior import Pattern, Prior, Theme
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.planner import Planner, PlanningGoal
 from eai.planning.search import Limits, SearchEnd
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.execution import execute
-from eai.world.relation import bits
+from eai.world.relation import bits, mask_of
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
@@ -40,8 +40,7 @@ class Hiding:
     def __init__(self, domain: Domain, prior: Prior) -> None:
         self._domain, self._prior = domain, prior
         self._lids = sorted(set(lids(domain)))
-        parts = [] if domain.visible is None else [p for p in walk(domain.visible) if isinstance(p, f.Atom)]
-        decisive = stored_sources([part.predicate for part in parts], domain.vocabulary)
+        decisive = stored_sources(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
         names = {lid.predicate for lid in self._lids}
         opening = {
             operator.name
@@ -315,7 +314,7 @@ def _facts_among(state: State, kept: Sequence[int], prior: Prior) -> Iterator[Fa
 
 def restricted(state: State, kept: Sequence[int]) -> Iterator[Fact]:
     """The facts of a state about some objects alone, first by predicate."""
-    vocabulary, among = state.scene.vocabulary, sum([1 << i for i in kept])
+    vocabulary, among = state.scene.vocabulary, mask_of(kept)
     for name in vocabulary.unary_slots:
         if not vocabulary.arity(name):
             yield from [Fact(name, ())] if state.those(name) else ()

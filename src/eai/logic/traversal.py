@@ -87,6 +87,12 @@ def objects(formula: f.Formula) -> tuple[str, ...]:
     return tuple(names)
 
 
+def predicates_of(*formulas: f.Formula) -> tuple[str, ...]:
+    """The predicates that formulas speak of, each once, left to right."""
+    parts = (part for formula in formulas for part in walk(formula))
+    return tuple(dict.fromkeys([part.predicate for part in parts if isinstance(part, f.Atom)]))
+
+
 def free_variables(formula: f.Formula) -> frozenset[str]:
     """The names of the variables that no quantifier of the formula binds."""
     found: set[str] = set()

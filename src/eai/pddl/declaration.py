@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import walk, with_parts
+from eai.logic.traversal import predicates_of, with_parts
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
 from eai.world.derived import Defined, is_a
@@ -116,8 +116,8 @@ class DeclaredDomain:
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
     def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
-        atoms = [part.predicate for part in walk(condition) if isinstance(part, f.Atom)]
-        fault = FaultKind.MISSING_STEP if self._changing.intersection(atoms) else FaultKind.AFFORDANCE
+        can_change = self._changing.intersection(predicates_of(condition))
+        fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
         return Check(self._types.convert(condition), fault, _reason(condition, parameters))
 
     def _effects(

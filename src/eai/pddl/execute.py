@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.signature import takes
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of
 from eai.planning.search import Effort
 
 PddlState = frozenset[f.Atom]
@@ -49,7 +49,7 @@ class DerivedPredicates:
         waiting = [predicate]
         while waiting:
             for axiom in self.axioms[waiting.pop()]:
-                names = [each.predicate for each in walk(axiom.condition) if isinstance(each, f.Atom)]
+                names = predicates_of(axiom.condition)
                 new = [name for name in names if name in self.axioms and name not in found]
                 found |= dict.fromkeys(new)
                 waiting += new

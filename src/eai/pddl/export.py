@@ -302,7 +302,7 @@ def _operator(
 
 def _some_try(operator: Operator) -> f.Formula:
     """One of the tries that are made succeeds, or none is made."""
-    succeeds = [f.And((t.condition, *(check.condition for check in t.checks))) for t in operator.tries]
+    succeeds = [f.And(each.conditions) for each in operator.tries]
     return f.Or((f.And(tuple([f.Not(each.condition) for each in operator.tries])), *succeeds))
 
 

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 
 import eai.logic.formula as f
 from eai.errors import DomainError
-from eai.logic.traversal import walk, with_parts
-from eai.world.derived import Defined, meaning
+from eai.logic.traversal import predicates_of, with_parts
+from eai.world.derived import Defined, meaning, stored_sources
 from eai.world.relation import bits
 from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
@@ -383,22 +383,9 @@ def _some(variables: Sequence[f.Variable], body: f.Formula) -> f.Formula:
 
 def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     """The predicates that no text may mention: invisible ones, and what is derived from them."""
-    hidden = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
-    grown = True
-    while grown:
-        grown = False
-        for derived in vocabulary.derived:
-            if derived.name not in hidden and hidden & reads(derived):
-                hidden.add(derived.name)
-                grown = True
-    return frozenset(hidden)
-
-
-def reads(derived: DerivedPredicate) -> frozenset[str]:
-    """The predicates that a derived predicate speaks of."""
-    if not isinstance(derived, Defined):
-        return frozenset(derived.reads)
-    return frozenset([part.predicate for part in walk(derived.definition) if isinstance(part, f.Atom)])
+    invisible = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
+    names = [*invisible, *vocabulary.derived_by_name]
+    return frozenset([name for name in names if invisible.intersection(stored_sources([name], vocabulary))])
 
 
 def without(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
@@ -418,5 +405,6 @@ def without(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True
             inner = without(body, hidden, positive=positive)
             return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
-            mentions = any(isinstance(part, f.Atom) and part.predicate in hidden for part in walk(formula))
-            return formula if not mentions else f.TRUE if positive else f.FALSE
+            if hidden.isdisjoint(predicates_of(formula)):
+                return formula
+            return f.TRUE if positive else f.FALSE

@@ -86,8 +86,7 @@ class _OrderedEffects:
         start = _Context(self._scope)
         changes: list[_Change] = []
         for number, each in enumerate(operator.tries):
-            made = f.And((each.condition, *(check.condition for check in each.checks)))
-            inside = start.on(self._read(made, start)).at(number)
+            inside = start.on(self._read(f.And(each.conditions), start)).at(number)
             changes += self._sequence(each.effects, inside)
         changes += self._sequence(operator.effects, start.at(len(operator.tries)))
         parts = [part for change in changes for part in self._written(change, changes)]

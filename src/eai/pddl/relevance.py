@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import free_variables, walk, with_parts
+from eai.logic.traversal import free_variables, predicates_of, with_parts
 from eai.pddl.planning import PlanningTask
 
 _Operator = tuple[m.PddlAction, Sequence[tuple[m.AddEffect | m.DeleteEffect, tuple[f.Formula, ...]]]]
@@ -77,17 +77,13 @@ def _relevant_predicates(
     """The predicates that the goal is about, or what makes a difference to it."""
     waiting = [(part.atom.predicate, conditions) for _, parts in operators for part, conditions in parts]
     waiting += [(axiom.name, (axiom.condition,)) for axiom in domain.axioms]
-    relevant_ones, new = set[str](), _predicates(problem.goal)
+    relevant_ones, new = set[str](), {*predicates_of(problem.goal)}
     while new - relevant_ones:
         relevant_ones |= new
         matter = [conditions for name, conditions in waiting if name in relevant_ones]
         waiting = [(name, conditions) for name, conditions in waiting if name not in relevant_ones]
-        new = {name for conditions in matter for each in conditions for name in _predicates(each)}
+        new = {name for conditions in matter for name in predicates_of(*conditions)}
     return relevant_ones
-
-
-def _predicates(condition: f.Formula) -> set[str]:
-    return {part.predicate for part in walk(condition) if isinstance(part, f.Atom)}
 
 
 def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:

@@ -11,7 +11,7 @@ from itertools import islice
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, walk
+from eai.logic.traversal import free_variables, predicates_of, walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, match, taking
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions
@@ -313,9 +313,7 @@ def _is_plain_predicate(name: str, vocabulary: Vocabulary) -> bool:
 
 def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether no action can change the truth of a formula."""
-    return all(
-        _is_fixed_predicate(part.predicate, vocabulary) for part in walk(formula) if isinstance(part, f.Atom)
-    )
+    return all(_is_fixed_predicate(name, vocabulary) for name in predicates_of(formula))
 
 
 def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:

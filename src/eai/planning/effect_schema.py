@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeVar
 import eai.logic.formula as f
 from eai.logic.traversal import children
 from eai.planning.subgoal import GroundAtom
-from eai.world.derived import Defined
+from eai.world.derived import meaning
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
 from eai.world.operator import Operator
@@ -58,8 +58,7 @@ def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
     taken = taking(operator)
     yield from _schemas(operator.effects, taken)
     for each in operator.tries:
-        own = (each.condition, *(check.condition for check in each.checks))
-        yield from _schemas(each.effects, taken._replace(checks=(*taken.checks, *own)))
+        yield from _schemas(each.effects, taken._replace(checks=(*taken.checks, *each.conditions)))
 
 
 def written(effects: Iterable[Effect]) -> Iterator[str]:
@@ -197,7 +196,7 @@ def _stored(pending: list[Change], vocabulary: Vocabulary, agent: int) -> list[C
         if derived is None:
             found.append(change)
             continue
-        definition = derived if isinstance(derived, Defined) else getattr(derived, "meaning", None)
+        definition = meaning(derived)
         if definition is not None:
             scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
             pending += _atoms(definition.definition, scope, change.truth, agent)

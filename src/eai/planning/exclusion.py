@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of, walk
 from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas, match
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import meaning, stored_sources
@@ -403,7 +403,7 @@ def _denied(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
         for part in walk(pending.pop()):
             match part:
                 case f.Not(operand):
-                    denied |= {each.predicate for each in walk(operand) if isinstance(each, f.Atom)}
+                    denied |= {*predicates_of(operand)}
                 case f.Atom(name) if name in vocabulary.derived_by_name and name not in seen:
                     seen.add(name)
                     defined = meaning(vocabulary.derived_by_name[name])

@@ -13,7 +13,7 @@ from itertools import product
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, walk
+from eai.logic.traversal import free_variables, predicates_of
 from eai.world.condition import Scope
 from eai.world.derived import Defined, stored_sources
 from eai.world.domain import Domain
@@ -67,8 +67,8 @@ class Possible:
     def _is_static(self, check: Check) -> bool:
         """Whether a check reads nothing that changes."""
         vocabulary = self.domain.vocabulary
-        read = [part.predicate for part in walk(check.condition) if isinstance(part, f.Atom)]
-        stored = map(vocabulary.stored, stored_sources(read, vocabulary))
+        read = stored_sources(predicates_of(check.condition), vocabulary)
+        stored = map(vocabulary.stored, read)
         return all(predicate is not None and predicate.static for predicate in stored)
 
     def holds(self, formula: f.Formula, scope: Scope, truth: bool = True) -> bool:

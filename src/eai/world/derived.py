@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, atom
 
@@ -132,7 +132,7 @@ def stored_sources(predicates: Iterable[str], vocabulary: Vocabulary) -> list[st
             case None:
                 found[name] = None
             case Defined(definition=definition):
-                pending += [part.predicate for part in walk(definition) if isinstance(part, f.Atom)]
+                pending += predicates_of(definition)
             case _:
                 pending += derived.reads
     return list(found)

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache, partial
 
 import eai.logic.formula as f
 from eai.errors import DomainError
-from eai.logic.traversal import children, walk
+from eai.logic.traversal import children, predicates_of
 from eai.world.derived import Computed, Defined, Lookup
 from eai.world.listing import Listing, listing
 from eai.world.state import Fact, Scene, State
@@ -50,9 +50,7 @@ class _Recursion:
         self.predicates: list[DerivedPredicate] = [self._predicate(each) for each in circle]
 
     def _predicate(self, defined: Defined) -> DerivedPredicate:
-        reads = tuple(
-            dict.fromkeys([part.predicate for part in walk(defined.definition) if isinstance(part, f.Atom)])
-        )
+        reads = predicates_of(defined.definition)
         if defined.arity in (1, 2):
             return Lookup(defined.name, defined.arity, partial(self._mask, defined.name), reads, defined)
         return Computed(defined.name, defined.arity, partial(self._has, defined.name), reads, defined)
@@ -119,4 +117,4 @@ def _is_positive(formula: f.Formula, names: set[str], truth: bool = True) -> boo
         case f.And() | f.Or() | f.ForAll() | f.Exists():
             return all(_is_positive(part, names, truth) for part in children(formula))
         case _:
-            return names.isdisjoint([part.predicate for part in walk(formula) if isinstance(part, f.Atom)])
+            return names.isdisjoint(predicates_of(formula))

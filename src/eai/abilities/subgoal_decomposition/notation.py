@@ -19,7 +19,7 @@ from eai.logic.ltl import spelt
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import Leaf, rewrite
 from eai.logic.signature import Signature
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import is_a
 from eai.world.domain import Domain
@@ -114,7 +114,7 @@ class SubgoalLexicon:
 
     def is_unobserved(self, formula: f.Formula) -> bool:
         """Whether a formula says anything of which the domain knows nothing."""
-        return any(isinstance(part, f.Atom) and part.predicate in self.unobserved for part in walk(formula))
+        return any(name in self.unobserved for name in predicates_of(formula))
 
     def meaning(self, formula: f.Formula) -> f.Formula:
         """A formula of subgoals in the words of the domain, with the names that objects have in the scene.

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
-from functools import cache, reduce
+from functools import cache
 from itertools import islice, product
-from operator import or_
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Formula, Not, Variable
-from eai.logic.traversal import free_variables, walk
+from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achiever, completed
 from eai.planning.effect_schema import (
     Change,
@@ -37,6 +36,7 @@ from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT, UNBOUND, Binding, Frame, Truth
 from eai.world.operator import Check, Operator, Role
+from eai.world.relation import mask_of
 from eai.world.state import Scene, State
 
 Holds: TypeAlias = Callable[[State], bool]
@@ -207,7 +207,7 @@ class Repertoire:
         """The arguments, some of them given, with which what no action changes is as an operator asks."""
         taken = self._taking(operator)
         scope = {p: i for p, i in zip(taken.schema.variables, given, strict=True) if i is not None}
-        usable = reduce(or_, [1 << i for i in objects], 0)
+        usable = mask_of(objects)
         found = completed(state, taken.partial(state.scene, scope, fixed=True), usable)
         return [taken.arguments(binding) for binding in islice(found, _MOST_WAYS)]
 
@@ -236,7 +236,8 @@ class Repertoire:
 
     def _known(self, operator: Operator) -> _Known:
         compiled = self._domain.compiled[operator.name]
-        asked = [*([check.condition] for check in operator.checks), list(_tried(operator))]
+        tried = [condition for each in operator.tries for condition in each.conditions]
+        asked = [*([check.condition] for check in operator.checks), tried]
         moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in asked]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         mended = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
@@ -270,8 +271,7 @@ class Repertoire:
 
     def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
         """The stored predicates that formulas come down to."""
-        atoms = [part.predicate for formula in formulas for part in walk(formula) if isinstance(part, Atom)]
-        return frozenset(stored_sources(atoms, self._domain.vocabulary))
+        return frozenset(stored_sources(predicates_of(*formulas), self._domain.vocabulary))
 
 
 def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
@@ -298,13 +298,6 @@ def _deciding_conditions(operator: Operator) -> Iterator[Formula]:
     """All that an operator's checks ask for."""
     for checks in (operator.checks, *(each.checks for each in operator.tries)):
         yield from [check.condition for check in checks]
-
-
-def _tried(operator: Operator) -> Iterator[Formula]:
-    """The conditions that decide whether something that an operator tries is made, and succeeds."""
-    for each in operator.tries:
-        yield each.condition
-        yield from [check.condition for check in each.checks]
 
 
 class Ground(NamedTuple):

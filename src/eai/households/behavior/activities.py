@@ -24,7 +24,7 @@ from eai.households.behavior.records import STATE_OF_ABILITY, BehaviorObject, Be
 from eai.households.behavior.tasks import RELATIONS, BehaviorTask, build_task
 from eai.logic.bddl import Problem
 from eai.logic.rewriting import rename_objects
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of, walk
 from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
@@ -143,8 +143,7 @@ def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProble
     problem = record.problem
     categories = dict(problem.objects)
     named = {name for goal in goals for name in _named(goal)}
-    predicates = {atom.predicate for goal in goals for atom in _atoms(goal)}
-    helping = {category for name in predicates for category in _HELPERS.get(name, ())}
+    helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
     named |= {name for name, category in categories.items() if category in helping}
     about_objects = [each for each in problem.init if categories.keys() >= set(_named(each))]  # not rooms
     kept = [each for each in about_objects if named.intersection(_named(each))]

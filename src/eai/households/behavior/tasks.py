@@ -15,7 +15,7 @@ from eai.households.behavior.records import BehaviorObject, BehaviorRecord, read
 from eai.households.packs import BEHAVIOR, open_published
 from eai.logic.formula import Atom, Formula
 from eai.logic.rewriting import rename_objects
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -236,5 +236,4 @@ class _Builder:
 
 def _kind(formula: Formula) -> GoalKind:
     """Relation if the goal speaks of any, else state."""
-    predicates = {part.predicate for part in walk(formula) if isinstance(part, Atom)}
-    return GoalKind.RELATION if predicates & RELATIONS else GoalKind.STATE
+    return GoalKind.STATE if RELATIONS.isdisjoint(predicates_of(formula)) else GoalKind.RELATION
