@@ -181,7 +181,7 @@ class Effects:
             return lambda before, draft, binding: draft.clear_column(index, binding[target])
         source = self._frame.slot_of(left, scope)
         if right == ANYTHING:
-            return lambda before, draft, binding: draft.clear_row(index, binding[source])
+            return lambda before, draft, binding: draft.set_row(index, binding[source], 0)
         target = self._frame.slot_of(right, scope)
         write = Draft.link if adding else Draft.unlink
         return lambda before, draft, binding: write(draft, index, binding[source], binding[target])

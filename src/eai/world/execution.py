@@ -34,13 +34,11 @@ class Fault:
         check: the check whose failure it is.
         earlier: the index of the last state of the trajectory at which what the check seeks was there,
             negative for one before the trajectory; given exactly for a wrong order.
-        also: the kinds that the step has besides, in the order found.
     """
 
     kind: FaultKind
     check: Check
     earlier: int | None = None
-    also: tuple[FaultKind, ...] = ()
 
 
 class Step(NamedTuple):
@@ -138,7 +136,7 @@ def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: B
             earlier = index if earlier is None else max(earlier, index)
     kind = min(kinds, key=domain.precedence.index)
     earlier = earlier if kind is FaultKind.WRONG_ORDER else None
-    return Fault(kind, kinds[kind], earlier, tuple(other for other in kinds if other is not kind))
+    return Fault(kind, kinds[kind], earlier)
 
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:

@@ -313,10 +313,6 @@ class Draft:
         if self.binary[slot].has(source, target):
             self._own(slot).discard(source, target)
 
-    def clear_row(self, slot: int, source: int) -> None:
-        """Remove all pairs of ``source``."""
-        self.set_row(slot, source, 0)
-
     def set_row(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to exactly these targets, a mask."""
         if self.binary[slot].row(source) != targets:
