@@ -22,7 +22,7 @@ from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.rewriting import rename_variables
-from eai.world import Action, Episode, Luck, Slips
+from eai.world import Action, Episode, Luck
 from eai.world.execution import execute
 from households.virtualhome.household import make_task
 from logic.bddl_text import read_condition
@@ -131,7 +131,7 @@ def test_parts_of_a_temporal_goal_are_met_at_numbers_of_the_list_of_all_steps() 
 def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:
     task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
     domain = virtualhome_scorer(task, Protocol.STRICT).domain
-    episode = Episode(domain, task.initial, Luck(Slips(0.5, 3), "1_1"))
+    episode = Episode(domain, task.initial, Luck(0.5, "1_1", seed=3))
     fridge = (task.scene.index["fridge.10"],)
     for _ in range(2):
         episode.act(Action("OPEN", fridge))

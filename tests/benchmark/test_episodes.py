@@ -24,7 +24,6 @@ from eai.tasks.source import Source
 from eai.world.domain import Domain
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, execute
-from eai.world.fault import Slips
 from eai.world.state import State
 from oracle import MODELS, Oracle
 from suites import answer_book
@@ -125,7 +124,7 @@ def cells(plans: Sequence[Plan], seeds: int) -> Iterator[tuple[tuple[float, bool
     """For each probability, world and number of replans, how many standard deviations lie between."""
     for p, goes_on in product(PROBABILITIES, (False, True)):
         needed = [
-            (len(plan.actions), attempts_needed(plan, Luck(Slips(p, seed), plan.task_id), goes_on=goes_on))
+            (len(plan.actions), attempts_needed(plan, Luck(p, plan.task_id, seed=seed), goes_on=goes_on))
             for plan, seed in product(plans, range(seeds))
         ]
         for replans in REPLANS:
@@ -147,6 +146,6 @@ def test_gold_plans_slip_by_the_law(name: str, data_store: Store) -> None:
 @pytest.mark.parametrize("name", SEEDS)
 def test_nothing_is_ever_executed_where_everything_slips(name: str, data_store: Store) -> None:
     for plan in gold_plans(name, data_store):
-        episode = Episode(plan.domain, plan.initial, Luck(Slips(1), plan.task_id))
+        episode = Episode(plan.domain, plan.initial, Luck(1, plan.task_id))
         assert episode.run(plan.actions) == (Slip() if plan.actions else None)
         assert episode.trajectory.states == (plan.initial,)

@@ -15,7 +15,7 @@ from eai.world.conformance import check
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known, Luck, Slip
 from eai.world.execution import Action, Fault
-from eai.world.fault import FaultKind, Slips
+from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import State
 from world import toy
@@ -65,7 +65,7 @@ def test_a_simulator_refuses_what_the_declaration_permits_and_diagnoses_nothing_
 
 
 def test_an_action_that_slips_does_not_reach_the_simulator() -> None:
-    episode = Episode(DARK, toy.initial(), Luck(Slips(1.0), "task"))
+    episode = Episode(DARK, toy.initial(), Luck(1.0, "task"))
     assert episode.act(*plan("LIFT red")) == Slip()
 
 

@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias
 
 from eai.abilities.responses import file_name
 from eai.errors import InputError
-from eai.world.fault import Notice, Slips
+from eai.world.fault import Notice
 
 SEPARATOR = "+"
 """The separator of the parts of a name or a label."""
@@ -77,7 +77,8 @@ class Experiment:
     effort: str | None = None
 
     def __post_init__(self) -> None:
-        Slips(self.slip)
+        if not 0 <= self.slip <= 1:
+            raise InputError(f"a slip probability of {self.slip:g} is not between 0 and 1")
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
         for name in (self.prompt_name, self.scene, self.harness, self.effort):

@@ -35,7 +35,7 @@ from eai.tasks.source import TaskReference
 from eai.world.derived import stored_sources
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Fault, describe
-from eai.world.fault import FaultKind, Slips
+from eai.world.fault import FaultKind
 from eai.world.listing import Listing
 from eai.world.relation import bits, mask_of
 from eai.world.state import Change, Fact, State, change
@@ -373,7 +373,7 @@ class Game:
     """
 
     def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
-        luck = Luck(Slips(stage.rules.slip, seed), stage.task.id, epoch)
+        luck = Luck(stage.rules.slip, stage.task.id, seed=seed, epoch=epoch)
         self.stage, self.task = stage, stage.task
         self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)

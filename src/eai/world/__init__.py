@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
     from eai.world.episode import Episode, Luck, Slip
     from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
-    from eai.world.fault import FaultKind, Slips
+    from eai.world.fault import FaultKind
     from eai.world.frame import AGENT
     from eai.world.history import Past, each_held_before, was_possible_before
     from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
@@ -97,7 +97,6 @@ __all__ = [
     "Scene",
     "Simulator",
     "Slip",
-    "Slips",
     "State",
     "Step",
     "Trajectory",

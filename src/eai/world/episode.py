@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
-from eai.world.fault import FaultKind, Slips
+from eai.world.fault import FaultKind, Notice
 from eai.world.history import Past
 from eai.world.state import State
 
@@ -34,22 +34,28 @@ Episodes that begin alike may share it: then a step is worked out once for all t
 class Luck:
     """The draws for one task and epoch: one for each possible action, none for an impossible one.
 
-    So two policies meet the same luck at the same executed step. Episodes that share it continue its draws.
+    So two policies meet the same luck at the same executed step. Episodes that share it continue its draws
+    (paper, appendix on replanning with stochastic actions).
 
     Args:
-        slips: how often actions slip.
+        probability: that a possible action slips, from 0 to 1, independently of all others.
         task_id: the task.
+        seed: of the draws.
         epoch: which of several independent repetitions this is.
+        notice: whether a slip is noticed.
     """
 
-    def __init__(self, slips: Slips, task_id: str, epoch: int = 0) -> None:
-        self.slips = slips
-        stream = hashlib.sha256(f"{slips.seed} {task_id} {epoch}".encode()).digest()
+    def __init__(
+        self, probability: float, task_id: str, *, seed: int = 0, epoch: int = 0, notice: Notice = "detected"
+    ) -> None:
+        self.notice = notice
+        self._probability = probability
+        stream = hashlib.sha256(f"{seed} {task_id} {epoch}".encode()).digest()
         self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
 
     def strikes(self) -> bool:
         """Whether the next possible action slips."""
-        return self._random.random() < self.slips.probability
+        return self._random.random() < self._probability
 
 
 class Episode:
@@ -141,7 +147,7 @@ class Episode:
                         return None
                 case Fault(kind) if kind is not FaultKind.ADDITIONAL_STEP:
                     return outcome
-                case Slip() if self._luck is not None and self._luck.slips.notice == "detected":
+                case Slip() if self._luck is not None and self._luck.notice == "detected":
                     return outcome
         return None
 

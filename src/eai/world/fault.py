@@ -1,12 +1,9 @@
-"""The kinds of fault that a step of a plan may have, and how often one slips that has none."""
+"""The kinds of fault that a step of a plan may have, and whether a slip is noticed."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from typing import Literal, TypeAlias
-
-from eai.errors import InputError
 
 
 class FaultKind(str, Enum):
@@ -36,25 +33,3 @@ Notice: TypeAlias = Literal["detected", "silent"]
 A detected slip ends the plan. After a silent one the plan continues as if the action had worked, and what
 depends on it fails later.
 """
-
-
-@dataclass(frozen=True, slots=True)
-class Slips:
-    """How often possible actions do not work (paper, appendix on replanning with stochastic actions).
-
-    Attributes:
-        probability: that a possible action slips, independently of all others.
-        seed: of the draws.
-        notice: whether a slip is noticed.
-
-    Raises:
-        InputError: the probability is not between 0 and 1.
-    """
-
-    probability: float
-    seed: int = 0
-    notice: Notice = "detected"
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.probability <= 1:
-            raise InputError(f"a slip probability of {self.probability:g} is not between 0 and 1")

@@ -17,7 +17,6 @@ from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
 from eai.benchmark.suite import open_suite
 from eai.world.episode import Luck
-from eai.world.fault import Slips
 from envs.switches import SWITCHES
 
 ACTIONS = Ability.ACTION_SEQUENCING
@@ -114,7 +113,7 @@ def test_goals_that_hold_at_the_start_of_an_attempt_have_held_after_no_step() ->
 def slipping_at(numbers: Sequence[int], length: int) -> int:
     """A seed with which just these of so many draws slip, half of which do."""
     for seed in range(10_000):
-        luck = Luck(Slips(0.5, seed), "both", 1)
+        luck = Luck(0.5, "both", seed=seed, epoch=1)
         if [i for i in range(length) if luck.strikes()] == list(numbers):
             return seed
     raise AssertionError

@@ -14,7 +14,6 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action, Trajectory
-from eai.world.fault import Slips
 
 
 class Trial:
@@ -39,8 +38,10 @@ class Trial:
         self.experiment = experiment
         self.attempts: list[Attempt] = []
         self.scorer = scorer
-        slips = Slips(experiment.slip, experiment.slip_seed or 0, experiment.notice)
-        self.luck = Luck(slips, scorer.task.id, epoch) if experiment.slip else None
+        self.luck = None
+        if experiment.slip:
+            seed, notice = experiment.slip_seed or 0, experiment.notice
+            self.luck = Luck(experiment.slip, scorer.task.id, seed=seed, epoch=epoch, notice=notice)
         self.episode = self.begin()
 
     @property
