@@ -23,7 +23,7 @@ from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, machine_memory_mib, seat
 from eai.pddl.model import PddlAction
-from eai.pddl.planning import PlannerOutcome, PlanningTask, TieredPlanner
+from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
@@ -210,9 +210,8 @@ def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
         first, second = (each.solve(without).outcome for each in (BuiltInPlanner(), planner))
         assert first in {second, PlannerOutcome.TIME}, task.id
     hard = next(task for task in behavior if task.id.startswith("serving_a_meal"))
-    brief = BuiltInPlanner(Limits(0))
-    assert brief.solve(full_task(hard)).outcome is PlannerOutcome.TIME
-    tiered = TieredPlanner(brief, planner).solve(full_task(hard))
+    assert BuiltInPlanner(Limits(0)).solve(full_task(hard)).outcome is PlannerOutcome.TIME
+    tiered = BuiltInPlanner(Limits(0), planner).solve(full_task(hard))
     assert tiered.outcome is PlannerOutcome.SOLVED
     assert "Fast Downward" in tiered.detail
 

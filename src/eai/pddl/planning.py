@@ -107,25 +107,6 @@ class PddlPlanner(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class TieredPlanner:
-    """Asks a cheap planner first and an authority about what the first cannot decide."""
-
-    first: PddlPlanner
-    authority: PddlPlanner
-
-    @property
-    def name(self) -> str:
-        """The names of both."""
-        return f"{self.first.name}, then {self.authority.name}"
-
-    def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan."""
-        result = self.first.solve(task)
-        decided = result.outcome in {PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE}
-        return result if decided else self.authority.solve(task)
-
-
 def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
     from eai.pddl.execute import Executor

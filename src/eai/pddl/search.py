@@ -26,10 +26,12 @@ from typing import NamedTuple, TypeAlias
 from eai.pddl.execute import DerivedPredicates, PlanStep
 from eai.pddl.grounding import Grounder, GroundProblem, bits
 from eai.pddl.model import PddlDomain, PddlProblem
-from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.relaxation import Relaxation, look_ahead
 from eai.pddl.relevance import relevant, without_idle_quantifiers
 from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
+
+_NAME = "built-in search"
 
 _DOUBT = 60
 """After how many evaluated states it is asked whether the goal's literals may hold together at all."""
@@ -48,17 +50,29 @@ large for it."""
 
 @dataclass(frozen=True, slots=True)
 class BuiltInPlanner:
-    """The search of this package, alone. What exceeds its effort is `PlannerOutcome.TIME`."""
+    """The search of this package.
+
+    Attributes:
+        limits: of its effort.
+        then: is asked about what the search cannot decide. If None, what exceeds its effort is
+            `PlannerOutcome.TIME`, and what it cannot ground `PlannerOutcome.UNSUPPORTED`.
+    """
 
     limits: Limits = field(default_factory=Limits)
+    then: PddlPlanner | None = None
 
     @property
     def name(self) -> str:
-        """Its name in records."""
-        return "built-in search"
+        """The names in records of the search and of what is asked then."""
+        return _NAME if self.then is None else f"{_NAME}, then {self.then.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan; what it cannot ground is `PlannerOutcome.UNSUPPORTED`."""
+        """Look for a plan."""
+        result = self._solve(task)
+        decided = result.outcome in {PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE}
+        return result if decided or self.then is None else self.then.solve(task)
+
+    def _solve(self, task: PlanningTask) -> PlannerResult:
         if task.fatal is not None:
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail="an effect adds an unbound variable")
         if DerivedPredicates(task.domain.axioms).circles:
@@ -68,9 +82,9 @@ class BuiltInPlanner:
         result = search(task.domain, task.problem, self.limits)
         match result.end:
             case SearchEnd.SOLVED:
-                return checked_plan(task, result.plan, self.name)
+                return checked_plan(task, result.plan, _NAME)
             case SearchEnd.UNREACHABLE:
-                return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=self.name)
+                return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=_NAME)
             case SearchEnd.STATES:
                 looked = f"{result.states} states evaluated" if result.states else "too large a search"
                 return PlannerResult(PlannerOutcome.TIME, detail=looked)

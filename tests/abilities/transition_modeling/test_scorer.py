@@ -26,7 +26,6 @@ from eai.pddl.planning import (
     PlannerResult,
     PlannerTerms,
     PlanningTask,
-    TieredPlanner,
 )
 from eai.pddl.reader import read_domain
 from eai.pddl.search import BuiltInPlanner
@@ -339,7 +338,7 @@ def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.Monkey
 
 @pytest.mark.parametrize("protocol", list(Protocol.known()))
 def test_a_verdict_names_the_planner(protocol: Protocol) -> None:
-    planner = TieredPlanner(BuiltInPlanner(), FastDownward(Path(), "1.0.0", 100, 4096))
+    planner = BuiltInPlanner(then=FastDownward(Path(), "1.0.0", 100, 4096))
     assert planner.name == "built-in search, then Fast Downward 1.0.0"
     for asked, name in ((BuiltInPlanner(), "built-in search"), (planner, planner.name), (None, None)):
         scorer = TransitionModeling(TASK, rules_of(protocol, asked))

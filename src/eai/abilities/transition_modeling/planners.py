@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eai.pddl.fast_downward import FastDownward, machine_memory_mib
-from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms, TieredPlanner
+from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
 from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
@@ -42,7 +42,7 @@ def make_planner(
         case PlannerChoice.FAST_DOWNWARD:
             return _authority(cpu_seconds, terms)
         case PlannerChoice.FULL | PlannerChoice.AUTO:
-            return TieredPlanner(BuiltInPlanner(FIRST_EFFORT), _authority(cpu_seconds, terms))
+            return BuiltInPlanner(FIRST_EFFORT, _authority(cpu_seconds, terms))
 
 
 def _authority(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
