@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.transition_modeling.extraction import Memory, extract
+from eai.abilities.transition_modeling.extraction import Memory, WrittenOperator, extract
 from eai.logic.formula import TRUE
 from eai.pddl.check import Offence
 from eai.pddl.model import NO_EFFECT, PddlAction
@@ -20,6 +20,12 @@ BOTH = f"{OPEN}\n{SHUT}"
 
 def wrapped(text: str) -> str:
     return json.dumps({"output": text})
+
+
+def read(answer: str) -> tuple[list[WrittenOperator], tuple[str, ...]]:
+    found = extract(answer, Memory())
+    assert found is not None
+    return list(found[0].values()), found[1]
 
 
 @pytest.mark.parametrize(
@@ -43,11 +49,10 @@ def wrapped(text: str) -> str:
     ],
 )
 def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[str, ...]) -> None:
-    found = extract(answer, Memory())
-    assert found is not None
-    assert [operator.name for operator in found.operators] == ["open", "close"]
-    assert all(operator.action is not None and not operator.unread for operator in found.operators)
-    assert found.repairs == repairs
+    operators, repaired = read(answer)
+    assert [operator.name for operator in operators] == ["open", "close"]
+    assert all(operator.action is not None and not operator.unread for operator in operators)
+    assert repaired == repairs
 
 
 @pytest.mark.parametrize("answer", ["", "No.", "{}", "[1]", '{"output": 3}', "(define (domain d))"])
@@ -56,16 +61,14 @@ def test_an_answer_without_operators_or_output_is_unreadable(answer: str) -> Non
 
 
 def test_an_output_without_operators_is_empty() -> None:
-    found = extract(wrapped("none"), Memory())
-    assert found is not None
-    assert found.operators == ()
+    operators, _ = read(wrapped("none"))
+    assert operators == []
 
 
 def test_a_broken_operator_does_not_take_the_others_with_it() -> None:
     broken = "(:action lift :parameters (?o) :precondition (and (shut ?o) :effect (shut"
-    found = extract(wrapped(f"{OPEN} {broken} {SHUT}"), Memory())
-    assert found is not None
-    readings = {operator.name: operator for operator in found.operators}
+    operators, _ = read(wrapped(f"{OPEN} {broken} {SHUT}"))
+    readings = {operator.name: operator for operator in operators}
     assert list(readings) == ["open", "lift", "close"]
     assert [finding.place for finding in readings["lift"].unread] == ["effect of lift"]
     assert readings["lift"].unread[0].offence is Offence.UNBALANCED
@@ -94,9 +97,8 @@ OPENED = read_action(f"{HEAD} {BEFORE} {AFTER})")
 def test_parentheses_are_repaired_wherever_they_are_missing_or_stray(
     text: str, repairs: tuple[str, ...]
 ) -> None:
-    found = extract(wrapped(text), Memory())
-    assert found is not None
-    (operator,) = found.operators
+    operators, _ = read(wrapped(text))
+    (operator,) = operators
     assert (operator.action, operator.unread, operator.repairs) == (OPENED, (), repairs)
 
 
@@ -117,9 +119,8 @@ def test_parentheses_are_repaired_wherever_they_are_missing_or_stray(
     ],
 )
 def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, offence: Offence) -> None:
-    found = extract(wrapped(text), Memory())
-    assert found is not None
-    (operator,) = found.operators
+    operators, _ = read(wrapped(text))
+    (operator,) = operators
     assert [(each.offence, each.place) for each in operator.unread] == [(offence, f"{lost} of open")]
     whole = read_action(f"{HEAD} :precondition (shut ?o) :effect (wide ?o))")
     empty = replace(whole, precondition=TRUE) if lost == "precondition" else replace(whole, effect=NO_EFFECT)
@@ -138,30 +139,26 @@ def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, off
     ],
 )
 def test_without_parameters_or_any_side_nothing_of_an_operator_is_read(text: str) -> None:
-    found = extract(text, Memory())
-    assert found is not None
-    (operator,) = found.operators
+    operators, _ = read(text)
+    (operator,) = operators
     assert operator.action is None
     assert operator.unread
 
 
 def test_an_operator_may_have_no_parts() -> None:
-    found = extract("(:action open)", Memory())
-    assert found is not None
-    assert found.operators[0].action == PddlAction("open", (), TRUE, NO_EFFECT)
+    operators, _ = read("(:action open)")
+    assert operators[0].action == PddlAction("open", (), TRUE, NO_EFFECT)
 
 
 def test_what_stands_behind_an_operator_is_none_of_it() -> None:
     text = f"{HEAD} :precondition (shut ?o) :effect (wide ?o))\n\nNote that the :effect (of it) is (wide ?o)."
-    found = extract(text, Memory())
-    assert found is not None
-    assert found.operators[0].action == read_action(text)
+    operators, _ = read(text)
+    assert operators[0].action == read_action(text)
 
 
 def test_of_two_operators_of_one_name_the_last_counts() -> None:
-    found = extract(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"), Memory())
-    assert found is not None
-    (operator,) = found.operators
+    operators, _ = read(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"))
+    (operator,) = operators
     assert operator.action is not None
     assert operator.action.parameters == ()
 

@@ -102,16 +102,10 @@ class WrittenOperator:
 Readings: TypeAlias = Memory[str, WrittenOperator]
 
 
-@dataclass(frozen=True, slots=True)
-class _WrittenOperators:
-    """The operators of an answer in order, each name once, and the repairs it took to read them."""
+def extract(answer: str, readings: Readings) -> tuple[dict[str, WrittenOperator], tuple[str, ...]] | None:
+    """The operators of an answer in order, by name, and the repairs that it took to read them.
 
-    operators: tuple[WrittenOperator, ...]
-    repairs: tuple[str, ...]
-
-
-def extract(answer: str, readings: Readings) -> _WrittenOperators | None:
-    """The operators of an answer, or None if it holds neither JSON with ``output`` nor an operator.
+    None if it holds neither JSON with ``output`` nor an operator.
 
     Args:
         answer: the text.
@@ -134,7 +128,7 @@ def extract(answer: str, readings: Readings) -> _WrittenOperators | None:
             operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
         repairs = (*repairs, *operator.repairs)
         operators[operator.name] = operator
-    return _WrittenOperators(tuple(operators.values()), tuple(dict.fromkeys(repairs)))
+    return operators, tuple(dict.fromkeys(repairs))
 
 
 def _output(value: object) -> str | None:
@@ -169,18 +163,18 @@ def _read(segment: str) -> WrittenOperator:
         return WrittenOperator(name, None, (finding,), (), len(segment))
     for part in parts:
         try:
-            found = _list(part)
-            repairs = (*repairs, *found.repairs)
-            action = _with(action, part, found.group)
+            group, made, ends = _list(part)
+            repairs = (*repairs, *made)
+            action = _with(action, part, group)
             read.add(part.keyword)
-            if found.ends:
+            if ends:
                 break
         except PddlError as error:
             unread.append(PddlFinding(error.offence, error.expected, f"{part.keyword} of {name}"))
     no_parameters = any(finding.place == f"parameters of {name}" for finding in unread)
     known = not unread or (not no_parameters and not read.isdisjoint(("precondition", "effect")))
-    made = tuple(dict.fromkeys(repairs))
-    return WrittenOperator(name, action if known else None, tuple(unread), made, len(segment))
+    repairs = tuple(dict.fromkeys(repairs))
+    return WrittenOperator(name, action if known else None, tuple(unread), repairs, len(segment))
 
 
 class _Part(NamedTuple):
@@ -189,14 +183,6 @@ class _Part(NamedTuple):
     keyword: str
     text: str
     last: bool
-
-
-class _List(NamedTuple):
-    """The list behind a keyword, the repairs that it took, and whether the operator ends behind it."""
-
-    group: Group
-    repairs: tuple[str, ...]
-    ends: bool = False
 
 
 def _parts(text: str, name: str, offset: int) -> list[_Part]:
@@ -218,8 +204,10 @@ def _parts(text: str, name: str, offset: int) -> list[_Part]:
     ]
 
 
-def _list(part: _Part) -> _List:
-    """The list of a part, where need be with one parenthesis put behind it.
+def _list(part: _Part) -> tuple[Group, tuple[str, ...], bool]:
+    """The list of a part, the repairs that it took, and whether the operator ends behind it.
+
+    Where need be one parenthesis is put behind it.
 
     Raises:
         PddlError: there is not one list.
@@ -230,16 +218,16 @@ def _list(part: _Part) -> _List:
         end = part.text.rfind(")") + 1 if part.last else len(part.text)
         if error.offence is not Offence.UNBALANCED or not _TAIL.fullmatch(part.text, end):
             raise
-        return _List(read_group(part.text[:end] + ")"), (_CLOSING,))
+        return read_group(part.text[:end] + ")"), (_CLOSING,), False
     rest = part.text[group.end :].strip()
     if part.last and not _BRACKET.search(rest):
-        return _List(group, (_CLOSING,))
+        return group, (_CLOSING,), False
     if part.last and rest.startswith(")"):
-        return _List(group, (_STRAY,) if ")" in rest[1:] else ())
+        return group, (_STRAY,) if ")" in rest[1:] else (), False
     if not part.last and _STRAYS.fullmatch(rest):
-        return _List(group, (_STRAY,) if rest else ())
+        return group, (_STRAY,) if rest else (), False
     if not part.last and rest.startswith(")"):
-        return _List(group, (), ends=True)
+        return group, (), True
     raise error_at(part.text, group.end, Offence.MALFORMED, "one list behind a keyword")
 
 

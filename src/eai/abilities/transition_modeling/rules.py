@@ -13,7 +13,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal, NamedTuple, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
@@ -168,11 +168,8 @@ _Read: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
 """An operator as far as it can be read, and what is wrong with the rest."""
 
 
-class _Comparison(NamedTuple):
-    """The report on an operator that is asked for, and how it compares with the gold one."""
-
-    report: OperatorReport
-    match: OperatorMatch
+_Comparison: TypeAlias = tuple[OperatorReport, OperatorMatch]
+"""The report on an operator that is asked for, and how it compares with the gold one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,9 +184,9 @@ class PaperRules(Rules):
         written = extract(text, self.readings)
         if written is None:
             return replace(self.unanswered(task), error=UNREADABLE)
-        by_name = {operator.name: operator for operator in written.operators}
+        by_name, repairs = written
         compared = [self._compare(task, name, by_name.get(name)) for name in task.operators]
-        asked = tuple([each.report for each in compared])
+        asked = tuple([report for report, _ in compared])
         others = tuple(
             OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
@@ -198,7 +195,7 @@ class PaperRules(Rules):
         planning = self._plan(task, by_name, asked)
         solved = planning.outcome is PlannerOutcome.SOLVED
         unplanned = planning.outcome is PlannerOutcome.NOT_RUN
-        actions = {each.name: each.action for each in written.operators if each.action is not None}
+        actions = {name: each.action for name, each in by_name.items() if each.action is not None}
         flaw = plan_flaw(task, actions, planning.plan) if solved else None
         return Judgement(
             operators=(*asked, *others),
@@ -206,15 +203,15 @@ class PaperRules(Rules):
             plan_works=None if unplanned else solved and flaw is None,
             plan_flaw=flaw,
             literals=_literals(compared),
-            repairs=written.repairs,
+            repairs=repairs,
             repaired={name: operator.repairs for name, operator in by_name.items() if operator.repairs},
-            matches={each.report.name: each.match for each in compared},
+            matches={report.name: match for report, match in compared},
         )
 
     def unanswered(self, task: TransitionTask) -> Judgement:
         """The judgement where there is no answer: all that is asked for is missing."""
         compared = [self._compare(task, name, None) for name in task.operators]
-        missing = tuple([each.report for each in compared])
+        missing = tuple([report for report, _ in compared])
         planning = self.without_operators
         works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
         return Judgement(missing, planning, works, literals=_literals(compared))
@@ -224,7 +221,7 @@ class PaperRules(Rules):
     ) -> dict[str, PlannerResult | None]:
         """The result of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text, self.readings)
-        by_name = {} if written is None else {each.name: each for each in written.operators}
+        by_name = {} if written is None else written[0]
         return {
             name: self._plan_with(task, _mixed(by_name[name], task.gold[name], replaced))
             if name in by_name
@@ -279,7 +276,7 @@ def _comparison(task: TransitionTask, name: str, read: _Read | None) -> _Compari
     else:
         status = OperatorStatus.MISSING if read is None else OperatorStatus.UNREADABLE
         match = missing_operator(gold)
-    return _Comparison(OperatorReport(name, status, match.precondition, match.effect, findings), match)
+    return OperatorReport(name, status, match.precondition, match.effect, findings), match
 
 
 def _checked(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
@@ -303,8 +300,8 @@ def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> Wr
 def _literals(compared: Sequence[_Comparison]) -> dict[str, Confusion]:
     """The literals of several operators together, by side."""
     return {
-        "precondition": add([Confusion(*each.match.precondition_literals) for each in compared]),
-        "effect": add([Confusion(*each.match.effect_literals) for each in compared]),
+        "precondition": add([Confusion(*match.precondition_literals) for _, match in compared]),
+        "effect": add([Confusion(*match.effect_literals) for _, match in compared]),
     }
 
 
