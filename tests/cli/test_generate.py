@@ -201,18 +201,6 @@ def test_what_cannot_be_measured_is_told(eai: Command, tmp_path: Path, asked: st
     assert told in outcome.err
 
 
-def test_what_the_planner_finds_is_recorded_beside_the_certificate(eai: Command, tmp_path: Path) -> None:
-    plain, compared = made(eai, tmp_path / "a"), made(eai, tmp_path / "b", "--planner-steps")
-    for one, other in zip(plain, compared, strict=True):
-        about = other["about"]
-        assert isinstance(about, dict)
-        about.pop("planner_steps")
-        assert one == other
-    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--planner-steps", "--kind", "order")
-    assert outcome.status == 2
-    assert "the planner knows no goals over time" in outcome.err
-
-
 def test_val_is_asked_where_that_is_wanted(
     eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -100,13 +100,6 @@ def generate_tasks(
             metavar="NAME=N",
         ),
     ] = None,
-    planner_steps: Annotated[
-        bool,
-        flag(
-            "Also record how long a plan the built-in planner finds for all goals at once; slower.",
-            "--planner-steps",
-        ),
-    ] = False,
     val: Annotated[
         bool, flag("Also have VAL check every certificate; it must be installed.", "--val")
     ] = False,
@@ -121,9 +114,8 @@ def generate_tasks(
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
     """
     validator = installed_val() if val else None
-    if kind.is_over_time and (val or planner_steps):
-        what = "--val: VAL knows" if val else "--planner-steps: the planner knows"
-        raise InputError(f"{what} no goals over time; leave out --kind {kind.value}")
+    if kind.is_over_time and val:
+        raise InputError(f"--val: VAL knows no goals over time; leave out --kind {kind.value}")
     benchmark = find_benchmark(like)
     with opened_source(data) as source:
         tasks = benchmark.tasks(source)
@@ -152,7 +144,7 @@ def generate_tasks(
     rivals = sets.giving_away(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     with writing_to(out):  # generating takes long enough to know first that tasks can be written
         out.mkdir(parents=True, exist_ok=True)
-    generator = Generator(benchmark, spec, source, rivals, plans_again=planner_steps)
+    generator = Generator(benchmark, spec, source, rivals)
     outcomes, stopped = _collect(generate(generator, sets.seeds_of(split.value, seed, secret), n, known), n)
     made = [each for each in outcomes if isinstance(each, Generated)]
     rejected = [each for each in outcomes if isinstance(each, Reason)]

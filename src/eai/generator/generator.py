@@ -49,7 +49,6 @@ from eai.generator.walk import (
     Walk,
     certificate,
     lower_bound,
-    steps_of_planner,
 )
 from eai.generator.words import Words
 from eai.logic.traversal import objects
@@ -154,8 +153,6 @@ class Generator:
         spec: what is wanted.
         source: where the data set comes from.
         is_given_away: whether a task of another split gives one away (`eai.generator.sets.giving_away`).
-        plans_again: whether it is also recorded how many steps the planner's own plan for all goals has; the
-            tasks are the same.
 
     Raises:
         InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.
@@ -165,7 +162,6 @@ class Generator:
     spec: Spec
     source: Source
     is_given_away: Callable[[Task], bool] | None = None
-    plans_again: bool = False
 
     def __post_init__(self) -> None:
         self._made, self._leaning = 0, Leaning()
@@ -247,7 +243,7 @@ class Generator:
             reason = Reason.KNOWN_PLAN
         if reason is None and not self._can_be_seen(task):
             reason = Reason.NEVER_SEEN
-        outcome = self._judged(task, seed, walk, about) if reason is None else reason
+        outcome = self._judged(task, seed, about) if reason is None else reason
         return outcome if isinstance(outcome, Reason) else self._with_twin(outcome, rng)
 
     def _with_twin(self, made: Generated, rng: random.Random) -> Outcome:
@@ -287,7 +283,7 @@ class Generator:
             for i in sorted(task.named_by(task.goals))
         )
 
-    def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
+    def _judged(self, task: Task, seed: str, about: dict[str, Json]) -> Outcome:
         """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
         found = measured(task, self.benchmark.domain)
         if any(found[measure] < number for measure, number in self.spec.at_least):
@@ -300,8 +296,6 @@ class Generator:
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Reason.ONE_ACTION
-        if self.plans_again and not self.spec.kind.is_over_time:
-            about["planner_steps"] = steps_of_planner(walk)
         return Generated(task, {**self._about(task, seed, found), **about})
 
     def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:

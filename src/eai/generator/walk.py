@@ -146,12 +146,6 @@ def certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Acti
     return found if 0 < len(found) < len(walked) else walked
 
 
-def steps_of_planner(walk: Walk) -> int | None:
-    """How many steps the plan has that the planner finds for all goals at once; None if it finds none."""
-    asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
-    return len(walk.planner.plan(walk.start, asked, walk.objects, _FOR_ALL).plan) or None
-
-
 def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
     def reached(node: PlanNode) -> bool:
         holds = walk.planner.holds
