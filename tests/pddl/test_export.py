@@ -167,8 +167,6 @@ def test_checks_are_preconditions_and_names_are_pddls() -> None:
     assert write_formula(exported.problem.goal) == "(red a_1)"
     assert exported.step(Action("Check It", (2,))) == PlanStep("check_it", ("a_1-2",))
     assert exported.action(PlanStep("check_it", ("a_1-2",))) == Action("Check It", (2,))
-    asked = export(domain(CHECKED), initial, (), additional_steps=False)
-    assert write_formula(asked.domain.actions[0].precondition) == "(and (big ?x) (clear ?x))"
 
 
 def test_what_is_exported_is_sound_pddl_and_reads_back() -> None:

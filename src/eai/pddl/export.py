@@ -7,7 +7,7 @@ are to be left out; so exported operators lead from state to state as the engine
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -21,7 +21,6 @@ from eai.pddl.ordered_effects import all_at_once
 from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.relation import bits
@@ -193,7 +192,6 @@ def export(
     *,
     name: str = "task",
     objects: int | None = None,
-    additional_steps: bool = True,
     invisible: bool = True,
 ) -> Exported:
     """A domain with one problem: as `export_problems`, by the attributes of a `ProblemSource`.
@@ -202,23 +200,20 @@ def export(
         DomainError: a goal is not about one state, or uses what is not declared.
     """
     source = ProblemSource(name, initial, tuple(goals), objects)
-    return export_problems(domain, (source,), additional_steps=additional_steps, invisible=invisible)[0]
+    return export_problems(domain, (source,), invisible=invisible)[0]
 
 
 def export_problems(
-    domain: Domain,
-    sources: Sequence[ProblemSource],
-    *,
-    additional_steps: bool = True,
-    invisible: bool = True,
+    domain: Domain, sources: Sequence[ProblemSource], *, invisible: bool = True
 ) -> tuple[Exported, ...]:
     """A domain with several problems, which share it.
+
+    An action that is not needed any more is not applicable: the engine skips it, so its effects, where it
+    would have any, must not be made.
 
     Args:
         domain: the domain.
         sources: the problems.
-        additional_steps: an action that is not needed any more is not applicable. The engine skips such
-            actions, so their effects, where they would have any, must not be made.
         invisible: predicates that no text may mention are exported too. Without them a check asks for less,
             and what depends on them does not happen.
 
@@ -230,8 +225,7 @@ def export_problems(
         glossary.use_types(source.initial.scene, source.kept)
     hidden = frozenset[str]() if invisible else hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
-    left_out = () if additional_steps else (FaultKind.ADDITIONAL_STEP,)
-    written = [_operator(each, operators, glossary, hidden, left_out) for each in domain.operators]
+    written = [_operator(each, operators, glossary, hidden) for each in domain.operators]
     things = [_things(glossary, source.initial.scene) for source in sources]
     goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
@@ -279,17 +273,13 @@ def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: f
 
 
 def _operator(
-    operator: Operator,
-    names: PddlNames,
-    glossary: Glossary,
-    hidden: frozenset[str],
-    left_out: Collection[FaultKind],
+    operator: Operator, names: PddlNames, glossary: Glossary, hidden: frozenset[str]
 ) -> m.PddlAction:
-    """The operator without the checks of some kinds, as yet without a memory of having been taken."""
+    """The operator, as yet without a memory of having been taken."""
     conditions = ConditionWriter(glossary)
     parameters = conditions.parameters(operator.parameters)
     scope: dict[str, f.Term] = dict(zip([p.name for p in operator.parameters], parameters, strict=True))
-    asked = [check.condition for check in operator.checks if check.fault not in left_out]
+    asked = [check.condition for check in operator.checks]
     if operator.tries:
         asked.append(_some_try(operator))
     try:
