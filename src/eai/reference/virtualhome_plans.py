@@ -170,15 +170,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
             return super()._run(plan, actions, carry_out)
         if_it_were = super()._run(plan, actions, self._execute)
-        none = self.goals.none_reached
-        not_run = PlanVerdict(
-            executable=True,
-            success=False,
-            additional_steps=0,
-            goals=self.goals.tallies(none),
-            repairs=plan.repairs,
-            goals_satisfied=none,
-        )
+        not_run = self._verdict(self.goals.none_reached, success=False, repairs=plan.repairs)
         return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
 
     def _judge(self, course: Course, repairs: tuple[str, ...]) -> PlanVerdict:

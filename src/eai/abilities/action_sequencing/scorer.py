@@ -179,14 +179,7 @@ class ActionSequencing(Scorer):
     def _declined(self, declined: _Declining) -> Assessment:
         """The assessment of an answer without a plan."""
         reached = self.goals.none_reached
-        verdict = PlanVerdict(
-            executable=False,
-            success=declined.is_right,
-            additional_steps=0,
-            goals=self.goals.tallies(reached),
-            goals_satisfied=reached,
-            refused=declined.reason,
-        )
+        verdict = self._verdict(reached, success=declined.is_right, refused=declined.reason)
         notes = (declined.said, declined.why)
         return Assessment(verdict, lambda: Explanation(notes, goals=goal_reports(self.task, reached)))
 
@@ -195,24 +188,17 @@ class ActionSequencing(Scorer):
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
         verdict = self._rejection(error, repairs, carry_out)
-        return Assessment(verdict, partial(self._explain_refusal, verdict, reason))
 
-    def _explain_refusal(self, verdict: PlanVerdict, reason: str) -> Explanation:
-        goals = goal_reports(self.task, verdict.goals_satisfied)
-        return Explanation((*self._notes(verdict.repairs), reason), goals=goals)
+        def explain() -> Explanation:
+            goals = goal_reports(self.task, verdict.goals_satisfied)
+            return Explanation((*self._notes(repairs), reason), goals=goals)
+
+        return Assessment(verdict, explain)
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:
         """The verdict on an answer that cannot be run."""
         reached = self._reached_without_running(carry_out)
-        return PlanVerdict(
-            executable=False,
-            success=False,
-            error=error,
-            additional_steps=0,
-            goals=self.goals.tallies(reached),
-            repairs=repairs,
-            goals_satisfied=reached,
-        )
+        return self._verdict(reached, success=False, error=error, repairs=repairs)
 
     def _execute(self, actions: tuple[Action, ...]) -> Course:
         """The course of a plan from the initial state, where every action works."""
@@ -240,14 +226,31 @@ class ActionSequencing(Scorer):
             error = error_report(failure, number, self.domain, action, self.task.scene)
         elif course.slipped:
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
+        success, additional = self._succeeds(error, reached), trajectory.additional_steps
+        return self._verdict(
+            reached, success=success, error=error, repairs=repairs, additional_steps=additional
+        )
+
+    def _verdict(
+        self,
+        reached: tuple[bool, ...],
+        *,
+        success: bool,
+        error: ErrorReport | None = None,
+        repairs: tuple[str, ...] = (),
+        additional_steps: int = 0,
+        refused: str | None = None,
+    ) -> PlanVerdict:
+        """The verdict on an answer, by what it reaches of the goals."""
         return PlanVerdict(
-            executable=error is None,
-            success=self._succeeds(error, reached),
+            executable=error is None and refused is None,
+            success=success,
             error=error,
-            additional_steps=trajectory.additional_steps,
+            additional_steps=additional_steps,
             goals=self.goals.tallies(reached),
             repairs=repairs,
             goals_satisfied=reached,
+            refused=refused,
         )
 
     def _explain(self, verdict: PlanVerdict, course: Course) -> Explanation:
