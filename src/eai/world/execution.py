@@ -162,45 +162,33 @@ def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
 def timeline(trajectory: Trajectory) -> Trace:
     """The states of a trajectory and the actions between them, as temporal formulas ask for them, by name."""
     scene = trajectory.states[0].scene
-    atoms = _Atoms(scene)
+    readings, atoms = Readings(scene.vocabulary), dict[str, Atom]()
     actions = [(a.operator, tuple([scene.objects[i].name for i in a.arguments])) for a in trajectory.executed]
-    return Trace([_Seen(state, atoms) for state in trajectory.states], actions)
+    return Trace([_Seen(state, readings, atoms) for state in trajectory.states], actions)
 
 
-class _Atoms:
-    """The atoms of a scene, stored and derived."""
+class _Seen:
+    """One state, as a formula asks for it; all of a trajectory share the atoms of derived predicates."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.scene = scene
-        self._readings = Readings(scene.vocabulary)
-        self._atoms: dict[str, Atom] = {}
+    __slots__ = ("_atoms", "_readings", "_state")
 
-    def holds(self, state: State, predicate: str, arguments: tuple[str, ...]) -> bool:
-        index, vocabulary = self.scene.index, self.scene.vocabulary
+    def __init__(self, state: State, readings: Readings, atoms: dict[str, Atom]) -> None:
+        self._state, self._readings, self._atoms = state, readings, atoms
+
+    def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
+        """Whether an atom is true."""
+        index, vocabulary = self._state.scene.index, self._state.scene.vocabulary
         if vocabulary.arity(predicate) != len(arguments) or any(name not in index for name in arguments):
             return False
         things = [index[name] for name in arguments]
         if vocabulary.stored(predicate) is not None:
-            return state.has(predicate, *things)
+            return self._state.has(predicate, *things)
         names = [f"argument {i}" for i in range(len(things))]
         if predicate not in self._atoms:
             self._atoms[predicate] = Atom(predicate, tuple([Variable(name) for name in names]))
-        return self._readings.holds(self._atoms[predicate], dict(zip(names, things, strict=True)), state)
-
-
-class _Seen:
-    """One state, as a formula asks for it."""
-
-    __slots__ = ("_atoms", "_state")
-
-    def __init__(self, state: State, atoms: _Atoms) -> None:
-        self._state = state
-        self._atoms = atoms
-
-    def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
-        """Whether an atom is true."""
-        return self._atoms.holds(self._state, predicate, arguments)
+        scope = dict(zip(names, things, strict=True))
+        return self._readings.holds(self._atoms[predicate], scope, self._state)
 
     def objects(self, category: str | None) -> Sequence[str]:
         """The objects of a category, in the order of the scene."""
-        return self._atoms.scene.named(category)
+        return self._state.scene.named(category)
