@@ -19,23 +19,27 @@ def noun_of(category: str) -> str:
     return category.replace("__", " ").replace("_", " ")
 
 
-class Sentences:
-    """Says the goals of one activity.
+def instruction(title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English) -> str:
+    """The title of an activity, and a sentence for each goal.
 
     Args:
+        title: the title.
+        goals: the goals.
         objects: the declared objects with their categories.
         english: the sentences of predicates.
     """
+    sentences = _Sentences(objects, english)
+    said = "; ".join(sentences.clause(goal, {}) for goal in goals)
+    return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
+
+
+class _Sentences:
+    """Says the goals of one activity."""
 
     def __init__(self, objects: Mapping[str, str], english: English) -> None:
         self._objects = objects
         self._categories = list(objects.values())
         self._english = english
-
-    def instruction(self, title: str, goals: Sequence[f.Formula]) -> str:
-        """Return the title, and a sentence for each goal."""
-        said = "; ".join(self.clause(goal, {}) for goal in goals)
-        return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
 
     def name(self, term: f.Term, names: Names) -> str:
         """A thing: what a variable stands for, ``the oven`` if there is but one, or else its name."""

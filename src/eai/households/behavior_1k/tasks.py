@@ -14,7 +14,7 @@ from eai.english import English
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import Scenes
-from eai.households.behavior_1k.sentences import Sentences
+from eai.households.behavior_1k.sentences import instruction
 from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
@@ -65,13 +65,10 @@ class _ActivityTasks(TaskSet[Task]):
         activity, setting = self._scenes.set_up(task_id)
         title = task_id.replace("_", " ")
         goals = tuple(dict.fromkeys(map(goal, activity.problem.goals)))
-        instruction = Sentences(activity.objects, self._english).instruction(
-            title, [each.formula for each in goals]
-        )
         return Task(
             id=task_id,
             title=title,
-            instruction=instruction,
+            instruction=instruction(title, [each.formula for each in goals], activity.objects, self._english),
             initial=setting.state,
             goals=goals,
             relevant=tuple(range(setting.nameable)),
