@@ -18,13 +18,41 @@ from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai import __version__
-from eai.errors import EaiError, InterruptError
+from eai.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 """The errors of a device that takes no more."""
+
+
+_RENAMED = {
+    "submission build": "export submission RUN --out FILE",
+    "submission check": "export submission FILE",
+    "pictures": "export pictures",
+    "questions run": "run --ability world_model --domain FILE --model NAME",
+    "questions score": "score ANSWERS --ability world_model --domain FILE",
+    "questions": "export questions",
+    "human form": "export prompts --out FILE.html",
+    "prompts": "export prompts",
+    "data croissant": "export tasks --croissant --out DIR",
+    "leaderboard": "report RUNS",
+    "merge": "score DIR --merge",
+    "tasks check": "check",
+    "tasks write": "export tasks",
+    "tasks import": "export tasks FILE... --domain NAME --out FILE",
+    "tasks schema": "check --schema",
+    "tasks reveal": "check FOLDER --split NAME --secret SECRET",
+    "tasks overlap": "check B --against A",
+    "data validate": "data info --check",
+    "annotate frequencies": "data annotate differences --count",
+    "annotate assign": "data annotate goals --assigned",
+    "annotate concrete": "data annotate goals",
+    "annotate check": "data annotate goals --check",
+    "annotate": "data annotate",
+}
+"""The present names of commands that README and documentation once showed, by their former names."""
 
 
 _HELP_OPTIONS = ("-h", "--help")
@@ -60,12 +88,14 @@ class _Place(NamedTuple):
         summary: the first paragraph of its help, so that the help of the group imports no command.
         target: the module in this package and the name there, of a function or of an app with commands; both
             are the command's name if empty.
+        old_flags: the module and the function in it that refuses flags which are settings now; none if empty.
         bare: whether it does something without any argument, instead of printing its help.
     """
 
     panel: str
     summary: str
     target: str = ""
+    old_flags: str = ""
     bare: bool = False
 
 
@@ -78,6 +108,7 @@ _PLACES = {
     "run": _Place(
         MEASURE,
         "Obtain answers through Inspect and score them. The same command resumes where it was interrupted.",
+        old_flags="flags:refuse_old_flags",
     ),
     "play": _Place(
         MEASURE,
@@ -106,6 +137,7 @@ _PLACES = {
         UNDERSTAND,
         "Make the tables and plots of a study of records; "
         "without a name, list the studies and their options.",
+        old_flags="analyze:refuse_old_flags",
         bare=True,
     ),
     "generate": _Place(
@@ -158,6 +190,20 @@ class _Commands(TyperGroup):
         finally:
             self.commands = commands
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is named.
+
+        Raises:
+            InputError: it, or a flag of it, is called otherwise now.
+        """
+        for words in (args[:2], args[:1]):
+            if " ".join(words) in _RENAMED:
+                raise InputError(f"eai {' '.join(words)}: write eai {_RENAMED[' '.join(words)]}")
+        place = _PLACES.get(args[0])
+        if place is not None and place.old_flags:
+            _object_at(place.old_flags)(args[1:])
+        return super().resolve_command(ctx, args)
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was chosen; an interrupt that it says nothing about is one line."""
         try:
@@ -176,9 +222,13 @@ class _Loaded(UserDict[str, Any]):
         return found
 
 
+def _object_at(target: str) -> Any:
+    module, _, name = target.partition(":")
+    return getattr(import_module(f"{__name__}.{module}"), name)
+
+
 def _imported(name: str, place: _Place) -> Any:
-    module, _, attribute = (place.target or f"{name}:{name}").partition(":")
-    found = getattr(import_module(f"{__name__}.{module}"), attribute)
+    found = _object_at(place.target or f"{name}:{name}")
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, typer.Typer):
         app.add_typer(found, name=name, rich_help_panel=place.panel)

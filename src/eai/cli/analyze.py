@@ -21,7 +21,9 @@ from eai.cli.options import (
     AsJson,
     DataFolder,
     flag,
+    former_flags,
     opened_source,
+    refuse_moved,
     setting,
     with_settings,
 )
@@ -47,6 +49,18 @@ class _Formats(Options):
     formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(several)] = option(
         "csv, or parquet, which needs the extra 'analysis'; both with a comma.", ("csv",)
     )
+
+
+def refuse_old_flags(args: Sequence[str]) -> None:
+    """Raise if a flag is an option of the study that is named first, or of the tidy tables."""
+    name = next((each for each in args if not each.startswith("-")), "")
+    if name not in (ALL, TABLE, *study_names()):
+        return
+    now = {"--format": "formats=VALUE"} if name == TABLE else {}
+    for each in _studies(name):
+        for key in each.choices.model_fields:
+            now |= former_flags(key, key, each.choices.default_of(key))
+    refuse_moved(args, now, "eai analyze")
 
 
 def analyze(
@@ -95,7 +109,7 @@ def _listing() -> Iterator[str]:
         if study.analyze is not None:
             yield f"| **{name}** | | {study.title} |"
             yield from _options(study.choices)
-    yield f"| **{ALL}** | | {', '.join(each.name for each in _together())}, a folder each. |"
+    yield f"| **{ALL}** | | {', '.join(each.name for each in _studies(ALL))}, a folder each. |"
     yield f"| **{TABLE}** | | Records as tidy tables. |"
     yield from _options(_Formats)
 
@@ -112,9 +126,11 @@ def _refuse_unknown(name: str) -> None:
         raise InputError(f"{name!r} is no study: there are {', '.join(known)}{did_you_mean(name, known)}")
 
 
-def _together() -> list[Study]:
-    """The studies that are made together."""
-    return [each for each in map(find_study, study_names()) if each.together]
+def _studies(name: str) -> list[Study]:
+    """The study of a name, or those that are made together."""
+    if name == ALL:
+        return [each for each in map(find_study, study_names()) if each.together]
+    return [] if name == TABLE else [find_study(name)]
 
 
 def _write_all(
@@ -124,11 +140,12 @@ def _write_all(
 
     Of several, one that finds too little in these records is left out with a remark.
     """
+    studies = _studies(name)
     if name != ALL:
-        yield from _write_study(find_study(name), records, settings, plots=plots, as_json=as_json)
+        yield from _write_study(studies[0], records, settings, plots=plots, as_json=as_json)
         return
     records.tables()
-    for study in _together():
+    for study in studies:
         own = [text for text in settings if setting(text)[0] in study.choices.model_fields]
         try:
             yield from _write_study(study, records.below(study.name), own, plots=plots, as_json=as_json)
