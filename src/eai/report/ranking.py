@@ -206,7 +206,8 @@ def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> i
 def ranked(place: int, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
     """The rows by rank, by the column at a place, with the best of each column marked."""
     values = [row.cells[place].percent if row.competes else None for row in rows]
-    ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
+    printed = [round(value, 1) for value in values if value is not None]
+    ranks = [None if v is None else 1 + sum(other > round(v, 1) for other in printed) for v in values]
     ranked = [
         replace(row, rank=rank) for row, rank in zip(with_best_marked(columns, rows), ranks, strict=True)
     ]
@@ -235,10 +236,6 @@ def _marked(row: Row, cell: Cell, best: str | None) -> Cell:
 
 def _may_be_best(row: Row, cell: Cell) -> bool:
     return cell.ranked and row.source != "floor"
-
-
-def _above(other: float | None, value: float) -> bool:
-    return other is not None and round(other, 1) > round(value, 1)
 
 
 def _best(column: MetricColumn, values: Sequence[float | None]) -> str | None:

@@ -23,7 +23,7 @@ from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.state import Scene, State, WorldObject
+from eai.world.state import Scene, State
 
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
 
@@ -127,11 +127,9 @@ def task_of(line: _TaskLine, domain: Domain) -> Task:
     Raises:
         InputError: it uses what neither it nor the domain declares; says which part, and what was expected.
     """
-    scene = Scene(
-        domain.vocabulary,
-        [WorldObject(name, category) for name, category in line.objects.items()],
-        None if line.agent is None else _index(line.agent, line.objects, "agent"),
-    )
+    places = {name: place for place, name in enumerate(line.objects)}
+    agent = None if line.agent is None else _index(line.agent, places, "agent")
+    scene = Scene(domain.vocabulary, line.objects, agent)
     relevant = line.objects if line.relevant is None else line.relevant
     goals = tuple(map(goal, dict.fromkeys(_goals(line, domain, scene))))
     return Task(
@@ -171,11 +169,10 @@ def _initial(line: _TaskLine, scene: Scene) -> State:
         raise InputError(f"facts: {error}") from error
 
 
-def _index(name: str, index: Mapping[str, object], place: str) -> int:
+def _index(name: str, index: Mapping[str, int], place: str) -> int:
     if name not in index:
         raise InputError(f"{place}: expected one of the objects, found {name!r}")
-    found = index[name]
-    return found if isinstance(found, int) else list(index).index(name)
+    return index[name]
 
 
 def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
