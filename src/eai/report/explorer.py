@@ -106,14 +106,13 @@ class ExplorerData:
             "prompts": for_script({suite: lines for suite, lines in self._prompts.items() if lines}),
             "tasks": for_script({domain: tasks for domain, tasks in self._tasks.items() if tasks}),
             "titles": for_script({domain: title_of(domain) for domain in domains}),
-            "gold": for_script({domain: gold for domain in domains if (gold := self._gold(domain))}),
+            "gold": for_script(
+                {domain: {**gold} for domain in domains if (gold := self._background(domain).operators)}
+            ),
             "texts": for_script(list(self._known["texts"])),
             **{name: _array(self._known[name]) for name in _PARTS},
         }
         return f"{{{','.join(f'{for_script(name)}:{text}' for name, text in content.items())}}}"
-
-    def _gold(self, domain: str) -> dict[str, Json]:
-        return {**self._background(domain).operators}
 
     def _answer(self, record: Record) -> Json:
         verdict = record.verdict

@@ -163,8 +163,8 @@ def _contradictions(name: str) -> Iterator[_PaperNote]:
         shared = [column for column in ours.columns if column in theirs.columns and other != name]
         for model in [model for model in ours.rows if model in theirs.rows]:
             for column in shared:
-                printed = theirs.rows[model][theirs.columns.index(column)]
-                if printed != ours.rows[model][ours.columns.index(column)]:
+                printed = theirs.figure(model, column)
+                if printed != ours.figure(model, column):
                     yield _PaperNote(f"The table “{theirs.title}” prints {printed}.", (model,), (column,))
 
 

@@ -218,6 +218,11 @@ def cases_of(cell: Cell | None) -> int:
     return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
+def counted_of(cell: Cell | None) -> int:
+    """How many of these count."""
+    return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
+
+
 def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) -> None:
     """A dot at a height, with its interval."""
     if not isinstance(cell, Estimate) or cell.value is None:
@@ -278,7 +283,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
         return None
     shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
     one_whole = len({cases_of(row[rate]) for row in shown}) == 1
-    made_of = _counted if one_whole else cases_of
+    made_of = counted_of if one_whole else cases_of
     labels = [f"{wrapped(str(row[column]).replace('_', ' '))}\u2002{made_of(row[rate]):,}" for row in shown]
     heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
@@ -297,10 +302,6 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     panel.spines["left"].set_visible(False)
     panel.set_xlabel(f"{label}, percent", fontsize=7, loc="right")
     return figure
-
-
-def _counted(cell: Cell | None) -> int:
-    return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 
 def draw_matrix(

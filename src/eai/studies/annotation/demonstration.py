@@ -135,10 +135,7 @@ class Difference:
 
     def meeting(self, entry: Entry) -> Iterator[Fact]:
         """The facts that an entry about the world asks for, in order."""
-        wanted = {pattern.name for pattern in entry}
-        for fact in self.facts:
-            if fact.predicate in wanted and any(self._is(fact, pattern) for pattern in entry):
-                yield fact
+        return (fact for fact in self.facts if any(self._is(fact, pattern) for pattern in entry))
 
     def _is(self, fact: Fact, pattern: Pattern) -> bool:
         if fact.predicate != pattern.name or len(fact.arguments) != len(pattern.kinds):

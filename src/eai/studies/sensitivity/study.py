@@ -28,8 +28,8 @@ from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.certainty import Case
 from eai.results.lines import MODEL, SUITE, Line, by_model, by_suite, case_of
-from eai.results.plots import draw_matrix, rows_of
-from eai.results.table import Cell, Estimate, Row, Table, table_of
+from eai.results.plots import counted_of, draw_matrix, rows_of
+from eai.results.table import Estimate, Row, Table, table_of
 from eai.results.tidy import beginning_of
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite, several
@@ -204,7 +204,7 @@ def _errors_table(trials: Sequence[Trial]) -> Iterator[Row]:
     for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
         of_operators = grouped((trial.operator, trial) for trial in found)
         of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
-        yield from [(*key, *row) for row in sorted(of_key, key=_broken, reverse=True)]
+        yield from [(*key, *row) for row in sorted(of_key, key=lambda row: -counted_of(row[-2]))]
 
 
 def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
@@ -219,12 +219,6 @@ def _of_errors(trials: Sequence[Trial]) -> Iterator[Row]:
             Estimate.of([case for case, each in split if error in each]),
             Estimate.of([case for case, each in split if error not in each]),
         )
-
-
-def _broken(row: Sequence[Cell]) -> float:
-    """How many plans are broken where there is the error of a row."""
-    unsolved = row[-2]
-    return (unsolved.numerator or 0) if isinstance(unsolved, Estimate) else 0
 
 
 @table_of("trials", tuple([column.name for column in fields(Trial)]), shown=0)
