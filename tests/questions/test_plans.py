@@ -20,9 +20,6 @@ class _Ways:
     depths: Sequence[int]
     gained: Sequence[Sequence[Fact]]
 
-    def distance(self, is_reached: Any) -> int | None:
-        return min((depth for n, depth in enumerate(self.depths) if is_reached(n)), default=None)
-
 
 @pytest.mark.parametrize(
     ("gained", "number", "distance"),

@@ -297,18 +297,15 @@ def test_distances_with_all_and_without_one_action(lamps: Benchmark) -> None:
     ways = exhaust(world, world.states[0], [TO_LAMP_1, TO_LAMP_2, PRESS_1, PRESS_2], 100)
     assert ways is not None
 
-    def both_lit(number: int) -> bool:
-        return ways is not None and ways.states[number].those("lit").bit_count() == 2
-
-    assert ways.distance(both_lit) == 4
+    both_lit = [n for n, state in enumerate(ways.states) if state.those("lit").bit_count() == 2]
+    assert ways.depths[both_lit[0]] == 4
     fewer = [ways.within([other for other in range(4) if other != n]) for n in range(4)]
     assert not any(state.those("lit").bit_count() == 2 for each in fewer for state in each.states)
-    assert ways.distance(lambda n: n == 0) == 0
     left = ways.distances_to(both_lit)
     assert left[0] == 4
-    assert {left[n] for n in left if both_lit(n)} == {0}
+    assert {left[n] for n in both_lit} == {0}
     assert {left[target] for _, target in ways.edges[0]} == {3}
-    assert ways.distances_to(lambda n: False) == {}
+    assert ways.distances_to([]) == {}
 
 
 def test_more_states_than_may_be_are_no_answer(lamps: Benchmark) -> None:

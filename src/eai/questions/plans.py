@@ -327,7 +327,7 @@ def next_action(setting: Setting, rng: random.Random, number: int) -> Item | Non
     aim = _some_aim(setting, rng, number)
     if aim is None:
         return None
-    left = aim.ways.distances_to(aim.is_reached)
+    left = aim.ways.distances_to(aim.reached)
     best = {action for action, target in aim.ways.edges[0] if left.get(target) == aim.distance - 1}
     return _about_actions(setting, aim, best, "any")
 
@@ -349,17 +349,14 @@ class _Aim:
     Attributes:
         ways: all that the actions lead to.
         goals: the facts that shall hold together.
+        reached: the states in which they do, by number, nearer ones before farther ones.
         distance: how many actions it takes at least.
     """
 
     def __init__(self, ways: Repertoire, goals: Sequence[Fact]) -> None:
         self.ways, self.goals, self.facts = ways, goals, frozenset(goals)
-        self._reached = [self.facts.issubset(gained) for gained in ways.gained]
-        self.distance = ways.distance(self.is_reached) or 0
-
-    def is_reached(self, number: int) -> bool:
-        """Whether the goal holds in a state."""
-        return self._reached[number]
+        self.reached = [n for n, gained in enumerate(ways.gained) if self.facts.issubset(gained)]
+        self.distance = ways.depths[self.reached[0]]
 
 
 def _some_aim(setting: Setting, rng: random.Random, number: int) -> _Aim | None:

@@ -261,19 +261,14 @@ class Repertoire:
             tuple([self.gained[n] for n in kept]),
         )
 
-    def distance(self, is_goal: Callable[[int], bool]) -> int | None:
-        """The fewest actions from the start to a goal, a state by its number; None if none lead there."""
-        return next((depth for n, depth in enumerate(self.depths) if is_goal(n)), None)
-
-    def distances_to(self, is_goal: Callable[[int], bool]) -> Mapping[int, int]:
-        """The fewest actions from each state to a goal; states from which none lead there are left out."""
+    def distances_to(self, goals: Iterable[int]) -> Mapping[int, int]:
+        """The fewest actions from each state to one of these; where none lead there a state is left out."""
         sources: list[list[int]] = [[] for _ in self.states]
         for n, edges in enumerate(self.edges):
             for _, target in edges:
                 sources[target].append(n)
-        level = [n for n in range(len(self.states)) if is_goal(n)]
-        found = dict.fromkeys(level, 0)
-        depth = 0
+        level, depth = list(goals), 0
+        found = dict.fromkeys(level, depth)
         while level:
             depth += 1
             level = [n for n in dict.fromkeys([s for t in level for s in sources[t]]) if n not in found]
