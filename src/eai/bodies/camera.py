@@ -143,8 +143,7 @@ def _nearby(scene: BodyScene) -> _Sight:
     told = scene.told
     place = _busiest(told)
     if place is None:
-        out = [i for i in told.bodies if not told.is_held(i) and not told.is_shut_in(i)]
-        here = [i for i in out if told.room_of(i) == told.fullest]
+        here = [i for i in told.visible if told.room_of(i) == told.fullest]
         seen = [i for i in here if told.bodies[i].stand == "free"] or here
         if not seen:
             return _from_head(scene)
@@ -203,8 +202,7 @@ def _vector(array: Array) -> Vector:
 
 def _busiest(told: Told) -> int | None:
     """The thing on or in which most others are to be seen, if any are."""
-    out = [i for i in told.bodies if not told.is_held(i) and not told.is_shut_in(i)]
-    carried = [thing for thing in out if told.carrier(thing) is not None]
+    carried = [thing for thing in told.visible if told.carrier(thing) is not None]
     many = Counter(map(told.root, carried))
     return max(many, key=lambda thing: (many[thing], -thing), default=None)
 

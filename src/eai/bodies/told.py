@@ -95,6 +95,11 @@ class Told:
         """Whether a thing is in something that is closed."""
         return any(how == INSIDE and "closed" in self.states[i] for how, i in self.carriers(thing))
 
+    @property
+    def visible(self) -> list[int]:
+        """The things that no hand holds and that are in nothing that is closed."""
+        return [i for i in self.bodies if not self.is_held(i) and not self.is_shut_in(i)]
+
     def room_of(self, thing: int) -> int:
         """The floor of the room in which a thing is."""
         root = self.root(thing)
