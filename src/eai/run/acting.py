@@ -32,7 +32,7 @@ from eai.envs.command import DONE
 from eai.prompts.prompt import Prompt
 from eai.run.job import PROVIDER
 from eai.run.journal import Desk
-from eai.run.solver import ERRATA, answer_in, content_of, giving_up, part, remember, usage_of
+from eai.run.solver import ERRATA, answer_in, content_of, giving_up, part, remember, usage_of, with_epoch
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 
 BEGUN = "begun"
@@ -114,7 +114,7 @@ def enter() -> Solver:
     """Offers the tools of a task to whoever solves it."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+        with_epoch(state)
         play = _begin(state)
         if play is not None:
             state.store_as(_Acted).episode = play.to_json("stopped")

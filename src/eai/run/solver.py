@@ -217,7 +217,7 @@ def ask_as_published(trials: Trials | None) -> Solver:
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
         transcript = _Transcript(state)
         if trials is None:
-            transcript.hear(await _obtain(transcript.ask_as_it_stands(), restrictions))
+            transcript.hear(await _obtain(state.messages, restrictions))
             return state
         inquiry = trials.inquiry(str(state.sample_id), state.epoch)
         while not inquiry.over:
@@ -230,6 +230,13 @@ def ask_as_published(trials: Trials | None) -> Solver:
     return solve
 
 
+def with_epoch(state: TaskState) -> dict[str, Any]:
+    """The metadata of the question of a sample, which from now on say its epoch, for the built-in models."""
+    about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+    state.messages[-1].metadata = about
+    return about
+
+
 class _Transcript:
     """Questions and answers, in the state of a sample, whose metadata has the bare answers.
 
@@ -240,13 +247,7 @@ class _Transcript:
     def __init__(self, state: TaskState) -> None:
         self.attempt = 0
         self._state = state
-        self._about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
-        self._answers: list[str] = []
-
-    def ask_as_it_stands(self) -> list[ChatMessage]:
-        """The messages of the sample's own question; the last says the epoch, for the built-in models."""
-        self._state.messages[-1].metadata = self._about
-        return self._state.messages
+        self._about = with_epoch(state)
 
     def ask(self, question: Prompt, inquiry: Inquiry) -> list[ChatMessage]:
         """Write a question down: all of the first, then what is new.
@@ -277,8 +278,7 @@ class _Transcript:
         self._keep(reply.parts.answer)
 
     def _keep(self, text: str) -> None:
-        self._answers.append(text)
-        self._state.metadata[ANSWERS] = list(self._answers)
+        self._state.metadata[ANSWERS] = [*self._state.metadata.get(ANSWERS, ()), text]
 
 
 def remember(state: TaskState, answer: Answer) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import count
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -188,8 +188,8 @@ def read_spec(tables: Mapping[str, object]) -> RunSpec:
         InputError: there is no such section or option, it has no such value, or they contradict each other.
     """
     known = sections()
-    for name in tables.keys() - known.keys():
-        raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
+    for name in tables:
+        _refuse_unknown(name, known)
     read = {name: known[name].read(name, given) for name, given in tables.items()}
     studies = {name: read.pop(name) for name in [*read] if name not in _CORE}
     return RunSpec.model_validate({**read, "studies": studies})
@@ -202,9 +202,13 @@ def study_of(name: str) -> str:
         InputError: none has.
     """
     known = {each: study.key for study in studies_of_runs() for each in study.options.model_fields}
+    _refuse_unknown(name, known)
+    return known[name]
+
+
+def _refuse_unknown(name: str, known: Collection[str]) -> None:
     if name not in known:
         raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
-    return known[name]
 
 
 class _Key(NamedTuple):

@@ -37,7 +37,7 @@ from eai.prompts.prompt import Prompt
 from eai.run.acting import enter, player
 from eai.run.job import CAPTIONER
 from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.solver import ERRATA, ask_as_published, messages_of, part
+from eai.run.solver import ERRATA, ask_as_published, messages_of, part, with_epoch
 from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
@@ -69,8 +69,7 @@ def see(stage: Stage, suite: Suite) -> Solver:
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         captioner, task_id = get_model(role=CAPTIONER, required=True), str(state.sample_id)
-        about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
-        state.messages[-1].metadata = about
+        about = with_epoch(state)
         output = await captioner.generate(state.messages)
         believed = stage.heard(str(captioner), suite, {task_id: part(output.completion).answer})
         prompt = believed.prompts(stage.library, suite, [task_id])[task_id]
