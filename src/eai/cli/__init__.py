@@ -85,7 +85,8 @@ class _Place(NamedTuple):
 
     Attributes:
         panel: the panel in the help.
-        summary: the first paragraph of its help, so that the help of the group imports no command.
+        summary: the help of an app with commands, or the first paragraph of that of a function, so that the
+            help of the group imports no command.
         target: the module in this package and the name there, of a function or of an app with commands; both
             are the command's name if empty.
         old_flags: the module and the function in it that refuses flags which are settings now; none if empty.
@@ -231,7 +232,7 @@ def _imported(name: str, place: _Place) -> Any:
     found = _object_at(place.target or f"{name}:{name}")
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, typer.Typer):
-        app.add_typer(found, name=name, rich_help_panel=place.panel)
+        app.add_typer(found, name=name, help=place.summary, rich_help_panel=place.panel)
     else:
         app.command(name, no_args_is_help=not place.bare, rich_help_panel=place.panel)(found)
     command: Any = get_group(app).commands[name]

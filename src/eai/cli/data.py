@@ -27,9 +27,7 @@ from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
 from eai.tasks.source import ErrataChoice, Source
 
-app = typer.Typer(
-    help="The data set: fetch it, say where it is, check it, count it, annotate it.", no_args_is_help=True
-)
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.command()

@@ -50,10 +50,7 @@ from eai.tasks.task_files import task_files_in
 from eai.world.domain import Domain
 from eai.world.execution import execute
 
-app = typer.Typer(
-    help="Prompts, data sets for training, task files, world-model questions, pictures, challenge files.",
-    no_args_is_help=True,
-)
+app = typer.Typer(no_args_is_help=True)
 
 
 _Format: TypeAlias = Literal["jsonl", "hf"]

@@ -16,7 +16,7 @@ from eai.cli.prompts import Sample, SampleSeed, TaskIds, playable
 from eai.errors import InputError, needing
 from eai.scoring.trials import Place
 
-app = typer.Typer(help="Let agents outside of this program act.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 _HTTP = "Over HTTP"
 _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
