@@ -6,7 +6,7 @@ import re
 
 import eai.world as w
 from eai import Benchmark, Task, given, make_task
-from eai.pictures.scene_graph import NamedFact, ReadGraph, SceneGraph, SceneWords
+from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords
 from eai.pictures.tiles import BOTH_WAYS, HANDS, ONE_WAY, Tile
 
 X, Y = w.Variable("x"), w.Variable("y")
@@ -52,9 +52,9 @@ def fact(text: str) -> NamedFact:
     return NamedFact(predicate, tuple(arguments))
 
 
-def seen(*facts: str, objects: tuple[str, ...] = TRUTH.objects) -> ReadGraph:
+def seen(*facts: str, objects: tuple[str, ...] = TRUTH.objects) -> SceneGraph:
     """A scene graph with these facts."""
-    return ReadGraph(SceneGraph(objects, tuple(map(fact, facts))))
+    return SceneGraph(objects, tuple(map(fact, facts)))
 
 
 def told_by(tile: Tile, agent: str) -> set[NamedFact]:

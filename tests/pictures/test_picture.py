@@ -15,7 +15,7 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.pictures.drawing import WIDTH, Drawing, _Rectangle, _Text, png, svg, text_width
 from eai.pictures.picture import Clutter, images_in, picture_of, picture_words
-from eai.pictures.scene_graph import ReadGraph, SceneGraph
+from eai.pictures.scene_graph import SceneGraph
 from eai.pictures.tiles import tiles_of
 from eai.studies.perception.errors import perception_errors
 from eai.tasks.source import Source
@@ -71,7 +71,7 @@ def test_tiles_say_all_and_nothing_else() -> None:
 
 @pytest.mark.parametrize("circle", [("in cup_1 box_1", "in box_1 cup_1"), ("on cup_1 cup_1",)])
 def test_a_circle_is_shown_as_lines(circle: tuple[str, ...]) -> None:
-    graph = seen(*circle).graph
+    graph = seen(*circle)
     tiles = tiles_of(graph, WORDS, "robot")
     assert set().union(*(told_by(tile, "robot") for tile in tiles)) == {*graph.facts}
 
@@ -88,7 +88,7 @@ def test_pictures_of_households(name: str, every: int, clutter: Clutter, data_st
         task = tasks[task_id]
         picture = picture_of(task, words, clutter)
         check(picture)
-        perceived = perception_errors(task, words, ReadGraph(picture[1]))
+        perceived = perception_errors(task, words, picture[1])
         wrong = (perceived.missing, perceived.misplaced, perceived.unnecessary, perceived.invented)
         assert (wrong, perceived.unseen) == ((0, 0, 0, 0), 0)
         assert {*words.describe(task).facts} <= {*picture[1].facts}

@@ -2,14 +2,14 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pictures.scene_graph import UNREADABLE, NamedFact, ReadGraph, SceneGraph, read_scene_graph
+from eai.pictures.scene_graph import UNREADABLE, NamedFact, SceneGraph, read_scene_graph
 
 ARITIES = {"in": 2, "lit": 1}
 GRAPH = SceneGraph(("a", "b"), (NamedFact("in", ("a", "b")), NamedFact("lit", ("a",))))
 
 
 def test_what_is_written_is_read() -> None:
-    assert read_scene_graph(GRAPH.text, ARITIES) == ReadGraph(GRAPH)
+    assert read_scene_graph(GRAPH.text, ARITIES) == GRAPH
 
 
 @pytest.mark.parametrize(
@@ -25,7 +25,7 @@ def test_entries_that_are_no_facts_are_left_out(
     text: str, facts: list[str], ill_formed: tuple[str, ...] | int, repairs: tuple[str, ...]
 ) -> None:
     read = read_scene_graph(text, ARITIES)
-    assert ([str(each) for each in read.graph.facts], read.repairs) == (facts, repairs)
+    assert ([str(each) for each in read.facts], read.repairs) == (facts, repairs)
     assert ill_formed in (read.ill_formed, len(read.ill_formed))
 
 
@@ -33,7 +33,7 @@ def test_entries_that_are_no_facts_are_left_out(
     "text", ["", "a table and a cup", "[]", '{"facts": {"lit": "a"}}', '{"objects": ["a"]}']
 )
 def test_without_facts_nothing_is_perceived(text: str) -> None:
-    assert read_scene_graph(text, ARITIES) == ReadGraph(SceneGraph(), unreadable=UNREADABLE)
+    assert read_scene_graph(text, ARITIES) == SceneGraph(unreadable=UNREADABLE)
 
 
 def test_names_are_those_of_objects_and_facts() -> None:

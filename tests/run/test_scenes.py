@@ -15,7 +15,6 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.pictures.scene_graph import ReadGraph
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.errors import perception_errors
@@ -97,7 +96,7 @@ def test_records_of_a_log_say_what_was_perceived(
     scored = process.submit(score_in_child, path.result(), asked).result()
     suite = open_suite("behavior", PLANS)
     task, words = suite.tasks[JARS], scene_words(suite.benchmark)
-    expected = perception_errors(task, words, ReadGraph(perceive(task, words, noise_of(settings))))
+    expected = perception_errors(task, words, perceive(task, words, noise_of(settings)))
     for log in (read_eval_log(path.result()), read_eval_log(scored)):
         (sample,) = log.samples or ()
         record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
@@ -122,7 +121,7 @@ def test_a_model_in_the_role_of_captioner_sees_for_the_one_who_is_asked(
         path = process.submit(evaluate_seeing_in_child, asked, planner, captioner, folder, told)
         scored = process.submit(score_in_child, path.result(), asked).result()
         noise = Noise(missing=rate / 2, misplaced=rate / 2, seed=1)
-        expected = perception_errors(task, words, ReadGraph(perceive(task, words, noise, "1")))
+        expected = perception_errors(task, words, perceive(task, words, noise, "1"))
         assert bool(expected.missing) is bool(rate)
         for log in (read_eval_log(path.result()), read_eval_log(scored)):
             (sample,) = log.samples or ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -36,10 +36,21 @@ class NamedFact(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class SceneGraph:
-    """A perceived scene: objects by name, and facts about them, each once and in order."""
+    """A perceived scene: objects by name, and facts about them, each once and in order.
+
+    Attributes:
+        objects: the objects.
+        facts: the facts.
+        ill_formed: the entries of an answer that are left out, as texts.
+        repairs: what it took to find it in the answer.
+        unreadable: why there is none in the answer; None if there is one.
+    """
 
     objects: tuple[str, ...] = ()
     facts: tuple[NamedFact, ...] = ()
+    ill_formed: tuple[str, ...] = ()
+    repairs: tuple[str, ...] = ()
+    unreadable: str | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -56,24 +67,7 @@ class SceneGraph:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class ReadGraph:
-    """A scene graph as it was read.
-
-    Attributes:
-        graph: it; empty if the answer has none.
-        ill_formed: the entries that are left out, as texts.
-        repairs: what it took to find it in the answer.
-        unreadable: why there is none; None if there is one.
-    """
-
-    graph: SceneGraph
-    ill_formed: tuple[str, ...] = ()
-    repairs: tuple[str, ...] = ()
-    unreadable: str | None = None
-
-
-def read_scene_graph(text: str, arities: Mapping[str, int]) -> ReadGraph:
+def read_scene_graph(text: str, arities: Mapping[str, int]) -> SceneGraph:
     """The scene graph in an answer.
 
     Args:
@@ -82,7 +76,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> ReadGraph:
     """
     found = find_json(text, _sections)
     if found is None:
-        return ReadGraph(SceneGraph(), unreadable=UNREADABLE)
+        return SceneGraph(unreadable=UNREADABLE)
     (objects, entries), repairs = found
     names = [name for name in objects if isinstance(name, str)]
     facts: list[NamedFact] = []
@@ -93,7 +87,7 @@ def read_scene_graph(text: str, arities: Mapping[str, int]) -> ReadGraph:
             ill_formed.append(json.dumps(entry))
         else:
             facts.append(fact)
-    return ReadGraph(graph_of(names, facts), tuple(ill_formed), repairs)
+    return replace(graph_of(names, facts), ill_formed=tuple(ill_formed), repairs=repairs)
 
 
 def _sections(value: object) -> tuple[list[object], list[object]] | None:

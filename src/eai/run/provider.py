@@ -256,7 +256,7 @@ class BuiltInModel(ModelAPI):
         """A plan in the perceived scene; little is spent on it, as many have none."""
         from eai.studies.perception.belief import perceiving, scene_words
 
-        graph = read_scene_graph(scene, scene_words(asked.benchmark).arities).graph
+        graph = read_scene_graph(scene, scene_words(asked.benchmark).arities)
         seen = perceiving(asked.benchmark, {asked.task_id: graph})
         book = open_planned_book(seen, asked.ability, asked.source, limits=LIMITS)
         return book[asked.task_id].text

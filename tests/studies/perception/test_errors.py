@@ -5,7 +5,7 @@ from dataclasses import fields
 import pytest
 
 from eai.abilities.verdict import Confusion
-from eai.pictures.scene_graph import ReadGraph, SceneGraph
+from eai.pictures.scene_graph import SceneGraph
 from eai.results.rate import total
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.errors import perception_errors
@@ -72,6 +72,6 @@ def test_rates_have_their_own_denominators() -> None:
 
 
 def test_an_answer_that_cannot_be_read_has_perceived_nothing() -> None:
-    perceived = perception_errors(kitchen_task(), WORDS, ReadGraph(SceneGraph(), unreadable="prose"))
+    perceived = perception_errors(kitchen_task(), WORDS, SceneGraph(unreadable="prose"))
     assert (perceived.missing, perceived.unseen, perceived.unreadable) == (3, 5, True)
     assert {field.name for field in fields(perceived)} >= {*ERRORS}

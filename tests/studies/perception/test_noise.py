@@ -18,7 +18,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.pictures.scene_graph import ReadGraph, Supports
+from eai.pictures.scene_graph import Supports
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
 from eai.studies.perception.belief import perceiving, scene_words
@@ -107,7 +107,7 @@ def test_errors_are_as_frequent_as_the_channel_says(name: str, kind: str, data_s
         described, names = words.describe(task), words.names(task)
         agent = set() if task.scene.agent is None else {names[task.scene.agent]}
         told = {name for fact in described.facts for name in fact.arguments} - agent
-        perceived = perception_errors(task, words, ReadGraph(graph))
+        perceived = perception_errors(task, words, graph)
         errors, chances = occasions(kind, perceived, len(told))
         made, possible = made + errors, possible + chances
         invented = perception_shares(perceived)["object_error"]

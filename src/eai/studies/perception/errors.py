@@ -11,7 +11,7 @@ from eai.abilities.record import Perceived
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, ErrorReport
-from eai.pictures.scene_graph import NamedFact, ReadGraph, SceneWords, read_scene_graph
+from eai.pictures.scene_graph import NamedFact, SceneGraph, SceneWords, read_scene_graph
 from eai.studies.perception.declaration import SceneGraphVerdict
 from eai.world.fault import FaultKind
 
@@ -24,35 +24,37 @@ class SceneGraphScorer(Scorer):
 
     def assess(self, text: str) -> Assessment:
         """The verdict; in an answer that cannot be read nothing is perceived."""
-        read = read_scene_graph(text, self._words.arities)
-        seen = perception_errors(self._task, self._words, read)
+        graph = read_scene_graph(text, self._words.arities)
+        seen = perception_errors(self._task, self._words, graph)
         verdict = SceneGraphVerdict(
-            error=None if read.unreadable is None else ErrorReport(FaultKind.PARSING, None, read.unreadable),
-            repairs=read.repairs,
+            error=None
+            if graph.unreadable is None
+            else ErrorReport(FaultKind.PARSING, None, graph.unreadable),
+            repairs=graph.repairs,
             success=not any((seen.missing, seen.misplaced, seen.unnecessary, seen.invented, seen.unreadable)),
             seen=seen,
         )
-        return Assessment(verdict, partial(_explanation, self._task, self._words, read))
+        return Assessment(verdict, partial(_explanation, self._task, self._words, graph))
 
 
-def _explanation(task: Task, words: SceneWords, read: ReadGraph) -> Explanation:
-    lost, wrong = _differences(task, words, read)
+def _explanation(task: Task, words: SceneWords, graph: SceneGraph) -> Explanation:
+    lost, wrong = _differences(task, words, graph)
     notes = [
         *(f"not listed: {fact}" for fact in lost),
         *(f"does not hold: {fact}" for fact in wrong),
-        *(f"no fact: {entry}" for entry in read.ill_formed),
+        *(f"no fact: {entry}" for entry in graph.ill_formed),
     ]
-    return Explanation(notes=(*notes, *repair_notes(read.repairs)))
+    return Explanation(notes=(*notes, *repair_notes(graph.repairs)))
 
 
-def perception_errors(task: Task, words: SceneWords, read: ReadGraph) -> Perceived:
+def perception_errors(task: Task, words: SceneWords, graph: SceneGraph) -> Perceived:
     """The differences of a scene graph from a task's scene.
 
     A lost relation is misplaced, not missing, where the graph has the same predicate of the same object and
     another one, which does not hold: each such fact accounts for one lost relation.
     """
-    graph, described = read.graph, words.describe(task)
-    lost, wrong = _differences(task, words, read)
+    described = words.describe(task)
+    lost, wrong = _differences(task, words, graph)
     index = {name: place for place, name in enumerate(words.names(task))}
     strange = [fact for fact in wrong if not index.keys() >= {*fact.arguments}]
     moved = Counter(_place(fact) for fact in wrong if fact not in strange and len(fact.arguments) == 2)
@@ -73,20 +75,20 @@ def perception_errors(task: Task, words: SceneWords, read: ReadGraph) -> Perceiv
         invented_names=len([name for name in graph.names if name not in index]),
         unseen=len(objects.difference(graph.names)),
         predicates=_confusions(right, wrong, lost),
-        ill_formed=len(read.ill_formed),
-        unreadable=read.unreadable is not None,
+        ill_formed=len(graph.ill_formed),
+        unreadable=graph.unreadable is not None,
     )
 
 
 def _differences(
-    task: Task, words: SceneWords, read: ReadGraph
+    task: Task, words: SceneWords, graph: SceneGraph
 ) -> tuple[Sequence[NamedFact], Sequence[NamedFact]]:
     """The described facts that a scene graph lacks, and those of its facts that do not hold, in order."""
-    names, seen, mentioned = words.names(task), set(read.graph.facts), set(read.graph.names)
+    names, seen, mentioned = words.names(task), set(graph.facts), set(graph.names)
     about = [index for index, name in enumerate(names) if name in mentioned]
     holding = {words.named(fact, names) for fact in words.holding(task.initial, about)}
     lost = [fact for fact in words.describe(task).facts if fact not in seen]
-    return lost, [fact for fact in read.graph.facts if fact not in holding]
+    return lost, [fact for fact in graph.facts if fact not in holding]
 
 
 def _place(fact: NamedFact) -> tuple[str, str]:

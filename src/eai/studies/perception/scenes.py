@@ -18,7 +18,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
 from eai.pictures.picture import drawn_images, images_in
 from eai.pictures.rendered import photographed, places_of
-from eai.pictures.scene_graph import SCENE, ReadGraph, SceneWords, read_scene_graph
+from eai.pictures.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
 from eai.prompts.prompt import Belief, Image
 from eai.prompts.template import Templates
 from eai.scoring.epochs import Believed
@@ -39,7 +39,7 @@ def _believed(label: str, beliefs: Mapping[str, Belief], **more: Any) -> Believe
 
 
 def perceived_scenes(
-    label: str, tasks: Mapping[str, Task], words: SceneWords, read: Mapping[str, ReadGraph]
+    label: str, tasks: Mapping[str, Task], words: SceneWords, graphs: Mapping[str, SceneGraph]
 ) -> Believed:
     """The scenes of questions that tell of scene graphs, be they right or not.
 
@@ -47,11 +47,11 @@ def perceived_scenes(
         label: where they are from, as experiments have it.
         tasks: the tasks.
         words: how scene graphs say what is so.
-        read: the scene graphs by task; the others have none.
+        graphs: the scene graphs by task; the others have none.
     """
-    beliefs = {i: Belief(believed_task(tasks[i], words, each.graph)) for i, each in read.items()}
-    errors = {i: perception_errors(tasks[i], words, each) for i, each in read.items()}
-    about = {i: {SCENE: each.graph.text} for i, each in read.items()}
+    beliefs = {i: Belief(believed_task(tasks[i], words, each)) for i, each in graphs.items()}
+    errors = {i: perception_errors(tasks[i], words, each) for i, each in graphs.items()}
+    about = {i: {SCENE: each.text} for i, each in graphs.items()}
     return _believed(label, beliefs, about=about, perceived=errors)
 
 
@@ -73,7 +73,7 @@ def shown_scenes(
     """
     if choice.noise is not None:
         words = scene_words(benchmark)
-        seen = {i: ReadGraph(perceive(task, words, choice.noise)) for i, task in tasks.items()}
+        seen = {i: perceive(task, words, choice.noise) for i, task in tasks.items()}
         return perceived_scenes(choice.label, tasks, words, seen)
     images = _pictures(choice, benchmark, tasks)
     said = {i: _said(choice.scene, tasks[i], benchmark, templates) for i in images}
