@@ -80,10 +80,6 @@ EQUIVALENT: dict[str, str] = {
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
     "results/comparison.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
-    'questions/declaration.py: 10 is 11 in `DEPTHS = {"1": (1, 1), "2-3": (2, 3), "4-7": (4, 7), '
-    '"8+": (8, 10**6)}`': "no question is about so many actions",
-    'questions/declaration.py: 6 is 7 in `DEPTHS = {"1": (1, 1), "2-3": (2, 3), "4-7": (4, 7), '
-    '"8+": (8, 10**6)}`': "no question is about so many actions",
     "questions/shortcuts.py: 0 is 1 in `if step <= 0:`": "what a question adds to a balance is a multiple of "
     "four, and so is the square",
     "abilities/rules.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run "

@@ -147,7 +147,9 @@ def build_wheel(folder: Path, contents: Mapping[str, bytes] | None = None) -> Ar
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in entries.items():
             archive.writestr(name, content)
-    return pin("madeup-eval", path)
+    published = sorted((name, digest) for name, digest in digests.items() if ".dist-info/" not in name)
+    record = "".join(f"{name},{digest}\n" for name, digest in published)
+    return pin("madeup-eval", path, hashlib.sha256(record.encode()).hexdigest())
 
 
 def build_sdist(folder: Path, witness: Path) -> Archive:
@@ -166,6 +168,6 @@ def build_sdist(folder: Path, witness: Path) -> Archive:
     return pin("madeup-problems", path)
 
 
-def pin(name: str, path: Path) -> Archive:
+def pin(name: str, path: Path, record_sha256: str | None = None) -> Archive:
     content = path.read_bytes()
-    return Archive(name, "1.0", path.name, hashlib.sha256(content).hexdigest(), len(content))
+    return Archive(name, "1.0", path.name, hashlib.sha256(content).hexdigest(), len(content), record_sha256)

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -95,7 +96,10 @@ def test_an_archive_on_disk_needs_no_index(
     with pytest.raises(DataError, match="--from FILE"):
         fetch(store, packs=packs)
     assert not any(store.has(name) for name in NAMES)
-    for place in (index, index / wheel.filename):
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(index / wheel.filename) as archive:
+        archive.extractall(unpacked)
+    for place in (index, index / wheel.filename, unpacked):
         assert fetch(store, packs=packs, place=place, force=True) == NAMES
 
 

@@ -5,6 +5,7 @@ import importlib.util
 import shutil
 import sys
 import threading
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -103,11 +104,21 @@ def test_uvs_index_is_shown_to_pip(
     assert written.read_text() == "file:///mirror"
 
 
-def test_an_archive_is_found_as_file_or_in_a_folder(index: Path, wheel: Archive, tmp_path: Path) -> None:
+def test_an_archive_is_found_as_file_in_a_folder_or_unpacked(
+    index: Path, wheel: Archive, tmp_path: Path
+) -> None:
     path = index / wheel.filename
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(unpacked)
     renamed = tmp_path / "renamed.whl"
     shutil.copy(path, renamed)
-    assert [find(wheel, place) for place in (path, index, renamed)] == [path, path, renamed]
+    assert [find(wheel, place) for place in (path, index, unpacked, renamed)] == [
+        path,
+        path,
+        unpacked,
+        renamed,
+    ]
     (tmp_path / "empty").mkdir()
     assert find(wheel, tmp_path / "empty") is None
     assert find(build_sdist(tmp_path, tmp_path), path) is None
@@ -120,6 +131,24 @@ def test_a_changed_archive_is_refused(index: Path, wheel: Archive) -> None:
         find(wheel, index)
     with pytest.raises(DataError, match="no such file or folder"):
         find(wheel, index / "absent")
+
+
+def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Archive, tmp_path: Path) -> None:
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(index / wheel.filename) as archive:
+        archive.extractall(unpacked)
+    victim = unpacked / "virtualhome_eval/resources/vocabulary.json"
+    victim.write_bytes(b"{}")
+    with open_bundle(unpacked) as bundle:
+        with pytest.raises(DataError, match="differs from the published file"):
+            bundle.read("virtualhome_eval/resources/vocabulary.json")
+        victim.unlink()
+        with pytest.raises(DataError, match="no readable file"):
+            bundle.read("virtualhome_eval/resources/vocabulary.json")
+    record = unpacked / "madeup_eval-1.0.dist-info" / "RECORD"
+    record.write_text(record.read_text().replace("sha256=", "sha256=A"))
+    with pytest.raises(DataError, match="as published"):
+        find(wheel, unpacked)
 
 
 @pytest.mark.parametrize("name", ["broken.whl", "broken.tar.gz"])

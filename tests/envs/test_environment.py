@@ -20,6 +20,7 @@ from eai.data.store import Store
 from eai.envs import ANY, IDS, AnyText, make
 from eai.errors import EaiError, InputError
 from eai.tasks.source import Source
+from eai.world import Luck
 from envs.switches import SWITCHES, WON
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
@@ -87,6 +88,15 @@ def test_a_text_of_any_characters_is_in_the_space() -> None:
     assert 3 not in space
     space.seed(0)
     assert {len(space.sample()) for _ in range(100)} == {0, 1, 2, 3, 4, 5}
+
+
+def test_each_game_after_a_seed_has_the_luck_of_the_next_epoch() -> None:
+    environment = make(SWITCHES, "both", slip=0.5)
+    for epoch in range(3):
+        environment.reset(seed=7 if epoch == 0 else None)
+        slipped = [environment.step("PRESS(lamp)")[4]["slipped"] for _ in range(8)]
+        luck = Luck(0.5, "both", seed=7, epoch=epoch)
+        assert slipped == [luck.strikes() for _ in range(8)]
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])

@@ -42,8 +42,8 @@ def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -
 QUESTIONS = [
     asked(0, Form.YES_NO, ("yes",)),
     asked(1, Form.YES_NO, ("no",)),
-    asked(2, Form.CHOICE, ("B",), depth=3),
-    asked(3, Form.CHOICE, ("D",), depth=9),
+    asked(2, Form.CHOICE, ("B",), depth=2),
+    asked(3, Form.CHOICE, ("D",), depth=8),
     asked(4, Form.OPEN, ("1", "2")),
     asked(5, Form.OPEN, ("1",)),
     asked(6, Form.OPEN, ("1",)),

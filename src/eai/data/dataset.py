@@ -57,8 +57,8 @@ def fetch(
     Args:
         store: the folder of packs; the user's default one if None.
         packs: what to bring.
-        place: an archive or a folder of archives, instead of the package index; packs that need an archive
-            which is not there are left out.
+        place: an archive, a folder of archives or an unpacked wheel, instead of the package index; packs that
+            need an archive which is not there are left out.
         force: make packs anew although they are there.
         report: called with each step forward.
 

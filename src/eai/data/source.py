@@ -5,11 +5,14 @@ certificates; it neither resolves dependencies nor builds anything. A pack is a 
 the archives it is made from, and how.
 
 Archives are read in place (`Bundle`): a wheel is never unpacked to disk. A wheel is a zip, a source
-distribution a gzipped tar with one top folder.
+distribution a gzipped tar with one top folder. An unpacked wheel is a folder whose `RECORD` lists the digest
+of every file; each file is checked against it when read.
 """
 
 from __future__ import annotations
 
+import base64
+import csv
 import hashlib
 import importlib.util
 import os
@@ -50,6 +53,17 @@ def _in_wheel(archive: zipfile.ZipFile, path: str) -> bytes:
         raise DataError(f"{archive.filename}: no readable file {path} ({error})") from error
 
 
+def _in_folder(folder: Path, digests: Mapping[str, str], path: str) -> bytes:
+    """The content of a file of an unpacked wheel, whose digests are as in `RECORD`."""
+    try:
+        content = (folder / path).read_bytes()
+    except OSError as error:
+        raise DataError(f"{folder}: no readable file {path} ({error.strerror})") from error
+    if digests.get(path) != _record_digest(content):
+        raise DataError(f"{folder / path}: content differs from the published file")
+    return content
+
+
 def _in_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
     """The content of a file of a source distribution."""
     try:
@@ -58,14 +72,43 @@ def _in_source(archive: Path, files: Mapping[str, bytes], path: str) -> bytes:
         raise DataError(f"{archive}: no file {path}") from error
 
 
+def _record_digest(content: bytes) -> str:
+    """SHA-256 as a wheel's `RECORD` writes it: URL-safe base 64 without padding."""
+    return base64.urlsafe_b64encode(hashlib.sha256(content).digest()).rstrip(b"=").decode()
+
+
+def read_record(folder: Path) -> dict[str, str]:
+    """Path -> digest of the published files of an unpacked (or installed) wheel.
+
+    Lines that an installer adds (its own metadata, byte code) are left out, so that an installed package
+    gives the same mapping as the unpacked wheel.
+    """
+    digests: dict[str, str] = {}
+    for record in sorted(folder.glob("*.dist-info/RECORD")):
+        for path, digest, _size in csv.reader(record.read_text(encoding="utf-8").splitlines()):
+            own = ".dist-info/" in path or path.endswith(".pyc") or path.startswith("..")
+            if digest.startswith("sha256=") and not own:
+                digests[path] = digest.removeprefix("sha256=")
+    return digests
+
+
+def record_sha256(digests: dict[str, str]) -> str:
+    """One SHA-256 for all files of a wheel, to pin an unpacked one by."""
+    lines = "".join(f"{path},{digest}\n" for path, digest in sorted(digests.items()))
+    return hashlib.sha256(lines.encode()).hexdigest()
+
+
 @contextmanager
 def open_bundle(path: Path) -> Iterator[Bundle]:
-    """Open an archive whose digest has been verified.
+    """Open an archive or an unpacked wheel whose digest has been verified.
 
     Raises:
         DataError: it cannot be read as an archive.
     """
-    if path.suffix == ".whl":
+    if path.is_dir():
+        digests = read_record(path)
+        yield Bundle(tuple(digests), partial(_in_folder, path, digests))
+    elif path.suffix == ".whl":
         try:
             archive = zipfile.ZipFile(path)
         except (OSError, zipfile.BadZipFile) as error:
@@ -126,6 +169,7 @@ class Archive:
 
     Attributes:
         size: bytes, for the progress bar.
+        record_sha256: for a wheel, `bundle.record_sha256` of its files, to accept it unpacked.
     """
 
     name: str
@@ -133,6 +177,7 @@ class Archive:
     filename: str
     sha256: str
     size: int
+    record_sha256: str | None = None
 
     @property
     def requirement(self) -> str:
@@ -146,7 +191,7 @@ class Archive:
 
 
 def find(archive: Archive, place: Path) -> Path | None:
-    """The archive at `place`: the file itself, or in that folder.
+    """The archive at `place`: the file itself, in that folder, or that folder being the unpacked wheel.
 
     Returns:
         Where it is, verified; None if nothing at `place` claims to be it.
@@ -158,30 +203,32 @@ def find(archive: Archive, place: Path) -> Path | None:
         raise DataError(f"{place}: no such file or folder; give the file {archive.filename} or its folder")
     if place.is_file():
         suffix = ".whl" if archive.is_wheel else ".tar.gz"
-        candidate, is_there = place, place.name.endswith(suffix)
+        candidate = place if place.name.endswith(suffix) else None
     else:
         candidate = place / archive.filename
-        is_there = candidate.is_file()
-    if not is_there:
-        return None
-    verify(archive, candidate)
+        unpacked = place / f"{archive.name.replace('-', '_')}-{archive.version}.dist-info"
+        if not candidate.is_file():
+            candidate = place if unpacked.is_dir() else None
+    if candidate is not None:
+        verify(archive, candidate)
     return candidate
 
 
 def verify(archive: Archive, path: Path) -> None:
-    """Check an archive against its pinned SHA-256.
+    """Check an archive, or the list of files of an unpacked wheel, against its pinned SHA-256.
 
     Raises:
         DataError: it is not as published, or cannot be read.
     """
     try:
-        found = _file_sha256(path)
+        found = record_sha256(read_record(path)) if path.is_dir() else _file_sha256(path)
     except OSError as error:
         raise DataError(f"{path}: cannot be read ({error.strerror})") from error
-    if found != archive.sha256:
+    expected = archive.record_sha256 if path.is_dir() else archive.sha256
+    if found != expected:
         raise DataError(
             f"{path}: is not {archive.requirement} as published (SHA-256 {found[:16]}..., "
-            f"expected {archive.sha256[:16]}...); delete it or fetch it again"
+            f"expected {(expected or 'none')[:16]}...); delete it or fetch it again"
         )
 
 

@@ -137,6 +137,7 @@ EAI_EVAL = Archive(
     filename="eai_eval-1.0.5-py3-none-any.whl",
     sha256="fe09f2a84cfb2451e111d02a2fa57e18797e747b73de23cb036d0d4e6502099f",
     size=27_068_884,
+    record_sha256="d4c8cdcd80e26e0510946b86f8eb2098b3eb30645fb15c442c4eec24176c86dc",
 )
 """The reference's package: both domains' annotations, VirtualHome's graphs, the official prompts."""
 

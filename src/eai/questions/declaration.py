@@ -29,8 +29,8 @@ from eai.questions.question import Form, Kind, Question, gold_text, grade, read_
 from eai.questions.shortcuts import GUESS, SHORTCUTS, guesses_of
 from eai.world.fault import FaultKind
 
-DEPTHS = {"1": (1, 1), "2-3": (2, 3), "4-7": (4, 7), "8+": (8, 10**6)}
-"""How many actions questions of a column are about: least and most."""
+DEPTHS = {"1": 1, "2-3": 2, "4-7": 4, "8+": 8}
+"""How many actions questions of a column are about at least, fewer than those of the next."""
 
 WAYS = (GUESS, *SHORTCUTS)
 """How answers are had without knowing the world."""
@@ -108,7 +108,7 @@ def contributions(verdict: _QuestionVerdict) -> dict[str, Share]:
     """
     right = of_all(verdict.success)
     is_open = verdict.form is Form.OPEN
-    depth = next((name for name, (low, high) in DEPTHS.items() if low <= verdict.depth <= high), "")
+    depth = next((name for name, least in reversed(DEPTHS.items()) if least <= verdict.depth), "")
     return {
         "right": right,
         **{kind.value: right if kind is verdict.kind else NOTHING for kind in Kind},

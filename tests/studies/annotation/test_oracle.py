@@ -36,7 +36,7 @@ from oracle import read_shared
 from sweeps import every
 
 WHEEL = os.environ.get("EAI_EVAL_WHEEL", "")
-"""Where the reference's wheel is."""
+"""Where the reference's wheel is, or a folder into which it is unpacked."""
 
 BY_HAND = {"339_1", "627_1", "609_2", "772_1", "84_1", "93_1"}
 """What the authors assigned although it does not meet all of its candidate."""

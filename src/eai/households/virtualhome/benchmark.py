@@ -190,7 +190,7 @@ NAME = "virtualhome"
 
 
 def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualHomeTask]:
-    """The 518 demonstrations in the reference package's wheel.
+    """The 518 demonstrations in the reference package's wheel, or in a folder into which it is unpacked.
 
     The store has 342 of them alone. Reading them takes a minute.
 
