@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import reduce
 from operator import or_
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.pddl.grounding import GroundProblem, bits, grouped, looks_for
 from eai.planning.search import Effort
@@ -186,30 +186,16 @@ def _prices(problem: GroundProblem) -> dict[int, int]:
     return {bit: price for bit, price in prices.items() if price}
 
 
-class _Taken(NamedTuple):
-    """An action that was taken, by its number, and the state after it."""
-
-    action: int
-    state: int
+_Mark: TypeAlias = tuple[int, int, int]
+"""How many actions were taken at some time, and the state and literals then."""
 
 
-class _Mark(NamedTuple):
-    """How many actions were taken at some time, and the state and literals then."""
-
-    taken: int
-    state: int
-    held: int
-
-
-class _Missing(NamedTuple):
-    """How much of a goal is missing: of what was so at the start of a lookahead, and in all."""
-
-    since_start: int
-    in_all: int
-
-
-def look_ahead(problem: GroundProblem, relaxation: Relaxation, state: int, literals: int) -> Sequence[_Taken]:
+def look_ahead(
+    problem: GroundProblem, relaxation: Relaxation, state: int, literals: int
+) -> Sequence[tuple[int, int]]:
     """Actions from a state, in which these literals are, after which less of the goal is missing.
+
+    Each is a number, with the state after it.
 
     They are relaxed planning carried out (after Vidal 2004). A relaxed plan forgets that what is true may be
     lost: it goes but once to where many things have to be brought. Here each literal is made true just before
@@ -228,21 +214,22 @@ class _Lookahead:
         self._rules_left = _RULES
         self._layers = relaxation.layers(literals)
         self._state, self._start, self._held = state, literals, literals
-        self._taken: list[_Taken] = []
+        self._taken: list[tuple[int, int]] = []
 
-    def taken(self) -> Sequence[_Taken]:
+    def taken(self) -> Sequence[tuple[int, int]]:
         """Gain what is missing of the goal, in turn, until no more of it can be gained."""
         before = None
-        while (missing := self._missing()) != before and missing.in_all:
+        while (goal := self._problem.goal & ~self._held) and (missing := self._missing()) != before:
             before = missing
-            for literal in self._in_order(self._problem.goal & ~self._held, len(self._layers.fired)):
+            for literal in self._in_order(goal, len(self._layers.fired)):
                 if not self._held & literal:
                     self._gain(literal)
         return self._taken
 
-    def _missing(self) -> _Missing:
+    def _missing(self) -> tuple[int, int]:
+        """How much of the goal is missing: of what was not so at the start, and in all."""
         missing = self._problem.goal & ~self._held
-        return _Missing((missing & ~self._start).bit_count(), missing.bit_count())
+        return (missing & ~self._start).bit_count(), missing.bit_count()
 
     def _gain(self, literal: int) -> None:
         """Make a literal of the goal true by the first rule that leaves less of it missing; or by none."""
@@ -260,7 +247,7 @@ class _Lookahead:
             return False
         self._state = self._problem.after(rule.action, self._state, self._held)
         self._held = self._problem.of(self._state)
-        self._taken.append(_Taken(rule.action, self._state))
+        self._taken.append((rule.action, self._state))
         return True
 
     def _make(self, needed: int, depth: int) -> bool:
@@ -296,9 +283,9 @@ class _Lookahead:
         return [*found, *bits(missing)]
 
     def _mark(self) -> _Mark:
-        return _Mark(len(self._taken), self._state, self._held)
+        return len(self._taken), self._state, self._held
 
     def _return_to(self, mark: _Mark) -> None:
         """Forget all actions since then."""
-        del self._taken[mark.taken :]
-        self._state, self._held = mark.state, mark.held
+        taken, self._state, self._held = mark
+        del self._taken[taken:]
