@@ -129,7 +129,7 @@ class Planner:
         """
         limits = limits or Limits()
         search = self._search(objects, goal.actions, limits)
-        return _PlanSearch(search, goal, limits).run(Node(initial))
+        return _found(search, Node(initial), goal, limits)
 
     def reach(
         self, initial: State, conditions: tuple[Subgoal, ...], objects: Sequence[int], limits: Limits
@@ -152,40 +152,32 @@ class Planner:
         return GreedySearch(self.heuristic, successors, limits)
 
 
-@dataclass(frozen=True, eq=False)
-class _PlanSearch:
-    """The state of one search."""
+def _found(search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Limits) -> SearchResult[Action]:
+    """Search until there is a plan, nothing is left, or the limits are reached."""
+    holds = search.heuristic.readings.holds
 
-    search: GreedySearch
-    goal: PlanningGoal
-    limits: Limits
+    def is_reached(node: PlanNode) -> bool:
+        return node.met == len(goal.actions) and all(holds(c, {}, node.state) for c in goal.conditions)
 
-    def run(self, start: PlanNode) -> SearchResult[Action]:
-        """Search until there is a plan, nothing is left, or the limits are reached."""
-        goals = subgoals_of(self.goal.conditions, start.state.scene)
-        agenda = _Agenda(self.search, goals)
-        node, limits, effort = start, _FIRST, self.search.effort
-        while not self._is_reached(node):
-            further = agenda.advance(node, limits)
-            if self.search.is_over or (further is None and not self.limits.thorough):
-                return SearchResult(SearchEnd.STATES, states=effort.used)
-            if further is not None:
-                node, limits = further, _FIRST
-            elif agenda.learn():
-                node, limits = start, _FIRST
-            else:
-                limits = Limits(_MORE * limits.states)
-                found = self.search.search(start, goals, len(self.goal.actions), limits)
-                if found is SearchEnd.UNREACHABLE:
-                    return SearchResult(found, states=effort.used)
-                node = node if isinstance(found, SearchEnd) else found
-        end = self.search.successors.without_needless(start, node, self._is_reached)
-        return SearchResult(SearchEnd.SOLVED, end.plan(), effort.used)
-
-    def _is_reached(self, node: PlanNode) -> bool:
-        holds = self.search.heuristic.readings.holds
-        conditions = self.goal.conditions
-        return node.met == len(self.goal.actions) and all(holds(c, {}, node.state) for c in conditions)
+    goals = subgoals_of(goal.conditions, start.state.scene)
+    agenda = _Agenda(search, goals)
+    node, allowed, effort = start, _FIRST, search.effort
+    while not is_reached(node):
+        further = agenda.advance(node, allowed)
+        if search.is_over or (further is None and not limits.thorough):
+            return SearchResult(SearchEnd.STATES, states=effort.used)
+        if further is not None:
+            node, allowed = further, _FIRST
+        elif agenda.learn():
+            node, allowed = start, _FIRST
+        else:
+            allowed = Limits(_MORE * allowed.states)
+            found = search.search(start, goals, len(goal.actions), allowed)
+            if found is SearchEnd.UNREACHABLE:
+                return SearchResult(found, states=effort.used)
+            node = node if isinstance(found, SearchEnd) else found
+    end = search.successors.without_needless(start, node, is_reached)
+    return SearchResult(SearchEnd.SOLVED, end.plan(), effort.used)
 
 
 class _Agenda:
