@@ -6,7 +6,7 @@ The reports of the search are put into the terms of verdicts.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 
 from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
@@ -91,7 +91,6 @@ class SubgoalDecomposition(Scorer):
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._temporal_goal()
         self._goal = self._goal_to_reach()
-        self._programs: Programs | None = None
         self._limits = limits or ExplorationLimits()
 
     def assess(self, text: str) -> Assessment:
@@ -103,10 +102,12 @@ class SubgoalDecomposition(Scorer):
 
     def compile(self, text: str) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
-        if self._programs is None:
-            refinement = self._refinement or Refinement(self.domain)
-            self._programs = Programs(self.task, self.lexicon, refinement, self._goal.actions)
         return self._programs.compile(self.notation.read(text))
+
+    @cached_property
+    def _programs(self) -> Programs:
+        refinement = self._refinement or Refinement(self.domain)
+        return Programs(self.task, self.lexicon, refinement, self._goal.actions)
 
     def _assess(self, text: str) -> Assessment:
         """The assessment as if the task were not excluded."""
