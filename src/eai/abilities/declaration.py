@@ -76,16 +76,6 @@ class MetricColumn:
     ability: Ability | None = None
 
 
-def always(one: V, other: V) -> bool:
-    """Tasks of one id in one domain are the same."""
-    return True
-
-
-def none_void(verdict: Verdict) -> Collection[str]:
-    """All metrics of a run count, whatever its verdicts are."""
-    return ()
-
-
 def no_harness(answer: str) -> str | None:
     """Single answers to questions are made in no harness."""
     return None
@@ -200,7 +190,7 @@ class AbilityDeclaration(Generic[V]):
         of_epochs: the verdicts on several answers to a task as one that adds their means; None where one
             answer counts for all, which says what most of them say.
         void: the metrics of which a run has nothing at all, as this one of its verdicts says.
-        alike: whether two verdicts on tasks of one id are on the same task.
+        alike: whether two verdicts on tasks of one id are on the same task; always by default.
         harness: what the text of an answer says that it was made in; None where it does not say so.
     """
 
@@ -218,8 +208,8 @@ class AbilityDeclaration(Generic[V]):
     instead: Mapping[str, str] = field(default_factory=dict)
     yes_no: frozenset[str] = frozenset()
     of_epochs: Callable[[Sequence[V]], V] | None = None
-    void: Callable[[V], Collection[str]] = field(default=none_void)
-    alike: Callable[[V, V], bool] = field(default=always)
+    void: Callable[[V], Collection[str]] = lambda verdict: ()
+    alike: Callable[[V, V], bool] = lambda one, other: True
     harness: Callable[[str], str | None] = field(default=no_harness)
 
     @property
