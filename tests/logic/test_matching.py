@@ -78,7 +78,7 @@ def test_the_heaviest_matching_is_the_best_of_all(table: list[list[int | None]],
     if cells is None:
         assert totals == []
         return
-    assert len(cells) == len({cell.row for cell in cells}) == len({cell.column for cell in cells}) == size
+    assert len(cells) == len({row for row, _ in cells}) == len({column for _, column in cells}) == size
     assert sum(table[row][column] or 0 for row, column in cells) == max(totals)
 
 
@@ -105,9 +105,9 @@ def heaviest_by_trying(weights: list[list[int]]) -> int:
 @given(WEIGHTS)
 def test_the_pairs_weigh_most_and_use_nothing_twice(weights: list[list[int]]) -> None:
     pairs = heaviest_pairs(weights)
-    assert len({pair.row for pair in pairs}) == len({pair.column for pair in pairs}) == len(pairs)
-    assert all(weights[pair.row][pair.column] > 0 for pair in pairs)
-    assert sum(weights[pair.row][pair.column] for pair in pairs) == heaviest_by_trying(weights)
+    assert len({row for row, _ in pairs}) == len({column for _, column in pairs}) == len(pairs)
+    assert all(weights[row][column] > 0 for row, column in pairs)
+    assert sum(weights[row][column] for row, column in pairs) == heaviest_by_trying(weights)
 
 
 def test_more_rows_than_columns_are_paired_by_row() -> None:

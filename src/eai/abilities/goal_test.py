@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from operator import mul
-from typing import NamedTuple
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Share
@@ -148,25 +147,19 @@ def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
     return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
 
 
-class _Run(NamedTuple):
-    """Action goals that are met in order, and the number of actions after which they are."""
-
-    end: int
-    goals: tuple[int, ...]
-
-
 def longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
     """The longest subsequence of the goals that the actions meet in order, by index: the first to be met."""
     if _are_met_in_turn(goals, actions):
         return tuple(range(len(goals)))
-    best = [_Run(0, ())]  # for each length the run that is met first
+    # For each length the goals that are met first, and the number of actions after which they are.
+    best: list[tuple[tuple[int, ...], int]] = [((), 0)]
     for number, wanted in enumerate(goals):
-        for run in reversed(best):
-            length = len(run.goals) + 1
-            end = next((i + 1 for i in range(run.end, len(actions)) if actions[i] in wanted), None)
-            if end is not None and (length == len(best) or end < best[length].end):
-                best[length : length + 1] = [_Run(end, (*run.goals, number))]
-    return best[-1].goals
+        for met, start in reversed(best):
+            length = len(met) + 1
+            end = next((i + 1 for i in range(start, len(actions)) if actions[i] in wanted), None)
+            if end is not None and (length == len(best) or end < best[length][1]):
+                best[length : length + 1] = [((*met, number), end)]
+    return best[-1][0]
 
 
 def _are_met_in_turn(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> bool:

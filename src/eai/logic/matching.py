@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 
 def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
@@ -80,14 +79,7 @@ def _augment(
             edges.append(right)
 
 
-class _TableCell(NamedTuple):
-    """A cell of a table."""
-
-    row: int
-    column: int
-
-
-def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[_TableCell] | None:
+def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[tuple[int, int]] | None:
     """The ``size`` cells of a table, no two in one row or column, of the largest total weight.
 
     Args:
@@ -95,7 +87,7 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
         size: how many cells to take.
 
     Returns:
-        The cells in order of rows, or None if there are no ``size`` such cells.
+        The cells by row and column, in order of rows, or None if there are no ``size`` such cells.
 
     Takes O(size * cells * rows) time.
     """
@@ -106,8 +98,8 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
     return matching.cells()
 
 
-def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[_TableCell]:
-    """The cells of a table, no two in one row or column, of the greatest total weight, in order of rows.
+def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
+    """The cells of a table as `heaviest_matching` gives them, any number of the greatest total weight.
 
     Args:
         weights: the table, row by row, without negative weights. Cells of weight 0 are never taken: no path
@@ -133,9 +125,9 @@ class _GrowingMatching:
         self._column_of: dict[int, int] = {}
         self._row_of: dict[int, int] = {}
 
-    def cells(self) -> list[_TableCell]:
-        """The cells, in order of rows."""
-        return [_TableCell(row, self._column_of[row]) for row in sorted(self._column_of)]
+    def cells(self) -> list[tuple[int, int]]:
+        """The cells, by row and column, in order of rows."""
+        return [(row, self._column_of[row]) for row in sorted(self._column_of)]
 
     def grow(self, least_gain: int | None = None) -> int | None:
         """Take one cell more; returns what that gains, or None if it cannot be done or gains too little."""

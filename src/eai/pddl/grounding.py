@@ -324,13 +324,6 @@ class _Action(NamedTuple):
     changes: Sequence[_Change]
 
 
-class _Successor(NamedTuple):
-    """The set of the action, which has its number's bit alone, and the state after it."""
-
-    action: int
-    state: int
-
-
 class GroundProblem:
     """The literals of one problem, what is needed for its goal, and the successors of its states.
 
@@ -416,15 +409,18 @@ class GroundProblem:
                     needed |= option
         return needed
 
-    def successors(self, state: int, literals: int) -> Iterator[_Successor]:
-        """The successors of a state, in which these literals are, by the actions in their order."""
+    def successors(self, state: int, literals: int) -> Iterator[tuple[int, int]]:
+        """The successors of a state, in which these literals are, by the actions in their order.
+
+        Each comes behind its action, a set that has the bit of the action's number alone.
+        """
         possible = self._every_action
         for literal, needing in self._needing.items():
             if not literals & literal:
                 possible &= ~needing
         self._looks.used += self._price + _SUCCESSOR * possible.bit_count()
         for action in bits(possible):
-            yield _Successor(action, self.after(action.bit_length() - 1, state, literals))
+            yield action, self.after(action.bit_length() - 1, state, literals)
 
     def after(self, number: int, state: int, literals: int) -> int:
         """The state after the action of this number, whether or not it is possible."""

@@ -70,12 +70,8 @@ NO_MATCH = SideMatch()
 """The comparison of nothing with nothing."""
 
 
-class _LiteralMatch(NamedTuple):
-    """The numbers of literals of one side that are matched, additional and missing."""
-
-    matched: int
-    additional: int
-    missing: int
+_LiteralMatch: TypeAlias = tuple[int, int, int]
+"""The numbers of literals of one side that are matched, additional and missing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,14 +100,6 @@ class _Side(NamedTuple):
     gold: Clause
     wanted: tuple[str, ...]
     size: int
-
-
-class _Found(NamedTuple):
-    """The clauses of one side, as `SideMatch` has them."""
-
-    matched: list[Clause]
-    additional: list[Clause]
-    missing: list[Clause]
 
 
 def condition_clause(formula: f.Formula) -> Clause:
@@ -230,14 +218,14 @@ def match_operators(predicted: m.PddlAction, gold: m.PddlAction) -> OperatorMatc
     sides = [_Side(ours, *theirs) for ours, theirs in zip(own, _gold_sides(gold), strict=True)]
     renamings = _renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
-    renaming, found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
+    renaming, found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses[0]), wanted)
     precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in found]
     wanted = sum(side.size for side in sides)
     _, matched = _best(
         sides, renamings, lambda side, renaming: _match_literals(side.ours, side.gold, renaming), int, wanted
     )
     of_precondition, of_effect = [
-        _LiteralMatch(number, _size(side.ours) - number, side.size - number)
+        (number, _size(side.ours) - number, side.size - number)
         for number, side in zip(matched, sides, strict=True)
     ]
     renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
@@ -271,19 +259,18 @@ def _best(
     return best
 
 
-def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
-    """The clauses of one side, each gold one paired with an identical one of the answer."""
+def _match_clauses(side: _Side, renaming: Renaming) -> tuple[list[Clause], list[Clause], list[Clause]]:
+    """The clauses of one side as `SideMatch` has them, each gold one paired with an identical one."""
     left = [(_canonical(part, renaming), part) for part in _clauses(side.ours, side.gold)]
-    found = _Found([], [], [])
+    matched, missing = list[Clause](), list[Clause]()
     for part, same in zip(_parts_of(side.gold), side.wanted, strict=True):
         partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
-            found.missing.append(part)
+            missing.append(part)
         else:
-            found.matched.append(part)
+            matched.append(part)
             left.remove(partner)
-    found.additional.extend(part for _, part in left)
-    return found
+    return matched, [part for _, part in left], missing
 
 
 def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
