@@ -27,7 +27,7 @@ VALUES: tuple[Any, ...] = (
     WorldObject("cup_1", "cup"),
     CHECK,
     Operator("take", (X,), (CHECK,), (When(ON, (Add(Atom("held", (X,))),)),)),
-    Fault(FaultKind.WRONG_ORDER, CHECK, 3, (FaultKind.AFFORDANCE,)),
+    Fault(FaultKind.WRONG_ORDER, CHECK, 3),
 )
 
 TWINS: tuple[Callable[[Any], Any], ...] = (
