@@ -23,6 +23,7 @@ from eai.cli.options import (
     flag,
     former_flags,
     opened_source,
+    option_rows,
     refuse_moved,
     setting,
     with_settings,
@@ -108,16 +109,10 @@ def _listing() -> Iterator[str]:
         study = find_study(name)
         if study.analyze is not None:
             yield f"| **{name}** | | {study.title} |"
-            yield from _options(study.choices)
+            yield from option_rows(study.choices)
     yield f"| **{ALL}** | | {', '.join(each.name for each in _studies(ALL))}, a folder each. |"
     yield f"| **{TABLE}** | | Records as tidy tables. |"
-    yield from _options(_Formats)
-
-
-def _options(choices: type[Options]) -> Iterator[str]:
-    for key in choices.model_fields:
-        default = choices.default_of(key)
-        yield f"| `{key}` | {default and f'`{default}`'} | {choices.about(key)} |"
+    yield from option_rows(_Formats)
 
 
 def _refuse_unknown(name: str) -> None:

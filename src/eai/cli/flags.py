@@ -70,9 +70,9 @@ def refuse_old_flags(args: Sequence[str]) -> None:
         "--scene-arg": "perception.scene_args.NAME=VALUE",
         "--noise": "perception.noise.NAME=RATE",
     }
-    for key in keys():
-        if key.name not in FLAGS.values() and not key.name.startswith(f"{AGENT}."):
-            now = former_flags(key.name.partition(".")[2], key.name, key.default) | now
+    for key, default in keys().items():
+        if key not in FLAGS.values() and not key.startswith(f"{AGENT}."):
+            now = former_flags(key.partition(".")[2], key, default) | now
     refuse_moved(args, now, f"{SETTING} {HELP}")
 
 
@@ -96,7 +96,7 @@ def specification(
         key, separator, text = given.partition("=")
         places = key.split(".", 2)
         if not separator or len(places) == 1:
-            known = [each.name for each in keys()]
+            known = keys()
             short = [name for name in known if name.endswith(f".{key}")]
             hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
             raise InputError(f"{SETTING} {given}: expected SECTION.OPTION=VALUE{hint}")
@@ -127,12 +127,10 @@ def listing() -> Iterator[str]:
     yield "| option | if not given | meaning |"
     yield "|---|---|---|"
     titles = {study.key: study.title for study in studies_of_runs()}
-    known, section = sections(), ""
-    for key in keys():
-        if section != (section := key.name.partition(".")[0]):
-            title = titles.get(section) or (known[section].__doc__ or "").splitlines()[0]
-            yield f"| **{section}** | | {title} |"
-        yield f"| `{key.name}` | {key.default and f'`{key.default}`'} | {key.meaning} |"
+    for section, chosen in sections().items():
+        title = titles.get(section) or (chosen.__doc__ or "").splitlines()[0]
+        yield f"| **{section}** | | {title} |"
+        yield from options.option_rows(chosen, f"{section}.")
 
 
 def check_models(models: Sequence[str], abilities: Sequence[Ability]) -> None:

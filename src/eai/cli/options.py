@@ -177,6 +177,13 @@ def refuse_moved(args: Sequence[str], now: Mapping[str, str], listed_by: str) ->
             raise InputError(f"{name}: write {SETTING} {now[name]} ({listed_by} lists all options)")
 
 
+def option_rows(options: type[Options], before: str = "") -> Iterator[str]:
+    """The rows of options in a table in Markdown: name, value if not given, meaning."""
+    for name in options.model_fields:
+        default = options.default_of(name)
+        yield f"| `{before}{name}` | {default and f'`{default}`'} | {options.about(name)} |"
+
+
 def listed(text: str | None) -> list[str]:
     """The names that an option gives, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from itertools import count
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 from pydantic import BeforeValidator, JsonValue, model_validator
 from typing_extensions import Self
@@ -211,22 +211,10 @@ def _refuse_unknown(name: str, known: Collection[str]) -> None:
         raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
 
 
-class _Key(NamedTuple):
-    """An option as it is listed.
-
-    Attributes:
-        name: its section and its name, with a dot between them.
-        default: the value without a choice; empty where there is none.
-        meaning: what it means.
-    """
-
-    name: str
-    default: str
-    meaning: str
-
-
-def keys() -> Iterator[_Key]:
-    """All options, section by section."""
-    for section, options in sections().items():
-        for name in options.model_fields:
-            yield _Key(f"{section}.{name}", options.default_of(name), options.about(name))
+def keys() -> dict[str, str]:
+    """The value of each option without a choice, empty where there is none, by section and name."""
+    return {
+        f"{section}.{name}": options.default_of(name)
+        for section, options in sections().items()
+        for name in options.model_fields
+    }
