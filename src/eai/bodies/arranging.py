@@ -24,7 +24,7 @@ def arranged(told: Told, names: Sequence[str], seed: str) -> tuple[Placing, Mapp
     joined = _joined(told)
     floors = dict.fromkeys((*(floor for pair in joined.values() for floor in pair), *told.floors))
     boxes, furniture = furnished(told.bodies, {floor: _furniture(told, floor) for floor in floors}, joined)
-    placing = Placing(told.bodies, told.states, names, seed)
+    placing = Placing(told, names, seed)
     for thing, pose in furniture.items():
         placing.put(thing, pose)
     placing.furniture = frozenset(furniture)

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from eai.bodies.body import Array, Body, Box, Vector
+from eai.bodies.body import Array, Box, Vector
+from eai.bodies.told import Told
 from eai.errors import InputError
 
 _GAP = 0.004
@@ -66,8 +67,7 @@ class Placing:
     """Bodies with their poses, and room for more.
 
     Args:
-        bodies: the body of each thing.
-        states: the states in which a thing is, such as open: which of its parts are there.
+        told: the bodies, and the states in which they are, such as open: which of their parts are there.
         names: what things are called.
         seed: of all that is drawn.
 
@@ -76,14 +76,8 @@ class Placing:
         furniture: those of them that do not move.
     """
 
-    def __init__(
-        self,
-        bodies: Mapping[int, Body],
-        states: Mapping[int, frozenset[str]],
-        names: Sequence[str],
-        seed: str,
-    ) -> None:
-        self.bodies, self.states, self.names = bodies, states, names
+    def __init__(self, told: Told, names: Sequence[str], seed: str) -> None:
+        self.bodies, self.states, self.names = told.bodies, told.states, names
         self.poses: dict[int, Pose] = {}
         self.furniture: frozenset[int] = frozenset()
         self._random = random.Random(seed)  # noqa: S311 - a place, not a secret

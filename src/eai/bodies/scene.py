@@ -132,7 +132,7 @@ class BodyScene:
             InputError: a thing has no body.
         """
         before, told = self.told, told_of(state)
-        placing = Placing(told.bodies, told.states, self._names, f"{self.task.id} {hash(state)}")
+        placing = Placing(told, self._names, f"{self.task.id} {hash(state)}")
         kept = self._kept(before, told)
         for thing in kept:
             placing.put(thing, self._pose(thing))
