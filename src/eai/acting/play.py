@@ -131,8 +131,7 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     actions = resolve(plan, benchmark.domain, benchmark.plans, benchmark.plans.objects(task))
     if isinstance(actions, ErrorReport):
         return [*(f"{step.action}({', '.join(map(str, step.objects))})" for step in plan.steps), DONE]
-    names = benchmark.observed_wording().object_name
-    return [*map(Commands(task, benchmark.domain, benchmark.plans, names).write, actions), DONE]
+    return [*map(Commands(task, benchmark).write, actions), DONE]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,10 @@ import re
 from collections.abc import Collection
 from typing import TypeAlias
 
-from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep, resolve
+from eai.abilities.action_sequencing.notation import WrittenPlan, WrittenStep, resolve
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.abilities.wording import ObjectName
+from eai.benchmark.benchmark import Benchmark
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -41,17 +41,16 @@ class Commands:
 
     Args:
         task: the task.
-        domain: the world in which actions are tried.
-        notation: how answers are written.
-        object_name: what objects are called; the notation's own names will do too.
+        benchmark: whose task it is. Objects are called as in observations; the names of its answers will do,
+            too.
     """
 
-    def __init__(self, task: Task, domain: Domain, notation: PlanNotation, object_name: ObjectName) -> None:
-        self._domain = domain
-        self._notation = notation
+    def __init__(self, task: Task, benchmark: Benchmark) -> None:
+        self._domain, self._notation = benchmark.domain, benchmark.plans
+        object_name = benchmark.observed_wording().object_name
         self._names = [object_name(task, i) for i in range(len(task.scene.objects))]
         self._index = {name: i for i, name in reversed(list(enumerate(self._names)))}
-        self._by_notation = notation.objects(task)
+        self._by_notation = self._notation.objects(task)
 
     @property
     def hint(self) -> str:

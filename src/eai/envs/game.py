@@ -290,7 +290,7 @@ class Stage:
         self.rules = rules
         self.benchmark = benchmark
         self.domain = benchmark.domain
-        self.commands = Commands(task, benchmark.domain, benchmark.plans, wording.object_name)
+        self.commands = Commands(task, benchmark)
         self.view = _View(task, wording, rules.observe, rules.view)
         self.goals = GoalTest(task)
         self.opening = _opening(task, wording, rules)
