@@ -73,7 +73,7 @@ def enter(play: Play, line: str) -> str:
         play.harness = PROMPTED
         return "\n".join(_possible(play, command.removeprefix(POSSIBLE).split())) or "Nothing like that."
     if command.casefold() == HELP:
-        return f"{manual(stage.benchmark, stage.rules.feedback, stage.rules.view)}\n\n{stage.opening}"
+        return f"{manual(stage.benchmark, stage.rules)}\n\n{stage.opening}"
     known = [*completions(play, ""), *completions(play, command)]
     told = play.act(command)
     if not told.startswith(f"Failed ({FaultKind.HALLUCINATION.value})"):

@@ -75,7 +75,7 @@ class Arena:
         A task that is left out of all statistics is not played, and its question says why.
         """
         if task.left_out is not None:
-            return Prompt(f"{manual(self.benchmark)}\n\n{task.left_out}")
+            return Prompt(f"{manual(self.benchmark, Rules())}\n\n{task.left_out}")
         how = _BY_TEXT if self.setting.harness == TEXT else _BY_TOOLS
         return Prompt(f"{Game(self.stage(task)).briefing()}\n\n{how}")
 

@@ -117,7 +117,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     @cached_property
     def manual(self) -> str:
         """The manual for an agent: the predicates of the world, and its actions."""
-        return manual(self.benchmark, self.rules.feedback, self.rules.view)
+        return manual(self.benchmark, self.rules)
 
     @property
     def game(self) -> Game:

@@ -471,9 +471,7 @@ class Game:
 
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
-        return (
-            f"{manual(self.stage.benchmark, self._rules.feedback, self._rules.view)}\n\n{self.opening()[0]}"
-        )
+        return f"{manual(self.stage.benchmark, self._rules)}\n\n{self.opening()[0]}"
 
     def opening(self) -> tuple[str, _Info]:
         """The first observation, and what there is to know besides."""
@@ -699,11 +697,11 @@ _OBSERVED: Mapping[Feedback, str] = {
 }
 
 
-def manual(benchmark: Benchmark, feedback: Feedback = "facts", view: View = "task") -> str:
+def manual(benchmark: Benchmark, rules: Rules) -> str:
     """Return the manual of a world: its predicates, and its actions."""
-    egocentric = benchmark.domain.egocentric if view == "scene" else ()
-    names = " and ".join([each.name for each in egocentric])
-    told = f"{_OBSERVED[feedback]} {names}: of yourself alone." if names else _OBSERVED[feedback]
+    egocentric = benchmark.domain.egocentric if rules.view == "scene" else ()
+    names, told = " and ".join([each.name for each in egocentric]), _OBSERVED[rules.feedback]
+    told = f"{told} {names}: of yourself alone." if names else told
     wording = benchmark.observed_wording()
     values = {
         "told": told,
