@@ -73,11 +73,9 @@ def make_work(kind: str, tasks: int) -> Work:
         arguments["heed"] = 0.7
     job = Job(
         Endpoint("eai/oracle" if kind == "acting" else MODEL, arguments),
+        suite,
         asked,
-        benchmark=suite.benchmark,
-        ability=suite.ability,
         pace=Pace(max_connections=2),
-        source=suite.source,
         trials=trials,
     )
     return Work(job, believed)
@@ -88,12 +86,7 @@ def work(todo: Work, folder: Path) -> None:
     job = todo.job
     answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
     obtained = replace(answers, name="noisy", believed=todo.believed)
-    settle(
-        obtained,
-        folder,
-        open_suite("behavior", job.ability),
-        ScoringOptions(explanations=job.ability is not ACTING),
-    )
+    settle(obtained, folder, job.suite, ScoringOptions(explanations=job.suite.ability is not ACTING))
 
 
 def start(todo: Work, folder: Path) -> int:

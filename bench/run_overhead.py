@@ -26,12 +26,10 @@ import inspect_ai
 from inspect_ai.solver import generate
 
 from eai.abilities.codec import record_to_json
-from eai.abilities.protocol import FOUR, Ability, Protocol
+from eai.abilities.protocol import FOUR
 from eai.abilities.responses import Response
-from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
@@ -52,8 +50,7 @@ PARTS = ("making", "scoring", "explaining", "recording")
 class Questions:
     """The questions of a suite."""
 
-    benchmark: Benchmark
-    ability: Ability
+    suite: Suite
     prompts: Mapping[str, Prompt]
 
 
@@ -73,7 +70,7 @@ def on_its_own_ms(work: Callable[[], object]) -> float:
 
 def inspect_alone(asked: Questions, folder: Path) -> None:
     """The questions without anything of ours but the model that answers."""
-    task = build_task(asked.benchmark, asked.ability, asked.prompts, generate(), Protocol.STRICT)
+    task = build_task(asked.suite, asked.prompts, generate())
     inspect_ai.eval(
         task, model=MODEL, log_dir=str(folder), display="none", score=False, temperature=0.0, max_retries=5
     )
@@ -81,8 +78,8 @@ def inspect_alone(asked: Questions, folder: Path) -> None:
 
 def by_sample(asked: Questions) -> list[dict[str, float]]:
     """Each part of what we do for each sample, beginners' costs left out."""
-    suite = open_suite(asked.benchmark, asked.ability, source=Source(planner=PlannerChoice.NONE))
-    gold = open_answer_book(asked.benchmark, asked.ability)
+    suite = asked.suite
+    gold = open_answer_book(suite.benchmark, suite.ability)
     answers = {task_id: gold[task_id].text for task_id in asked.prompts}
     collect_seldom()
     times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
@@ -102,7 +99,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
     """A sample's share of Inspect alone, and of what our asking costs beyond it."""
-    job = Job(Endpoint(MODEL), asked.prompts, benchmark=asked.benchmark, ability=asked.ability)
+    job = Job(Endpoint(MODEL), asked.suite, asked.prompts)
     inspect_alone(asked, folder / "warm")
     alone, ours = [], []
     for number in range(rounds):
@@ -132,10 +129,10 @@ def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
     suites = [(d, a) for d in ("virtualhome", "behavior") for a in FOUR if suite in (None, (d, a.value))]
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
-        benchmark = find_benchmark(domain)
-        asked = Library("official").open(benchmark, ability)
+        opened = open_suite(domain, ability, source=Source(planner=PlannerChoice.NONE))
+        asked = Library("official").open(opened.benchmark, ability)
         prompts = dict(list(asked.items())[: samples + WARM_UP])
-        result = measure(Questions(benchmark, ability, prompts), rounds)
+        result = measure(Questions(opened, prompts), rounds)
         if not results:
             print(f"{'ms a sample':34}" + "".join(f"{name:>14}" for name in result))
         name = f"{domain} {ability.value}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +14,6 @@ from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
@@ -63,9 +62,9 @@ class Ran:
     log: Path
 
 
-def obtain_in_child(make_job: Callable[..., Job], journal: Path, logs: Path) -> Obtained:
-    """Do a job of VirtualHome, which is found where it is asked: a declaration does not travel."""
-    return obtain_answers(make_job(benchmark=find_benchmark("virtualhome")), journal, logs)
+def obtain_in_child(job: Job, journal: Path, logs: Path) -> Obtained:
+    """Do a job."""
+    return obtain_answers(job, journal, logs)
 
 
 def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
@@ -74,14 +73,7 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     prompts = official_prompts(suite.domain, suite.ability)
     prompts = {task_id: prompts[task_id] for task_id in asked.task_ids}
     endpoint = Endpoint(model, whom.arguments)
-    job = Job(
-        endpoint,
-        prompts,
-        whom.epochs,
-        benchmark=suite.benchmark,
-        ability=suite.ability,
-        source=suite.source,
-    )
+    job = Job(endpoint, suite, prompts, whom.epochs)
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
     result = settle(answers, folder, suite, ScoringOptions())
     write_scores(answers.log, result.by_place(), Source(planner=PLANNER))

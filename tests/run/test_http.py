@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.benchmark.suite import open_suite
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Job, Pace
@@ -45,16 +45,15 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Obtained]:
         connections: int | None = None,
         model: str = "openai-api/local/scripted",
     ) -> Obtained:
-        ask_all = partial(
-            Job,
+        job = Job(
             Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
-            ability=Ability.SUBGOAL_DECOMPOSITION,
-            prompts={task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
+            open_suite("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
+            {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or Decoding(),
             pace=Pace(max_connections=connections, max_retries=0, timeout=timeout),
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
-        return process.submit(obtain_in_child, ask_all, journal, logs).result(timeout=300)
+        return process.submit(obtain_in_child, job, journal, logs).result(timeout=300)
 
     return obtain
 

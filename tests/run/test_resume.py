@@ -13,6 +13,7 @@ from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
 from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import EaiError
 from eai.questions.question import questions_content
@@ -140,6 +141,6 @@ def test_a_run_that_is_interrupted_before_it_began_says_the_same(
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
-    job = Job(Endpoint("eai/oracle"), prompts, benchmark=find_benchmark(SUITE[0]), ability=SUITE[1])
+    job = Job(Endpoint("eai/oracle"), open_suite(*SUITE), prompts)
     with pytest.raises(EaiError, match="interrupted; the same command resumes from here"):
         obtain_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")

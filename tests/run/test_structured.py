@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Job
 from eai.studies.variation import Endpoint
@@ -50,9 +50,8 @@ def test_another_form_is_another_request(monkeypatch: pytest.MonkeyPatch) -> Non
     """That of another version, or of a domain whose words have changed since."""
     free = Job(
         Endpoint("openai/gpt-4o"),
+        open_suite("virtualhome", Ability.TRANSITION_MODELING),
         {"27_2": Prompt("What does WALK need?")},
-        benchmark=find_benchmark("virtualhome"),
-        ability=Ability.TRANSITION_MODELING,
     )
     held = replace(free, decoding=Decoding(structured=True))
     before = (free.sha256, held.sha256)

@@ -82,18 +82,7 @@ def obtain_and_score(
         asked, about = in_setting(spec.agent, asked, suite)
         prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    job = Job(
-        endpoint,
-        asked,
-        epochs,
-        spec.generation,
-        spec.requests,
-        trials,
-        benchmark=suite.benchmark,
-        ability=suite.ability,
-        source=suite.source,
-        about=about,
-    )
+    job = Job(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about)
     experiments = [each.experiment for each in (trials, believed) if each is not None]
     experiments += [Experiment(prompt_name=prompt_name), Experiment(harness=harness, effort=effort)]
     place = suite.domain, suite.ability.value, file_name(endpoint.model)

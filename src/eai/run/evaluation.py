@@ -16,7 +16,6 @@ from rich.text import Text
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.options import misfit
-from eai.abilities.protocol import DEFAULT_PROTOCOL
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.acting.setting import ACTING
@@ -193,12 +192,9 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | Non
 def _task(job: Job, desk: Desk) -> inspect_ai.Task:
     """All of the job, so that its log is whole; what is answered already is not asked again."""
     return build_task(
-        job.benchmark,
-        job.ability,
+        job.suite,
         job.prompts,
-        act(desk) if job.ability is ACTING else ask(desk),
-        DEFAULT_PROTOCOL if job.trials is None else job.trials.suite.protocol,
-        source=job.source,
+        act(desk) if job.suite.ability is ACTING else ask(desk),
         metadata={JOB: job.sha256},
         experiment=None if job.trials is None else job.trials.experiment,
         about=job.about,
@@ -259,4 +255,4 @@ def _log_of(job: Job, log: EvalLog | None) -> Path:
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
-    raise EaiError(f"{job.endpoint.model} on {job.benchmark.name} {job.ability.value}: {message}")
+    raise EaiError(f"{job.endpoint.model} on {job.suite.domain} {job.suite.ability.value}: {message}")

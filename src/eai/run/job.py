@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Literal, TypeAlias
 
@@ -14,14 +14,13 @@ from eai.abilities.options import Options, option
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING, AGENT
-from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import answer_form
+from eai.benchmark.suite import Suite
 from eai.errors import InputError, did_you_mean
 from eai.pictures.scene_graph import SCENE
 from eai.prompts.prompt import Prompt
 from eai.scoring.trials import Inquiry, Trials
 from eai.studies.variation import Endpoint
-from eai.tasks.source import Source
 
 PROVIDER = "eai"
 """The provider of built-in models, before the slash of their names."""
@@ -101,23 +100,20 @@ class Job:
     """Tasks of a suite to be put to a model, each by its id, in the order of the data set.
 
     Attributes:
+        suite: the suite.
         prompts: the questions by id, in order.
         epochs: how many answers to each.
         trials: how answers are carried out in an experiment; None where each question is asked once.
-        source: where the data comes from.
         about: what the built-in models are to know of questions besides, by task: fields of the metadata.
     """
 
     endpoint: Endpoint
+    suite: Suite
     prompts: Mapping[str, Prompt]
     epochs: int = 1
     decoding: Decoding = field(default_factory=Decoding)
     pace: Pace = field(default_factory=Pace)
     trials: Trials | None = None
-    _: KW_ONLY
-    benchmark: Benchmark
-    ability: Ability
-    source: Source = field(default_factory=Source)
     about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
@@ -143,8 +139,8 @@ class Job:
         if not self.decoding.structured:
             return None
         perceived = SCENE in self.about.get(task_id, {})
-        task = None if perceived else self.benchmark.tasks(self.source).get(task_id)
-        return answer_form(self.benchmark, self.ability, task, self.prompts[task_id])
+        task = None if perceived else self.suite.tasks.get(task_id)
+        return answer_form(self.suite.benchmark, self.suite.ability, task, self.prompts[task_id])
 
     def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Digest of all that decides the answer to a prompt.

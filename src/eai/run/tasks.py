@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import click
@@ -22,11 +21,10 @@ from inspect_ai.util import registry_info
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import DEFAULT_PROTOCOL, SCENE_GRAPH, Ability, Protocol
+from eai.abilities.protocol import DEFAULT_PROTOCOL, SCENE_GRAPH, Ability
 from eai.abilities.verdict import Json
 from eai.acting.play import in_setting
 from eai.acting.setting import ACTING, AGENT, Setting
-from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
@@ -83,13 +81,10 @@ def see(stage: Stage, suite: Suite) -> Solver:
 
 
 def build_task(
-    benchmark: Benchmark,
-    ability: Ability,
+    suite: Suite,
     prompts: Mapping[str, Prompt],
     solver: Solver,
-    protocol: Protocol,
     *,
-    source: Source | None = None,
     metadata: Mapping[str, Json] | None = None,
     experiment: Experiment | None = None,
     about: Mapping[str, Mapping[str, str]] | None = None,
@@ -97,31 +92,27 @@ def build_task(
     """The Inspect task that puts prompts to a model, each with its task's id and gold answer.
 
     Args:
-        benchmark: the benchmark.
-        ability: the ability.
+        suite: what is asked.
         prompts: the questions by id of their task.
         solver: what asks them.
-        protocol: the rules for scoring.
-        source: where the gold answers come from, and the planner; the user's default store if None.
         metadata: what the log says of the task besides its domain and ability.
         experiment: what it is an experiment of, if answers are carried out in one.
         about: what the built-in models are to know of questions besides, by task.
     """
+    benchmark, ability, source = suite.benchmark, suite.ability, suite.source
     name = suite_name(benchmark.name, ability)
-    source = source or Source()
-    corrected = source.errata if protocol is DEFAULT_PROTOCOL else ErrataChoice.NONE
-    book = open_answer_book(benchmark, ability, replace(source, errata=corrected))
+    book = open_answer_book(benchmark, ability, source)
     gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
-    of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: corrected.value}
+    of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
     samples = []
     for task_id, prompt in prompts.items():
         known = {**of_all, "task_id": task_id, **(about or {}).get(task_id, {})}
         samples.append(_sample(prompt, gold.get(task_id, ""), known, experiment))
-    planner, errata = source.planner.value, source.errata.value
+    rules = suite.protocol.value, source.planner.value, source.errata.value
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
-        scorer=SCORERS[ability](benchmark.reference, protocol.value, planner, errata),
+        scorer=SCORERS[ability](benchmark.reference, *rules),
         headline_metric=HeadlineMetric(metric=next(iter(declaration_of(ability).main))),
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
@@ -168,16 +159,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 asker = library.asker(suite.benchmark, ability, asked.prompts)
                 trials = open_trials(suite, experiment, asker, asked.prompts)
                 asked = _Asked(asked.prompts, experiment=trials.experiment, trials=trials)
-        task = build_task(
-            suite.benchmark,
-            ability,
-            asked.prompts,
-            asked.solver,
-            suite.protocol,
-            source=source,
-            experiment=asked.experiment,
-            about=asked.about,
-        )
+        task = build_task(suite, asked.prompts, asked.solver, experiment=asked.experiment, about=asked.about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
         task.setup = enter() if ability is ACTING else None
