@@ -10,6 +10,7 @@ from eai.bodies.body import Body, Box, Part, Vector
 from eai.bodies.looks import painted, specks
 from eai.bodies.placing import Placing, Pose
 from eai.bodies.rooms import HEIGHT
+from eai.bodies.told import Told
 
 _TYPES = {"box": "box", "ball": "ellipsoid", "post": "cylinder", "pipe": "cylinder", "bar": "cylinder"}
 _TURNS = {"pipe": (0.70710678, 0.70710678, 0.0, 0.0), "bar": (0.70710678, 0.0, 0.70710678, 0.0)}
@@ -31,23 +32,15 @@ _WALLS = {
 }
 
 
-def model_text(
-    placing: Placing,
-    rooms: Mapping[int, Box],
-    names: Mapping[int, str],
-    absent: Mapping[int, Body],
-    away: Vector,
-    lit: int,
-) -> str:
+def model_text(placing: Placing, told: Told, rooms: Mapping[int, Box], away: Vector) -> str:
     """The model of arranged bodies.
 
     Args:
         placing: the bodies that are there, with their poses.
+        told: what a state tells of them. Only in the fullest room there are shadows, which take most of the
+            time.
         rooms: the box of each room.
-        names: what floors are called, of which the looks of rooms are.
-        absent: the bodies of things that may be there later.
-        away: where these, and things without a pose, are until then.
-        lit: the floor of the room in which there are shadows, which take most of the time.
+        away: where things are that may be there later, and those without a pose.
     """
     text = (files("eai.bodies") / "world.xml").read_text(encoding="utf-8")
     root = Xml.fromstring(text)  # noqa: S314 - our own text
@@ -57,9 +50,9 @@ def model_text(
     for floor, box in rooms.items():
         edges = {round(float(other[i, 0]), 3) for i in (0, 1) for other in rooms.values() if other is not box}
         walls = [round(float(x), 3) not in edges for x in box[:, 0]]
-        world.extend(_room(box, names[floor], walls))
-        world.append(_lamp(box, shadows=floor == lit))
-    for thing, body in {**placing.bodies, **absent}.items():
+        world.extend(_room(box, placing.names[floor], walls))
+        world.append(_lamp(box, shadows=floor == told.fullest))
+    for thing, body in {**placing.bodies, **told.absent}.items():
         pose = placing.poses.get(thing, Pose(away))
         is_fixed = thing in placing.furniture
         states = placing.states.get(thing, frozenset())

@@ -102,8 +102,7 @@ class BodyScene:
 
     def _make(self, placing: Placing) -> None:
         """Make the model."""
-        names = {floor: self._names[floor] for floor in self.told.floors}
-        text = model_text(placing, self.rooms, names, self.told.absent, _PARKED, self.told.fullest)
+        text = model_text(placing, self.told, self.rooms, _PARKED)
         self.model: mujoco.MjModel = self.mujoco.MjModel.from_xml_string(text)
         self.data: mujoco.MjData = self.mujoco.MjData(self.model)
         find, kind = self.mujoco.mj_name2id, self.mujoco.mjtObj.mjOBJ_BODY
