@@ -167,8 +167,10 @@ class GoalInterpretation(Scorer):
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """The parts of an answer that are neither right nor wrong, and why, in words."""
-        yield from ill_formed_texts(self._faults(goals))
-        for goal, name in dict.fromkeys(self._stated(goals).unknown):
+        _, unknown, lacking = self._stated(goals)
+        entries = [(self.lexicon.kind(goal), str(goal)) for goal in lacking]
+        yield from ill_formed_texts([*entries, *goals.ill_formed])
+        for goal, name in dict.fromkeys(unknown):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
     def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
@@ -182,39 +184,25 @@ class GoalInterpretation(Scorer):
             if times > 0:
                 left[condition] = times - 1
                 met |= 1 << number
-        texts = [
-            goal.text or " and ".join(map(str, self.gold.conditions(option)))
-            for goal, option in zip(self.gold.goals, options, strict=True)
-        ]
-        are_met = [
-            best(0) is not None and not option & ~met
-            for best, option in zip(self.gold.best, options, strict=True)
-        ]
-        return tuple(
-            GoalReport(goal.kind, text, is_met, predicates=names_in(text))
-            for goal, text, is_met in zip(self.gold.goals, texts, are_met, strict=True)
-        )
+        reports = []
+        for goal, best, option in zip(self.gold.goals, self.gold.best, options, strict=True):
+            text = goal.text or " and ".join(map(str, self.gold.conditions(option)))
+            is_met = best(0) is not None and not option & ~met
+            reports.append(GoalReport(goal.kind, text, is_met, predicates=names_in(text)))
+        return tuple(reports)
 
     def _explain(self, goals: WrittenGoals, verdict: GoalVerdict) -> Explanation:
         reported = {*verdict.matched, *verdict.wrong, *verdict.missing}
+        notes = [*repair_notes(goals.repairs), *self.left_out(goals)]
+        for kind, (right, wrong, missed) in (verdict.counts or {}).items():
+            if kind != ALL:
+                notes.append(f"{kind} goals: {right} right, {wrong} wrong, {missed} missed")
+        if not self.gold.mask_of:
+            notes.append("the task has no goals, so nothing that is stated is right")
+        notes += wrong_goal_notes(verdict, {str(goal) for goal in self.gold.mask_of})
+        notes += self._lacking(goals)
         return Explanation(
-            notes=(
-                *repair_notes(goals.repairs),
-                *self.left_out(goals),
-                *(
-                    f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong, "
-                    f"{count.false_negatives} missed"
-                    for kind, count in (verdict.counts or {}).items()
-                    if isinstance(count, Confusion) and kind != ALL
-                ),
-                *(
-                    ()
-                    if self.gold.mask_of
-                    else ("the task has no goals, so nothing that is stated is right",)
-                ),
-                *wrong_goal_notes(verdict, {str(goal) for goal in self.gold.mask_of}),
-                *self._lacking(goals),
-            ),
+            notes=tuple(notes),
             goals=self.reports(goals),
             atoms={
                 text: goal.statement
@@ -253,14 +241,6 @@ class GoalInterpretation(Scorer):
                 times = min(known.pop(goal), max(1, lexicon.instances(goal)))
                 unknown += [(goal, name)] * times
         return _Stated(known, tuple(unknown), tuple(ill_formed))
-
-    def _faults(self, goals: WrittenGoals) -> list[IllFormed]:
-        """Every entry that is ill-formed, each once."""
-        lacking = self._stated(goals).ill_formed
-        return [
-            *[(self.lexicon.kind(goal), str(goal)) for goal in lacking],
-            *dict.fromkeys(goals.ill_formed),
-        ]
 
     def _chosen(self, said: Iterable[WrittenGoal]) -> list[int]:
         """Of each goal the option that an answer meets best."""

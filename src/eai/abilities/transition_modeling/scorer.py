@@ -108,14 +108,9 @@ class TransitionModeling(Scorer):
 
     def _contents(self, reports: tuple[OperatorReport, ...]) -> dict[str, ClauseContent]:
         """The subject of each clause of the sides of operators, by its text."""
-        content = self._content
-        found: dict[str, ClauseContent] = {}
-        for report in reports:
-            for side in (report.precondition, report.effect):
-                for parts in (side.matched, side.additional, side.missing):
-                    for clause in parts:
-                        found[clause] = content(clause)
-        return found
+        sides = [side for report in reports for side in (report.precondition, report.effect)]
+        clauses = [each for side in sides for each in (*side.matched, *side.additional, *side.missing)]
+        return {clause: self._content(clause) for clause in clauses}
 
     def _counts(
         self, reports: tuple[OperatorReport, ...], contents: Mapping[str, ClauseContent]
