@@ -130,7 +130,7 @@ class _Evaluator:
         if id(formula) in self._monotony.perishing and ends == _before(ends):  # the first end is
             return self._alone(formula, binding) & ends
         table = self._table(formula, binding)
-        return _union(table[end] for end in positions_in(ends))
+        return reduce(or_, [table[end] for end in positions_in(ends)], 0)
 
     def _alone(self, formula: f.Formula, binding: Binding) -> int:
         """The positions that satisfy the formula as pieces of length 1."""
@@ -245,10 +245,6 @@ def _up_to(end: int) -> int:
 def _before(mask: int) -> int:
     """All positions up to the last one in the mask."""
     return (1 << mask.bit_length()) - 1
-
-
-def _union(masks: Iterable[int]) -> int:
-    return reduce(or_, masks, 0)
 
 
 def _until(left: int, right: int) -> int:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.task import GoalKind
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
@@ -211,11 +211,7 @@ def wording(ability: Ability) -> Wording:
     said = Wording.of(as_meant()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
         return Wording(as_meant(), said)
-    return Wording(as_meant(), said, _RELATIONS, _class_name)
-
-
-def _class_name(task: Task, index: int) -> str:
-    return task.scene.objects[index].category
+    return Wording(as_meant(), said, _RELATIONS, lambda task, index: task.scene.objects[index].category)
 
 
 open_tasks = once_per_store(open_virtualhome_tasks)
