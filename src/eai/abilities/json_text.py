@@ -47,9 +47,6 @@ class Pairs:
         return "{" + ", ".join(f"{key!r}: {value!r}" for key, value in self.members) + "}"
 
 
-Value: TypeAlias = object
-"""A value of JSON: `Pairs`, a list, a text, a number, a truth value, or None."""
-
 _Found: TypeAlias = tuple[object, tuple[str, ...]]
 """A JSON value and the names of the repairs that were needed to find it."""
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from eai.abilities.action_sequencing.notation import TOO_LONG, PlanNotation, WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.json_text import MAX_LENGTH, Pairs, Value, find_json
+from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.world.domain import Domain
@@ -30,8 +30,8 @@ _STEP = re.compile(r"""["'](\w+)["']\s*:\s*(\[[^\[\]{}]*\])""")
 class Identified(NamedTuple):
     """An object by class and id, as written; the id is None where a list ends before it."""
 
-    name: Value
-    id: Value | None
+    name: object
+    id: object
 
     def __str__(self) -> str:
         return f"{self.name} without an id" if self.id is None else f"{self.name}_{self.id}"
