@@ -36,7 +36,7 @@ FOLDERS = (
 """Folders that can be taken out."""
 
 COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
-OF_ALL = ("test_api_page.py", "test_commands_page.py", "test_glossary.py", "test_names.py")
+OF_ALL = ("test_api_page.py", "test_commands_page.py", "test_glossary.py", "test_names.py", "test_study.py")
 _LISTING = "tests/cli/test_flags.py::test_all_options_are_listed_where_the_documentation_has_them"
 """Tests of pages, and of the whole source, that tell of all folders; one among others."""
 IMPORT_ALL = """
