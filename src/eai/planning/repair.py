@@ -240,19 +240,42 @@ class Mender:
 
     def singles(self, plan: Plan) -> Iterator[Told]:
         """All single edits that make a plan succeed."""
+        entries = as_entries(plan)
+        course = self.course(entries, _BEGIN, 0)
+        if None not in plan:
+            helping = _Conflicts(self).edits(entries, course)
+        else:  # what means nothing has to go
+            helping = [(place, (None,)) for place in (plan.index(None),) if place < len(course)]
+        yield from dict.fromkeys(
+            edit for place, actions in helping for edit in self._singles(plan, place, course[place], actions)
+        )
+
+    def _singles(
+        self, plan: Plan, place: int, moment: _Moment, actions: Sequence[Action | None]
+    ) -> Iterator[Told]:
+        """Those at one place where some actions help, or, if that is None, where the step must not stay."""
+        if actions == (None,):
+            if self._wins(moment, plan[place + 1 :]):
+                yield Told(place, place, None)
+            for action in self._possible(moment):
+                if action != plan[place] and self._wins(self.step(moment, action), plan[place + 1 :]):
+                    yield Told(place, place, action)
+            return
+        for action in filter(None, actions):
+            if not self.after(moment[0], action)[1]:
+                continue
+            after = self.step(moment, action)
+            if self._wins(after, plan[place:]):
+                yield Told(place, None, action)
+            if place < len(plan) and action != plan[place] and self._wins(after, plan[place + 1 :]):
+                yield Told(place, place, action)
+
+    def _possible(self, moment: _Moment) -> Iterator[Action]:
+        """The actions that are possible and may make a difference."""
         names = {name for names in self.goal.actions for name in names}
-        operators = [o for o in self.domain.operators if o.effects or o.tries or o.name in names]
-        first = next((i for i, action in enumerate(plan) if action is None), len(plan))
-        for i, moment in enumerate(self.course(as_entries(plan), _BEGIN, 0)[: first + 1]):
-            if i < len(plan) and self._wins(moment, plan[i + 1 :]):
-                yield Told(i, i, None)
-            for operator in operators:
-                for action in applicable_actions(self.domain, operator, self.states[moment[0]], self.objects):
-                    after = self.step(moment, action)
-                    if self._wins(after, plan[i:]):
-                        yield Told(i, None, action)
-                    if i < len(plan) and action != plan[i] and self._wins(after, plan[i + 1 :]):
-                        yield Told(i, i, action)
+        for operator in self.domain.operators:
+            if operator.effects or operator.tries or operator.name in names:
+                yield from applicable_actions(self.domain, operator, self.states[moment[0]], self.objects)
 
     def _wins(self, moment: _Moment | None, rest: Plan) -> bool:
         """Whether the rest of a plan succeeds from a moment on."""
