@@ -97,7 +97,9 @@ def test_all_ways_to_score_come_to_one_number(
     evaluated = process.submit(evaluate_in_child, asked, NOISY, tmp_path).result()
     log = read_eval_log(evaluated)
     assert paper(log) == pytest.approx(numbers)
-    rules = {"benchmark": domain, "protocol": protocol.value, "planner": PLANNER.value, "errata": "current"}
+    errata = suite.source.errata.value
+    assert errata == ("current" if protocol == Protocol.STRICT else "none"), "the paper has no errata"
+    rules = {"benchmark": domain, "protocol": protocol.value, "planner": PLANNER.value, "errata": errata}
     assert [scorer.options for scorer in log.eval.scorers or ()] == [rules]
     scored = process.submit(score_in_child, evaluated, asked).result()
     assert paper(read_eval_log(scored)) == pytest.approx(numbers)
