@@ -8,7 +8,7 @@ other edits finds all repairs with fewest edits. Effort is counted and never tim
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby, product
 from math import inf
 from typing import NamedTuple, TypeAlias
@@ -42,6 +42,9 @@ _ENABLING = Limits(20, looks=2_000)
 
 _STEPS = 8
 """So many steps that are taken count as one thing that is done."""
+
+_MANY, _CUTS = 5_000, 500
+"""Of more edits than this those are tried that hit landmarks; the effort by which these are looked for."""
 
 _KEPT = 50_000
 """So many states are kept from one plan to the next."""
@@ -240,35 +243,46 @@ class Mender:
 
     def singles(self, plan: Plan) -> Iterator[Told]:
         """All single edits that make a plan succeed."""
-        entries = as_entries(plan)
+        entries, conflicts, known = as_entries(plan), _Conflicts(self), self.landmarks(plan)
         course = self.course(entries, _BEGIN, 0)
         if None not in plan:
-            helping = _Conflicts(self).edits(entries, course)
+            helping = conflicts.edits(entries, course)
         else:  # what means nothing has to go
             helping = [(place, (None,)) for place in (plan.index(None),) if place < len(course)]
-        yield from dict.fromkeys(
-            edit for place, actions in helping for edit in self._singles(plan, place, course[place], actions)
-        )
+        if sum([len(actions) for _, actions in helping]) > _MANY:
+            known.refine(frozenset(filter(None, plan)), Effort(_CUTS))
+        for place, actions in helping:
+            if actions == (None,):
+                without = edited(entries, place, None)[0]
+                left = self.course(without, course, place)
+                anything: Iterable[Action | None] = self._possible(course[place])
+                if self.succeeds(without, left):
+                    yield Told(place, place, None)
+                else:
+                    anything = dict(conflicts.edits(without, left)).get(place, ())
+                yield from self._put(plan, Told(place, place, None), course[place], anything, known)
+            else:
+                yield from self._put(plan, Told(place, None, None), course[place], actions, known)
+                if place < len(plan) and (place, (None,)) not in helping:
+                    yield from self._put(plan, Told(place, place, None), course[place], actions, known)
 
-    def _singles(
-        self, plan: Plan, place: int, moment: _Moment, actions: Sequence[Action | None]
+    def _put(
+        self,
+        plan: Plan,
+        edit: Told,
+        moment: _Moment,
+        actions: Iterable[Action | None],
+        known: Landmarks,
     ) -> Iterator[Told]:
-        """Those at one place where some actions help, or, if that is None, where the step must not stay."""
-        if actions == (None,):
-            if self._wins(moment, plan[place + 1 :]):
-                yield Told(place, place, None)
-            for action in self._possible(moment):
-                if action != plan[place] and self._wins(self.step(moment, action), plan[place + 1 :]):
-                    yield Told(place, place, action)
-            return
-        for action in filter(None, actions):
-            if not self.after(moment[0], action)[1]:
+        """The edits by which a plan succeeds that put one of some actions where one puts nothing yet."""
+        rest = plan[edit.step + (edit.gone is not None) :]
+        lacked = known.open(filter(None, (*plan[: edit.step], *rest)))
+        was = None if edit.gone is None else plan[edit.gone]
+        for action in actions:
+            if action is None or action == was or lacked & ~known.hits(action):
                 continue
-            after = self.step(moment, action)
-            if self._wins(after, plan[place:]):
-                yield Told(place, None, action)
-            if place < len(plan) and action != plan[place] and self._wins(after, plan[place + 1 :]):
-                yield Told(place, place, action)
+            if self.after(moment[0], action)[1] and self._wins(self.step(moment, action), rest):
+                yield edit._replace(action=action)
 
     def _possible(self, moment: _Moment) -> Iterator[Action]:
         """The actions that are possible and may make a difference."""
