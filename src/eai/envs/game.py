@@ -25,8 +25,8 @@ from eai.envs.command import DONE, Commands, Meant, is_look
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import OUTCOMES, Feedback, Observe, Rules, View
 from eai.errors import InputError
-from eai.logic.formula import TRUE, Atom
-from eai.logic.traversal import walk
+from eai.logic.formula import TRUE
+from eai.logic.traversal import predicates_of
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.own import explanations
 from eai.prompts.template import Templates
@@ -123,8 +123,7 @@ class _View:
         self._mask = mask_of(self.subjects)
         self._kinds: dict[int, str] = {}
         visible = wording.domain.visible or TRUE
-        atoms = [part.predicate for part in walk(visible) if isinstance(part, Atom)]
-        self._sight_sources = stored_sources(atoms, wording.domain.vocabulary)
+        self._sight_sources = stored_sources(predicates_of(visible), wording.domain.vocabulary)
         sight = self._sight(task.initial)
         shown = [self._shown(each, task.initial, sight) for each in wording.told]
         self.first = _Look(task.initial, sight, shown)

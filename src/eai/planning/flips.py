@@ -11,7 +11,7 @@ from functools import cache
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, walk
+from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achievers, completed
 from eai.planning.effect_schema import (
     Change,
@@ -314,8 +314,7 @@ class Flips:
         """How much a condition reads, which makes what is known of it less."""
         known = self._depths.get(id(formula))
         if known is None:
-            read = [each.predicate for each in walk(formula) if isinstance(each, f.Atom)]
-            names = stored_sources(read, self._domain.vocabulary)
+            names = stored_sources(predicates_of(formula), self._domain.vocabulary)
             known = self._depths[id(formula)] = sum(name not in self._static for name in names), formula
         return known[0]
 
@@ -359,8 +358,7 @@ class Flips:
     def anything(self, formula: f.Formula) -> Iterator[Change]:
         """All changes of what a condition reads."""
         vocabulary = self._domain.vocabulary
-        names = [part.predicate for part in walk(formula) if isinstance(part, f.Atom)]
-        for name in stored_sources(names, vocabulary):
+        for name in stored_sources(predicates_of(formula), vocabulary):
             if name not in self._static:
                 anything = (None,) * (vocabulary.arity(name) or 0)
                 yield from (Change(name, anything, truth) for truth in (True, False))

@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of, walk
 from eai.pddl.model import PddlDomain
 from eai.pddl.writer import write_domain, write_problem
 from eai.prompts.prompt import TOLD, Belief, Prompt
@@ -210,7 +210,7 @@ def _names_of(task: TransitionTask, other: TransitionTask, operators: Sequence[s
         grown = len(names)
         for axiom in header.axioms:
             if axiom.name in names:
-                names |= {part.predicate for part in walk(axiom.condition) if isinstance(part, f.Atom)}
+                names.update(predicates_of(axiom.condition))
     return names
 
 

@@ -20,8 +20,7 @@ from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTa
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
 from eai.data.files import parse_toml
-from eai.logic.formula import Atom, Formula
-from eai.logic.traversal import walk
+from eai.logic.traversal import predicates_of
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
 from eai.results.table import Plain
@@ -246,9 +245,9 @@ def _objects(tasks: Sequence[_Profile]) -> Iterator[Figure]:
 
 def _operators(library: OperatorLibrary) -> Iterator[Figure]:
     gold = [read_action(text.pddl) for text in library.operators.values()]
-    before = [_predicates([action.precondition]) for action in gold]
+    before = [{*predicates_of(action.precondition)} for action in gold]
     after = [
-        _predicates(effect_conditions(action.effect))
+        {*predicates_of(*effect_conditions(action.effect))}
         | {atom.predicate for atom in effect_atoms(action.effect)}
         for action in gold
     ]
@@ -268,10 +267,6 @@ def _categories(profiles: Iterable[_Profile]) -> Iterator[Figure]:
         yield Figure(
             f"tasks: {label}", tasks[category], f"of {len(asked)}; a task has up to {most} categories"
         )
-
-
-def _predicates(conditions: Iterable[Formula]) -> set[str]:
-    return {part.predicate for each in conditions for part in walk(each) if isinstance(part, Atom)}
 
 
 def _mean(numbers: Iterable[int]) -> float:
