@@ -25,7 +25,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from eai.abilities.action_sequencing.notation import JsonPlans
+from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.data.dataset import fetch

@@ -20,8 +20,8 @@ from random import Random
 from statistics import mean
 from typing import get_args
 
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import WrittenGoal
+from eai.abilities.notation.goal_lexicon import GoalLexicon
+from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book
 from eai.benchmark.gold_answers import AnswerBook, join_operators

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from eai.abilities.goal_interpretation.lexicon import write_goals
+from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.gold_answers import AnswerBook, noisy_answer, written_answers

@@ -20,12 +20,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
 
-from eai.abilities.transition_modeling.planners import make_planner
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.gold_answers import join_operators
 from eai.households.published import open_virtualhome
 from eai.pddl.fast_downward import FastDownward
+from eai.pddl.planners import make_planner
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from eai.reference.operator_rules import ReferenceRules
 from reference import CACHE, REFERENCE, environment, package_folder

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.rules import PaperRules, Rules
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.gold_answers import join_operators
 from eai.pddl.planning import PddlPlanner
 from protocols import of_reference

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment
-from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.planning import planning_goal
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.trial import Trial
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark

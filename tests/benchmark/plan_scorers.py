@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.households.behavior import domain as behavior

@@ -12,8 +12,8 @@ from typing import get_args
 
 import pytest
 
-from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.answer_schema import Schema, fits
+from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book

@@ -9,9 +9,9 @@ from dataclasses import replace
 import pytest
 
 from eai import make_task
+from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import mentions, open_copy_book, open_empty_book
 from eai.benchmark.lookup import open_lookup_book

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.task import Task, make_task
 from eai.benchmark.copied_answers import copied_goal
 from eai.logic.formula import (

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from eai.abilities.goal_interpretation.lexicon import read_stated
+from eai.abilities.notation.goal_lexicon import read_stated
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark

@@ -10,12 +10,12 @@ from typing import get_args
 
 import pytest
 
-from eai.abilities.action_sequencing.notation import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, World
+from eai.abilities.notation.plans import WrittenPlan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt
+from eai.abilities.trial import Trial
 from eai.benchmark.gold_answers import corrupted_versions, heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
-from eai.abilities.transition_modeling.planners import make_planner
+from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.studies.annotation.decisions import read_decisions

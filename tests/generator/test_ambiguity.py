@@ -10,8 +10,8 @@ import pytest
 
 import eai
 from eai import Benchmark, given
-from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.goal_test import solves
+from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict

@@ -11,8 +11,8 @@ import pytest
 
 import eai
 from eai import given
-from eai.abilities.action_sequencing.notation import reason_of
 from eai.abilities.goal_test import solves
+from eai.abilities.notation.plans import reason_of
 from eai.abilities.planning import find_plan, is_impossible
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict

@@ -9,7 +9,7 @@ from typing import get_args
 import pytest
 
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.transition_modeling.declaration import Category
+from eai.abilities.task import Category
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark

@@ -14,7 +14,7 @@ from threading import Lock
 
 import pytest
 
-from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.operator_task import TransitionTask
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.published import open_behavior, open_virtualhome

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.operator_task import TransitionTask
 from eai.data.store import Store
 from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import TRUE

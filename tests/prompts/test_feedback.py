@@ -11,9 +11,9 @@ from typing import get_args
 import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.protocol import Ability
+from eai.abilities.trial import Trial
 from eai.abilities.wording import Wording
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite

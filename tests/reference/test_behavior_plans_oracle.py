@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from benchmark.plan_scorers import behavior_scorer
-from eai.abilities.action_sequencing.notation import JsonPlans
+from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.households.behavior.tasks import BehaviorTasks

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-
 from abilities.action_sequencing.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
-from eai.abilities.action_sequencing.trial import Trial
+
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+from eai.abilities.trial import Trial
 from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Share
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError

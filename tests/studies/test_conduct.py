@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from eai import Benchmark, InputError, Task, given, make_task
-from eai.abilities.action_sequencing.notation import QUESTION, refusal
+from eai.abilities.notation.plans import QUESTION, refusal
 from eai.abilities.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import score_run

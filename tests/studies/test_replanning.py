@@ -8,13 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from typer.testing import CliRunner
 
-from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment
 from eai.abilities.record import Record
 from eai.abilities.responses import read_responses
+from eai.abilities.trial import Trial
 from eai.cli import app
 from eai.errors import InputError
 from eai.results.summary import after, by_attempt, summarise

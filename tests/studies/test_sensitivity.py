@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.declaration import Category
+from eai.abilities.task import Category
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.model import OperatorText

@@ -9,8 +9,8 @@ from itertools import count
 import pytest
 
 from abilities.action_sequencing.test_scorer import TASK
-from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.notation.plans import JsonPlans
 from eai.world.conformance import check
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known, Luck, Slip

@@ -22,12 +22,12 @@ from eai.errors import InputError
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
-    from eai.abilities.action_sequencing.notation import PlanNotation
     from eai.abilities.answer_schema import Schema
-    from eai.abilities.goal_interpretation.notation import GoalNotation
+    from eai.abilities.notation.goals import GoalNotation
+    from eai.abilities.notation.plans import PlanNotation
+    from eai.abilities.notation.subgoals import SubgoalNotation
     from eai.abilities.record import TaskFeatures
     from eai.abilities.scorer import Scorer
-    from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
     from eai.abilities.task import Task
     from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
@@ -267,7 +267,11 @@ def score_columns(parts: Sequence[str]) -> tuple[MetricColumn, ...]:
 
 
 SUCCESS, GRAMMAR, RUNTIME, SATISFIED = "Success", "Grammar errors", "Runtime errors", "Satisfied goals"
-"""The groups of columns."""
+PLANNER = "Planner"
+"""The groups of columns; the last is that of planner success."""
+
+OVERALL = "overall"
+"""The prefix of the rates over all categories of predicates."""
 
 KINDS = tuple(kind.value for kind in GoalKind)
 GOAL_METRICS = (*(f"{kind}_goal" for kind in KINDS), "total_goal")
@@ -285,6 +289,20 @@ COLUMNS = (
     *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
 )
 """The columns of the paper's tables."""
+
+ENDING_FAULTS = {
+    kind.value: kind
+    for kind in (
+        FaultKind.PARSING,
+        FaultKind.HALLUCINATION,
+        FaultKind.ARGUMENT_NUMBER,
+        FaultKind.WRONG_ORDER,
+        FaultKind.MISSING_STEP,
+        FaultKind.AFFORDANCE,
+        FaultKind.UNCATEGORISED,
+    )
+}
+"""The kinds of error that make an action impossible, by their names."""
 
 P = TypeVar("P", bound=PlanVerdict)
 

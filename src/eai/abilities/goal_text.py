@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation
+from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation
 from eai.errors import InputError, did_you_mean
 from eai.logic.ltl import read_formula
 from eai.logic.rewriting import rewrite_in_time

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar, cast
 
 from typing_extensions import Self
 
-from eai.data.entry_points import entry_points_of
+from eai.data.entry_points import entry_points_of, is_there
 from eai.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -132,13 +132,19 @@ Ability.SUBGOAL_DECOMPOSITION = Ability("subgoal_decomposition")
 Ability.ACTION_SEQUENCING = Ability("action_sequencing")
 Ability.TRANSITION_MODELING = Ability("transition_modeling")
 
-FOUR = (
-    Ability.GOAL_INTERPRETATION,
-    Ability.SUBGOAL_DECOMPOSITION,
-    Ability.ACTION_SEQUENCING,
-    Ability.TRANSITION_MODELING,
-)
-"""The paper's four abilities, in its order: what is asked for where no ability is named."""
+_FOUR = {
+    ability: f"eai.abilities.{ability}.declaration"
+    for ability in (
+        Ability.GOAL_INTERPRETATION,
+        Ability.SUBGOAL_DECOMPOSITION,
+        Ability.ACTION_SEQUENCING,
+        Ability.TRANSITION_MODELING,
+    )
+}
+
+FOUR = tuple([ability for ability, module in _FOUR.items() if is_there(module)])
+"""The paper's four abilities, in its order, as far as they are there: what is asked for where no ability is
+named."""
 
 SCENE_GRAPH = Ability("scene_graph")
 """The ability that lists what is in pictures."""
@@ -147,7 +153,7 @@ GROUP = "eai.abilities"
 """The group of entry points by which a distribution registers an `AbilityDeclaration`."""
 
 BUILT_IN = {
-    **{ability.value: f"eai.abilities.{ability}.declaration:{ability.upper()}" for ability in FOUR},
+    **{ability.value: f"{module}:{ability.upper()}" for ability, module in _FOUR.items()},
     "world_model": "eai.questions.declaration:WORLD_MODEL",
     SCENE_GRAPH.value: "eai.studies.perception.declaration:SCENE_GRAPH",
     "acting": "eai.acting.declaration:ACTING",

@@ -8,13 +8,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.verdict import ErrorReport, Verdict
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, names_of
 from eai.world.state import Scene
+
+if TYPE_CHECKING:
+    from eai.abilities.goal_test import GoalTest
+    from eai.abilities.notation.plans import CarryOut, PlanNotation, WrittenPlan
+    from eai.abilities.task import Task
 
 
 class Assessment(NamedTuple):
@@ -56,6 +61,43 @@ class Scorer(ABC):
     def explain(self, text: str) -> Explanation:
         """The explanation of an answer, in words."""
         return self.assess(text).explain()
+
+
+class PlanScorer(Scorer):
+    """A scorer of plans, which can be carried out in another world than the task's own at its beginning.
+
+    Attributes:
+        task: the task.
+        domain: the world in which plans are executed.
+        notation: how plans are written.
+        goals: what tests the goals of the task.
+    """
+
+    task: Task
+    domain: Domain
+    notation: PlanNotation
+    goals: GoalTest
+
+    @abstractmethod
+    def assess_course(self, text: str, carry_out: CarryOut) -> Assessment:
+        """The verdict on a plan; its explanation executes also what an excluded task leaves out.
+
+        Args:
+            text: the answer.
+            carry_out: how the plan is carried out; asked at most once for the verdict.
+        """
+
+    @abstractmethod
+    def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+        """The plan as ground actions, or its first grammar error: of all names before of any arity."""
+
+    @abstractmethod
+    def nearness(self, text: str) -> float | None:
+        """How near a plan is to success, from 0 to 1; 0 if it cannot be read.
+
+        Raises:
+            InputError: plans are carried out, or goals tested, as another protocol has it.
+        """
 
 
 UNKNOWN_ACTION = "unknown_action"

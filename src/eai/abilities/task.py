@@ -28,6 +28,22 @@ class GoalKind(str, Enum):
     ACTION = "action"
 
 
+class Category(str, Enum):
+    """The paper's categories of predicates and, but for the last, of tasks."""
+
+    OBJECT_STATES = "object_states"
+    OBJECT_ORIENTATION = "object_orientation"
+    OBJECT_AFFORDANCE = "object_affordance"
+    SPATIAL_RELATIONS = "spatial_relations"
+    NON_SPATIAL_RELATIONS = "non_spatial_relations"
+    OBJECT_TOOLS = "object_tools"
+    """Predicates that make an object a tool; the paper's tables count them in the total only."""
+
+
+CATEGORIES = tuple([each.value for each in Category if each is not Category.OBJECT_TOOLS])
+"""The categories that tables show."""
+
+
 @dataclass(frozen=True, slots=True)
 class Goal:
     """One part of a task's goal: a formula on the final state, on the actions taken, or on the whole course.

@@ -11,8 +11,8 @@ from math import floor
 from statistics import fmean
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from eai.abilities.action_sequencing.declaration import ENDING_FAULTS
 from eai.abilities.declaration import (
+    ENDING_FAULTS,
     GOAL_METRICS,
     SATISFIED,
     SUCCESS,

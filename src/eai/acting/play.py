@@ -10,8 +10,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from eai.abilities.action_sequencing.notation import resolve
 from eai.abilities.codec import sha256_of
+from eai.abilities.notation.plans import resolve
 from eai.abilities.options import misfit
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable

@@ -8,9 +8,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.declaration import AskedWorld, declaration_of
-from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
+from eai.abilities.notation.goals import GoalNotation, JsonGoals
+from eai.abilities.notation.plans import JsonPlans, PlanNotation
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
@@ -23,8 +23,8 @@ from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain
 
 if TYPE_CHECKING:
-    from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-    from eai.abilities.transition_modeling.task import TransitionTask
+    from eai.abilities.notation.subgoals import SubgoalNotation
+    from eai.abilities.operator_task import TransitionTask
     from eai.abilities.wording import Wording
     from eai.pddl.planning import PddlPlanner
     from eai.prompts.prompt import GoalSection, Prompt, PromptFiles
@@ -188,7 +188,7 @@ class Benchmark:
         """The tasks of transition modeling in the order of the data set."""
         if self.open_operators is not None:
             return self.errata_for(source).operators(self.open_operators(source))
-        from eai.abilities.transition_modeling.task import declared_tasks
+        from eai.abilities.operator_task import declared_tasks
 
         tasks = self.open_tasks(source)
         declared = declared_tasks(self.domain, tasks)
@@ -198,7 +198,7 @@ class Benchmark:
         """The world as abilities see it; a planner of operators is the one that the source asks for."""
 
         def planner() -> PddlPlanner | None:
-            from eai.abilities.transition_modeling.planners import make_planner
+            from eai.pddl.planners import make_planner
 
             return make_planner(source.planner, self.planner_seconds, source.terms)
 

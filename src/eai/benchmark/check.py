@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from itertools import chain
+from typing import TYPE_CHECKING, cast
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.goal_text import check_goal
 from eai.abilities.planning import find_plan
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import NO_GOALS, Task
-from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
@@ -27,6 +27,12 @@ from eai.world.conformance import check
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.operator import conditions_of
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.declaration import OperatorVerdict
+
+_CARRIED_OUT = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
+"""The abilities of which gold answers are carried out, or planned with."""
 
 WALKS = 5
 """From the initial states of so many tasks random walks begin."""
@@ -97,7 +103,7 @@ def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]
     Raises:
         DataError: the data cannot be had.
     """
-    for ability in (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING):
+    for ability in [each for each in FOUR if each in _CARRIED_OUT]:
         suite = open_suite(benchmark, ability, source=source)
         book = open_answer_book(benchmark, ability, source)
         for task_id in suite.task_ids:
@@ -123,12 +129,12 @@ def _of_goals(name: str, task: Task) -> Iterator[Finding]:
 def _of_gold(name: str, task_id: str, verdict: Verdict) -> Iterator[Finding]:
     if verdict.excluded is not None:
         return
-    match verdict:
-        case PlanVerdict(success=False):
+    if isinstance(verdict, PlanVerdict):
+        if verdict.success is False:
             why = verdict.error.detail if verdict.error is not None else "a goal is missed"
             yield Finding(name, f"{task_id}: the plan fails: {why}")
-        case OperatorVerdict(success=False):
-            outcome = "no answer" if verdict.planner is None else verdict.planner.value
-            yield Finding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")
-        case _:
-            return
+        return
+    operators = cast("OperatorVerdict", verdict)
+    if operators.success is False:
+        outcome = "no answer" if operators.planner is None else operators.planner.value
+        yield Finding(name, f"{task_id}: the gold operators do not solve their problem: {outcome}")

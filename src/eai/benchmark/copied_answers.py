@@ -13,13 +13,13 @@ from functools import partial
 from typing import Any, TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import WrittenGoal
 from eai.abilities.goal_test import alternatives
+from eai.abilities.notation.goal_lexicon import GoalLexicon
+from eai.abilities.notation.goals import WrittenGoal
+from eai.abilities.notation.subgoals import SubgoalNotation
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer
 from eai.logic.choice import Literal, choice_options, ground

@@ -24,7 +24,7 @@ from eai.world.execution import Action
 from eai.world.state import Scene
 
 if TYPE_CHECKING:
-    from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
+    from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 
 _BEFORE, _BEHIND = "Action to be finished:\n", "\nOutput:"
 

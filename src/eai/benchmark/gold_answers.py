@@ -12,13 +12,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
-from eai.abilities.action_sequencing.notation import QUESTION, refusal
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_interpretation.lexicon import read_stated, write_goals
 from eai.abilities.goal_test import remaining_goals
+from eai.abilities.notation.goal_lexicon import read_stated, write_goals
+from eai.abilities.notation.plans import QUESTION, refusal
+from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.planning import FindPlan, find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError

@@ -11,12 +11,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import eai.logic.formula as f
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon, write_goals
 from eai.abilities.goal_test import solves
+from eai.abilities.notation.goal_lexicon import GoalLexicon, write_goals
+from eai.abilities.notation.subgoals import SubgoalNotation
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words

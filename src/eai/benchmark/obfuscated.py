@@ -16,12 +16,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import eai.logic.formula as f
-from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan
+from eai.abilities.notation.plans import PlanNotation, WrittenPlan
+from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.rules import Rules, how_to_read
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, SubgoalNotation, WrittenSubgoals
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, is_property
 from eai.benchmark.benchmark import Benchmark

@@ -15,10 +15,10 @@ from eai.abilities.protocol import registered_protocols
 from eai.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
-    from eai.abilities.action_sequencing.trial import Trial
     from eai.abilities.experiment import Experiment
     from eai.abilities.protocol import Ability
     from eai.abilities.record import Record
+    from eai.abilities.trial import Trial
     from eai.benchmark.benchmark import Benchmark, Opener
 
 

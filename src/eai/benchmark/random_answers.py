@@ -13,11 +13,11 @@ from itertools import chain, pairwise
 from typing import TypeAlias
 
 import eai.pddl.model as m
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.notation.goal_lexicon import GoalLexicon
+from eai.abilities.notation.subgoals import SubgoalNotation
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import WrittenAnswer, chance, join_operators, no_answer

@@ -151,7 +151,7 @@ def _open_pddl(files: str) -> Benchmark:
     domain, separator, problems = files.partition(",")
     if not separator:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
-    from eai.abilities.action_sequencing.notation import PddlPlans
+    from eai.abilities.notation.plans import PddlPlans
     from eai.benchmark.benchmark import Benchmark
     from eai.tasks.problem_world import open_pddl
 

@@ -14,7 +14,6 @@ import typer
 from eai.abilities.reports import fact_text
 from eai.abilities.responses import file_name
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
@@ -25,6 +24,7 @@ from eai.data.files import write_whole
 from eai.errors import InputError, InterruptError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.model import PddlDomain
+from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.studies.annotation import decisions as annotation
 from eai.studies.annotation.decisions import Annotation, Chosen, Listing, differences

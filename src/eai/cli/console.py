@@ -141,7 +141,7 @@ def note_planner(suites: Sequence[Suite]) -> None:
 
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
     if PlannerChoice.AUTO in asked:
-        from eai.abilities.transition_modeling.planners import available
+        from eai.pddl.planners import available
 
         if available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
             note(BUILT_IN_ALONE)

@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
@@ -21,6 +20,7 @@ from eai.abilities.protocol import Ability, member
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
+from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.acting.declaration import ActingVerdict, outlook_text
@@ -209,7 +209,7 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
     verdict, scorer = record.verdict, suite.scorer(record.task_id)
     if record.explanation is None or not isinstance(verdict, PlanVerdict) or verdict.executable:
         return ()
-    if not isinstance(scorer, ActionSequencing):
+    if not isinstance(scorer, PlanScorer):
         return ()
     plan = scorer.notation.read(record.response)
     actions = None if isinstance(plan, Unreadable) else scorer.resolve(plan)

@@ -22,7 +22,7 @@ def entry_points_of(group: str, built_in: Mapping[str, str] | None = None) -> Ma
     """
     declared = [EntryPoint(name, value, group) for name, value in (built_in or {}).items()]
     found = _installed(tuple(sys.path)).select(group=group)
-    return {point.name: point for point in (*declared, *found) if _is_there(point)}
+    return {point.name: point for point in (*declared, *found) if is_there(point.module)}
 
 
 @cache
@@ -31,8 +31,12 @@ def _installed(path: tuple[str, ...]) -> Any:
     return entry_points()
 
 
-def _is_there(point: EntryPoint) -> bool:
-    if not point.module.startswith(_OURS):
-        return True  # not looked for: that would import its package
-    place = point.module.removeprefix(_OURS).replace(".", "/")
+def is_there(module: str) -> bool:
+    """Whether a module of this package is there; one of another distribution is taken to be.
+
+    That one is not looked for, as this would import its package.
+    """
+    if not module.startswith(_OURS):
+        return True
+    place = module.removeprefix(_OURS).replace(".", "/")
     return (files("eai") / f"{place}.py").is_file()

@@ -6,7 +6,7 @@ import re
 from collections.abc import Collection
 from typing import TypeAlias
 
-from eai.abilities.action_sequencing.notation import WrittenPlan, WrittenStep, resolve
+from eai.abilities.notation.plans import WrittenPlan, WrittenStep, resolve
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmark.benchmark import Benchmark

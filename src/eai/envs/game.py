@@ -41,7 +41,7 @@ from eai.world.relation import bits, mask_of
 from eai.world.state import Change, Fact, State, change
 
 if TYPE_CHECKING:
-    from eai.abilities.action_sequencing.mending import PlanMender
+    from eai.abilities.mending import PlanMender
     from eai.envs.reference import Reference
 
 Sight: TypeAlias = tuple[int, ...]
@@ -313,7 +313,7 @@ class Stage:
     @cached_property
     def mender(self) -> PlanMender:
         """Tells how near actions are to success."""
-        from eai.abilities.action_sequencing.mending import PlanMender
+        from eai.abilities.mending import PlanMender
 
         return PlanMender(self.task, self.domain, self.benchmark.plans)
 

@@ -13,8 +13,8 @@ from eai.prompts.prompt import Prompt, PromptFiles
 from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
-    from eai.abilities.transition_modeling.declaration import Category
-    from eai.abilities.transition_modeling.task import TransitionTask
+    from eai.abilities.operator_task import TransitionTask
+    from eai.abilities.task import Category
     from eai.pddl.model import OperatorText
 
 Render = Callable[[Source], Mapping[str, str]]
@@ -64,7 +64,7 @@ def open_behavior(source: Source | None = None) -> TransitionTasks:
 
 def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
     """The tasks of the published files, given the member with the planning domain."""
-    from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
+    from eai.abilities.operator_task import OperatorLibrary, TransitionTask
     from eai.pddl.reader import read_domain
 
     library = OperatorLibrary(
@@ -96,6 +96,6 @@ def _operator(name: str, values: Mapping[str, str]) -> OperatorText:
 
 def _category(label: str) -> Category:
     """The category that a label of the data set means: ``non-spatial_relations``, ``object states``, ..."""
-    from eai.abilities.transition_modeling.declaration import Category
+    from eai.abilities.task import Category
 
     return Category(label.replace("-", "_").replace(" ", "_"))

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Attempt
 from eai.abilities.reports import UNTOLD, formula_text
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.trial import Trial
 from eai.abilities.verdict import ErrorReport
 from eai.abilities.wording import Wording
 from eai.prompts.prompt import Prompt

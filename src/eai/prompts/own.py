@@ -13,9 +13,9 @@ from string import Template
 from typing import TypeAlias
 
 import eai.logic.formula as f
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.wording import Wording
 from eai.logic.traversal import predicates_of, walk
 from eai.pddl.model import PddlDomain

@@ -13,7 +13,8 @@ import re
 import warnings
 from collections.abc import Sequence
 
-from eai.abilities.action_sequencing.notation import (
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.notation.plans import (
     CarryOut,
     Course,
     JsonPlans,
@@ -21,7 +22,6 @@ from eai.abilities.action_sequencing.notation import (
     WrittenStep,
     named,
 )
-from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior.domain import as_meant

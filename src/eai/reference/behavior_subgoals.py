@@ -17,8 +17,8 @@ from dataclasses import replace
 from random import Random
 from typing import TypeAlias
 
+from eai.abilities.notation.subgoals import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.verdict import ErrorReport

@@ -45,10 +45,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import ClassVar, TypeAlias
 
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, Replaced, Rules
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.logic.matching import maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch

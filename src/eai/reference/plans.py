@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from difflib import SequenceMatcher
 
-from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation
+from eai.abilities.notation.plans import PlanNotation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import Unreadable, Verdict

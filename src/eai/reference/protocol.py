@@ -15,12 +15,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 
-from eai.abilities.action_sequencing.notation import Course
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment
+from eai.abilities.notation.plans import Course
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record
 from eai.abilities.scorer import Scorer
+from eai.abilities.trial import Trial
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Share
 from eai.benchmark.benchmark import Benchmark, Opener
 from eai.benchmark.protocols import Implementation
@@ -103,8 +103,8 @@ def _transition_modeling(benchmark: Benchmark, source: Source) -> TaskSet[Scorer
     The names of BEHAVIOR's are those in the data set: ``extract_action_details`` reads a name up to its first
     hyphen, so that the reference finds the one that has a hyphen in no answer, not in the data set's own.
     """
-    from eai.abilities.transition_modeling.planners import make_planner
     from eai.abilities.transition_modeling.scorer import TransitionModeling
+    from eai.pddl.planners import make_planner
     from eai.reference.operator_rules import ReferenceRules
 
     tasks = benchmark.operators(source)

@@ -9,8 +9,8 @@ from typing import Any
 
 from eai.abilities.explanation import GoalReport, names_in
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.notation import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_texts
+from eai.abilities.notation.goals import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.households.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of

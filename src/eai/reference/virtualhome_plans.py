@@ -17,11 +17,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
-from eai.abilities.action_sequencing.notation import TOO_LONG, CarryOut, Course, WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import Explanation
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.json_text import MAX_LENGTH
+from eai.abilities.notation.plans import TOO_LONG, CarryOut, Course, WrittenPlan, WrittenStep
 from eai.abilities.scorer import Assessment
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable

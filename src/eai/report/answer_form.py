@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from eai.abilities.goal_interpretation.notation import WrittenGoal
+from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import SUFFIX
 from eai.abilities.task import GoalKind

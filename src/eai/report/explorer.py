@@ -11,14 +11,13 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
+from typing import TYPE_CHECKING, cast
 from urllib.parse import quote
 
 from eai.abilities.explanation import Explanation, StepReport, near_misses
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.repair import repair_lines
-from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
-from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
 from eai.acting.declaration import ActingVerdict
 from eai.benchmark.registry import title_of
@@ -28,6 +27,11 @@ from eai.results.breakdown import outcome
 from eai.results.page import build_page, for_script
 from eai.results.summary import after
 from eai.scoring.runs import Run, RunKey
+
+if TYPE_CHECKING:
+    from eai.abilities.goal_interpretation.declaration import GoalVerdict
+    from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+    from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 
 VERSION = 3
 """The version of the format."""
@@ -127,7 +131,7 @@ class ExplorerData:
                 "f": self._error(verdict),
                 "m": list(record.repairs),
                 "R": self._all(repair_lines(verdict.repair)) if verdict.repair else [],
-                **self._own(verdict),
+                **self._own(record),
                 "T": self._turns(record),
                 "w": self._all(explanation.notes),
                 "s": [self._number_of_step(step) for step in explanation.steps],
@@ -161,35 +165,41 @@ class ExplorerData:
         each = [replace(after(record, k), attempts=()) for k in range(1, number + 1)]
         return [self._answer(attempt) for attempt in each] if number > 1 else []
 
-    def _own(self, verdict: Verdict) -> dict[str, Json]:
+    def _own(self, record: Record) -> dict[str, Json]:
         """The further fields of the verdicts of an ability."""
-        match verdict:
-            case PlanVerdict():
-                category = verdict.category if isinstance(verdict, SubgoalVerdict) else None
-                return {
-                    "e": None if verdict.executable is None else int(verdict.executable),
-                    "a": verdict.additional_steps,
-                    "c": category and category.value,
-                    "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
-                }
-            case GoalVerdict():
-                return {
-                    "n": {kind: list(counts) for kind, counts in (verdict.counts or {}).items()},
-                    "h": self._all(verdict.hallucinated),
-                }
-            case OperatorVerdict():
-                return {
-                    "n": {
-                        f"{side}/{category}": list(counts)
-                        for side, by_category in (verdict.counts or {}).items()
-                        for category, counts in by_category.items()
-                    },
-                    "p": verdict.planner and verdict.planner.value,
-                    "k": list(verdict.task_categories),
-                    "q": [self._number_of_operator(operator) for operator in verdict.operators],
-                }
-            case _:
-                return {}
+        if isinstance(record.verdict, PlanVerdict):
+            return self._of_plan(record.ability, record.verdict)
+        if record.ability is Ability.GOAL_INTERPRETATION:
+            goals = cast("GoalVerdict", record.verdict)
+            return {
+                "n": {kind: list(counts) for kind, counts in (goals.counts or {}).items()},
+                "h": self._all(goals.hallucinated),
+            }
+        if record.ability is Ability.TRANSITION_MODELING:
+            return self._of_operators(cast("OperatorVerdict", record.verdict))
+        return {}
+
+    def _of_plan(self, ability: Ability, verdict: PlanVerdict) -> dict[str, Json]:
+        subgoals = ability is Ability.SUBGOAL_DECOMPOSITION
+        category = cast("SubgoalVerdict", verdict).category if subgoals else None
+        return {
+            "e": None if verdict.executable is None else int(verdict.executable),
+            "a": verdict.additional_steps,
+            "c": category and category.value,
+            "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
+        }
+
+    def _of_operators(self, verdict: OperatorVerdict) -> dict[str, Json]:
+        return {
+            "n": {
+                f"{side}/{category}": list(counts)
+                for side, by_category in (verdict.counts or {}).items()
+                for category, counts in by_category.items()
+            },
+            "p": verdict.planner and verdict.planner.value,
+            "k": list(verdict.task_categories),
+            "q": [self._number_of_operator(operator) for operator in verdict.operators],
+        }
 
     def _error(self, verdict: Verdict) -> Json:
         error = verdict.error

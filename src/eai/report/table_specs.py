@@ -6,12 +6,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
-from eai.abilities.declaration import SATISFIED, MetricColumn, declaration_of, label_of
+from eai.abilities.declaration import OVERALL, PLANNER, SATISFIED, MetricColumn, declaration_of, label_of
 from eai.abilities.protocol import FOUR, Ability, place_of
-from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
+from eai.abilities.task import CATEGORIES
 from eai.benchmark.registry import title_of
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
+
+_ORDER = ("goal_interpretation", "action_sequencing", "subgoal_decomposition", "transition_modeling")
+_IN_TABLES = tuple([each for each in map(Ability, _ORDER) if each in FOUR])
+"""The paper's abilities in the order of its tables."""
 
 
 def place_of_column(column: MetricColumn, domain: str) -> PaperColumn:
@@ -57,10 +61,9 @@ def _trajectory(ability: Ability) -> TableSpec:
 
 
 def _overview() -> TableSpec:
-    goals, subgoals, actions, operators = FOUR
     columns = tuple(
         MetricColumn(metric, ability_title(ability), label, ability=ability)
-        for ability in (goals, actions, subgoals, operators)
+        for ability in _IN_TABLES
         for metric, label in declaration_of(ability).main.items()
     )
     return TableSpec("overview", "Overview", (*columns, MetricColumn(AVERAGE, "All", "Average")), (AVERAGE,))
@@ -72,10 +75,10 @@ def _one_table(ability: Ability) -> TableSpec:
     return TableSpec(ability.value, ability_title(ability), _columns(ability), main)
 
 
-def _goal_satisfaction() -> TableSpec:
+def _goal_satisfaction(abilities: Iterable[Ability]) -> TableSpec:
     columns = tuple(
         replace(column, group=ability_title(ability))
-        for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+        for ability in abilities
         for column in _columns(ability)
         if column.group == SATISFIED
     )
@@ -95,13 +98,13 @@ def _operators() -> Iterator[TableSpec]:
 @cache
 def _of_the_paper() -> tuple[TableSpec, ...]:
     """The tables of the paper's abilities, in order."""
+    plans = [ability for ability in _IN_TABLES if declaration_of(ability).has_plans]
     return (
         _overview(),
-        _one_table(Ability.GOAL_INTERPRETATION),
-        _trajectory(Ability.ACTION_SEQUENCING),
-        _trajectory(Ability.SUBGOAL_DECOMPOSITION),
-        _goal_satisfaction(),
-        *_operators(),
+        *[_one_table(ability) for ability in _IN_TABLES if ability is Ability.GOAL_INTERPRETATION],
+        *map(_trajectory, plans),
+        _goal_satisfaction(plans),
+        *[spec for ability in _IN_TABLES if ability is Ability.TRANSITION_MODELING for spec in _operators()],
     )
 
 

@@ -13,10 +13,9 @@ from functools import cache
 from importlib import resources
 from statistics import fmean, median
 
+from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
-from eai.abilities.transition_modeling.declaration import Category
-from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
+from eai.abilities.task import Category, Task
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
 from eai.data.files import parse_toml

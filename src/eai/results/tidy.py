@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import read_statement
-from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
@@ -19,6 +18,7 @@ from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLi
 from eai.results.summary import contributions, name_of
 
 if TYPE_CHECKING:
+    from eai.abilities.goal_interpretation.declaration import GoalVerdict
     from eai.abilities.transition_modeling.declaration import OperatorVerdict
     from eai.results.task_book import TaskBook
     from eai.tasks.source import Source
@@ -172,9 +172,9 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
 
 
 def _atoms(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[AtomLine]:
-    verdict = record.verdict
-    if not isinstance(verdict, GoalVerdict):
+    if record.ability is not Ability.GOAL_INTERPRETATION:
         return
+    verdict = cast("GoalVerdict", record.verdict)
     for found in ("matched", "wrong", "missing"):
         for atom in getattr(verdict, found):
             call = read_statement(atom) if record.explanation is None else record.explanation.statement(atom)

@@ -17,10 +17,10 @@ from functools import cache, partial
 
 from typing_extensions import assert_never
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, member
+from eai.abilities.scorer import PlanScorer
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
@@ -178,7 +178,7 @@ class Reward:
         if earned is None or self.shaping is not Shaping.REPAIR:
             return None if earned is None else worth(earned, self.shaping)
         scorer = self.suite.scorer(task_id)
-        if not isinstance(scorer, ActionSequencing):
+        if not isinstance(scorer, PlanScorer):
             raise InputError(f"the shaping repair is not known under {self.suite.protocol.value}")
         return scorer.nearness(text if len(text) <= self.limit else "")
 

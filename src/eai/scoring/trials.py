@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
+from eai.abilities.scorer import PlanScorer
+from eai.abilities.trial import Trial
 from eai.abilities.verdict import Json
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
@@ -162,7 +162,7 @@ def begin_trial(suite: Suite, experiment: Experiment, task_id: str, epoch: int =
         InputError: answers to the task are no plans.
     """
     scorer = suite.scorer(task_id)
-    if not isinstance(scorer, ActionSequencing):
+    if not isinstance(scorer, PlanScorer):
         raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
     kind = Trial if experiment.preset is None else preset(experiment.preset).trial
     return kind(scorer, experiment, epoch)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.abilities.action_sequencing.notation import PddlPlans, PlanNotation, WrittenStep
+from eai.abilities.notation.plans import PddlPlans, PlanNotation, WrittenStep
 from eai.abilities.task import Task, goal
 from eai.errors import InputError
 from eai.logic.rewriting import rename_objects, substitute

@@ -8,8 +8,8 @@ import pytest
 
 import eai
 from eai import Benchmark, Reward, Shaping, Suite, Task, given, make_task
-from eai.abilities.action_sequencing.notation import QUESTION, reason_of, refusal
 from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.notation.plans import QUESTION, reason_of, refusal
 from eai.abilities.repair import EFFORT
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, PlanVerdict, Share
 from eai.logic.formula import Atom, Constant, Occurs

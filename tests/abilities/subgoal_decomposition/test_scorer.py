@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict, contributions
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits

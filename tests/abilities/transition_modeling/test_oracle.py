@@ -8,11 +8,10 @@ from typing import Any
 
 import pytest
 
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict
-from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
@@ -20,6 +19,7 @@ from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.matching import SideMatch
+from eai.pddl.planners import make_planner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from eai.tasks.source import Source, TaskSet
 from operator_rules import gold_answer, rules_of

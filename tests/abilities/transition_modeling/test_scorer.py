@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.declaration import (
     Category,
@@ -13,13 +14,12 @@ from eai.abilities.transition_modeling.declaration import (
     clause_content,
 )
 from eai.abilities.transition_modeling.extraction import LIMIT, Memory
-from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
-from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward
 from eai.pddl.matching import SideMatch
 from eai.pddl.model import OperatorText
+from eai.pddl.planners import available, make_planner
 from eai.pddl.planning import (
     PlannerChoice,
     PlannerOutcome,

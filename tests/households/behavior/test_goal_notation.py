@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.lexicon import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.verdict import Confusion, Verdict
 from eai.households.behavior import domain
 from eai.households.behavior.notation import BehaviorGoals

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.action_sequencing.notation import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH, Pairs
+from eai.abilities.notation.plans import TOO_LONG, WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
 from eai.world.execution import Action

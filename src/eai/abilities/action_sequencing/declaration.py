@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
+    ENDING_FAULTS,
     AskedWorld,
     Form,
     SingleTurn,
@@ -17,25 +18,10 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict, Share, of_all
-from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
-
-ENDING_FAULTS = {
-    kind.value: kind
-    for kind in (
-        FaultKind.PARSING,
-        FaultKind.HALLUCINATION,
-        FaultKind.ARGUMENT_NUMBER,
-        FaultKind.WRONG_ORDER,
-        FaultKind.MISSING_STEP,
-        FaultKind.AFFORDANCE,
-        FaultKind.UNCATEGORISED,
-    )
-}
-"""The kinds of error that make an action impossible, by their names."""
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:

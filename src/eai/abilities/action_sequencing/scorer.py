@@ -6,7 +6,9 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.abilities.action_sequencing.notation import (
+from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.notation.plans import (
     QUESTION,
     CarryOut,
     Course,
@@ -16,11 +18,9 @@ from eai.abilities.action_sequencing.notation import (
     reason_of,
     resolve,
 )
-from eai.abilities.explanation import SLIPPED, Explanation, repair_notes
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
-from eai.abilities.scorer import Assessment, Scorer, error_report
+from eai.abilities.scorer import Assessment, PlanScorer, error_report
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
 from eai.errors import InputError
@@ -30,7 +30,7 @@ from eai.world.execution import Action
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
-    from eai.abilities.action_sequencing.mending import PlanMender
+    from eai.abilities.mending import PlanMender
 
 _MOST_KNOWN = 1000
 """After so many different steps of a task their meanings are forgotten."""
@@ -48,7 +48,7 @@ class _Declining(NamedTuple):
     why: str
 
 
-class ActionSequencing(Scorer):
+class ActionSequencing(PlanScorer):
     """The scorer of the plans for one task.
 
     Whole plans are tested before anything is executed: whether there is one, then all names, then all numbers
@@ -116,7 +116,7 @@ class ActionSequencing(Scorer):
     @cached_property
     def mender(self) -> PlanMender:
         """Tells the smallest repairs of answers."""
-        from eai.abilities.action_sequencing.mending import PlanMender
+        from eai.abilities.mending import PlanMender
 
         return PlanMender(self.task, self.domain, self.notation)
 

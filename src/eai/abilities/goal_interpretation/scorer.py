@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, names_in, repair_notes
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import (
+from eai.abilities.notation.goal_lexicon import GoalLexicon
+from eai.abilities.notation.goals import (
     Alternatives,
     GoalNotation,
     IllFormed,

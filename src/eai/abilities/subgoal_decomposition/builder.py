@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import StateTest
-from eai.abilities.subgoal_decomposition.notation import SubgoalLexicon, WrittenSubgoals
+from eai.abilities.notation.subgoals import SubgoalLexicon, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
     Compiled,

@@ -121,7 +121,7 @@ def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
 
 
 def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
-    from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+    from eai.abilities.notation.subgoals import SubgoalNotation
 
     subgoals = world.subgoals or SubgoalNotation(world.domain)
     return (), lambda words: subgoals.schema()

@@ -10,11 +10,11 @@ from functools import cached_property, partial
 
 from eai.abilities.explanation import Explanation, repair_notes
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.reports import goal_reports, part_reports, step_reports
 from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.program import Compiled, Rejected
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.search import (

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.answer_schema import closed, text
 from eai.abilities.declaration import (
+    OVERALL,
+    PLANNER,
     AbilityDeclaration,
     AnswerOutcome,
     AskedWorld,
@@ -25,6 +27,7 @@ from eai.abilities.declaration import (
     score_columns,
 )
 from eai.abilities.protocol import Ability
+from eai.abilities.task import CATEGORIES, Category
 from eai.abilities.verdict import (
     ALL,
     NOTHING,
@@ -44,21 +47,9 @@ from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
+    from eai.abilities.operator_task import TransitionTask
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
-    from eai.abilities.transition_modeling.task import TransitionTask
-
-
-class Category(str, Enum):
-    """The paper's categories of predicates and, but for the last, of tasks."""
-
-    OBJECT_STATES = "object_states"
-    OBJECT_ORIENTATION = "object_orientation"
-    OBJECT_AFFORDANCE = "object_affordance"
-    SPATIAL_RELATIONS = "spatial_relations"
-    NON_SPATIAL_RELATIONS = "non_spatial_relations"
-    OBJECT_TOOLS = "object_tools"
-    """Predicates that make an object a tool; the paper's tables count them in the total only."""
 
 
 class OperatorStatus(str, Enum):
@@ -196,20 +187,11 @@ _OFFENCE_FAULTS = {
 """The kind of an operator's offence in the taxonomy of plans; any other is one of writing."""
 
 
-OVERALL = "overall"
-"""The prefix of the rates over all categories."""
-
 LITERALS = "literals"
 """The prefix of the rates over all literals: partial credit for clauses of which a part is right."""
 
-PLANNER = "Planner"
-"""The group of the columns of planner success."""
-
 WORKS = "Plan works"
 """The heading of the rate of plans that work with the data set's operators."""
-
-CATEGORIES = tuple(category.value for category in Category if category is not Category.OBJECT_TOOLS)
-"""The categories with columns of their own."""
 
 _PARTS = (*CATEGORIES, OVERALL)
 _PLANNER_SUCCESS = f"{OVERALL}.planner_success"

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from eai.abilities.goal_interpretation.notation import parts_of
+from eai.abilities.notation.goals import parts_of
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.wording import ObjectName, Wording, declared_name

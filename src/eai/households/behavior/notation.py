@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import ClassVar
 
-from eai.abilities.goal_interpretation.notation import Alternatives, JsonGoals, Word
-from eai.abilities.subgoal_decomposition.notation import (
+from eai.abilities.notation.goals import Alternatives, JsonGoals, Word
+from eai.abilities.notation.subgoals import (
     SubgoalLexicon,
     SubgoalNotation,
     WrittenSubgoals,

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache, partial
 
+from eai.abilities.operator_task import TransitionTask, declared_tasks
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
-from eai.abilities.transition_modeling.declaration import Category
-from eai.abilities.transition_modeling.task import TransitionTask, declared_tasks
+from eai.abilities.task import Category, Task
 from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.english import English, english_of

@@ -9,7 +9,8 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.goal_interpretation.notation import (
+from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.notation.goals import (
     SECTIONS,
     GoalNotation,
     IllFormed,
@@ -17,8 +18,7 @@ from eai.abilities.goal_interpretation.notation import (
     WrittenGoal,
     WrittenGoals,
 )
-from eai.abilities.json_text import Pairs, find_json
-from eai.abilities.subgoal_decomposition.notation import (
+from eai.abilities.notation.subgoals import (
     SubgoalLexicon,
     SubgoalNotation,
     WrittenSubgoals,

@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import starmap, zip_longest
 from typing import NamedTuple
 
-from eai.abilities.action_sequencing.notation import TOO_LONG, PlanNotation, WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json
+from eai.abilities.notation.plans import TOO_LONG, PlanNotation, WrittenPlan, WrittenStep
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.world.domain import Domain

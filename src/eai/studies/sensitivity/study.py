@@ -18,7 +18,8 @@ from pydantic import BeforeValidator
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.declaration import Category, OperatorVerdict
+from eai.abilities.task import Category
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.rules import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.verdict import of_all

@@ -14,8 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 from eai.abilities.planning import find_plan
-from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.transition_modeling.declaration import Category
+from eai.abilities.task import Category, Goal, GoalKind, Task
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.export import Exported, ProblemSource, export_problems

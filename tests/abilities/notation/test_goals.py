@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from abilities.goal_interpretation.lamps import DOMAIN, make_task
-from eai.abilities.goal_interpretation.notation import (
+from eai.abilities.notation.goals import (
     JsonGoals,
     WrittenGoal,
     WrittenGoals,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
-from eai.abilities.goal_interpretation.notation import GoalNotation, WrittenGoal
+from eai.abilities.notation.goals import GoalNotation, WrittenGoal
 from eai.abilities.task import Goal, GoalKind, Task, goal
 from eai.abilities.verdict import Unreadable
 from eai.data.grouping import grouped

@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.transition_modeling.declaration import Category, OperatorVerdict
+from eai.abilities.operator_task import TransitionTask, declared_tasks
+from eai.abilities.task import Category, Goal, GoalKind, Task
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.abilities.transition_modeling.task import TransitionTask, declared_tasks
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.planning import PlannerOutcome
 from eai.pddl.search import BuiltInPlanner

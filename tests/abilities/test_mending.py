@@ -12,7 +12,7 @@ from random import Random
 import pytest
 
 import eai
-from eai.abilities.action_sequencing import mending
+from eai.abilities import mending
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import planning_goal

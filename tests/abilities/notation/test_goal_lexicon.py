@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from eai.abilities.goal_interpretation.lexicon import _StatedGoals, read_stated, write_goals
-from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_test import alternatives
+from eai.abilities.notation.goal_lexicon import _StatedGoals, read_stated, write_goals
+from eai.abilities.notation.goals import JsonGoals
 from eai.abilities.reports import formula_text
 from eai.abilities.task import GoalKind, Task, make_task
 from eai.benchmark.registry import find_benchmark

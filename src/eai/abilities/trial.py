@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from eai.abilities.action_sequencing.notation import Course
-from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment
 from eai.abilities.goal_test import remaining_goals
+from eai.abilities.notation.plans import Course
 from eai.abilities.record import Attempt
+from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.world.episode import Episode, Luck, Slip
@@ -34,7 +34,7 @@ class Trial:
         episode: the world of the present attempt.
     """
 
-    def __init__(self, scorer: ActionSequencing, experiment: Experiment, epoch: int = 1) -> None:
+    def __init__(self, scorer: PlanScorer, experiment: Experiment, epoch: int = 1) -> None:
         self.experiment = experiment
         self.attempts: list[Attempt] = []
         self.scorer = scorer

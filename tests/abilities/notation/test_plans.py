@@ -3,7 +3,7 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from eai.abilities.action_sequencing.notation import JsonPlans, PddlPlans, WrittenPlan
+from eai.abilities.notation.plans import JsonPlans, PddlPlans, WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
 from eai.world.domain import Domain

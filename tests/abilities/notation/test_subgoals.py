@@ -5,7 +5,7 @@ import json
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.subgoal_decomposition.notation import (
+from eai.abilities.notation.subgoals import (
     SubgoalLexicon,
     SubgoalNotation,
     WrittenSubgoals,

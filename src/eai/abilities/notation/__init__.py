@@ -1,0 +1,1 @@
+"""How answers are written, as a benchmark has it: what the abilities read, and built-in models write."""
