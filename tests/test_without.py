@@ -12,13 +12,14 @@ import pytest
 
 import eai
 from by_path import module_at
+from eai.abilities.protocol import FOUR
 from eai.studies.registry import BUILT_IN
 from sweeps import swept
 
 SOURCE = Path(eai.__file__).parent
 
 TOOL = module_at("tools/without.py")
-FEW = ("reference", "households/virtualhome", "studies/errors")
+FEW = ("reference", "abilities/transition_modeling", "households/virtualhome", "studies/errors")
 
 
 @pytest.fixture(scope="module", params=[*FEW, *swept(*(each for each in TOOL.FOLDERS if each not in FEW))])
@@ -41,8 +42,8 @@ def whole(code: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_all_that_is_left_is_imported(without: tuple[str, Path]) -> None:
-    folder, place = without
-    done = TOOL.imports_without(place / "eai", folder)
+    _, place = without
+    done = TOOL.imports_without(place / "eai")
     assert (done.returncode, done.stderr, done.stdout.strip()) == (0, "", str(place / "eai"))
 
 
@@ -71,13 +72,24 @@ def test_help_lists_the_protocols_that_are_left(command: str, without: tuple[str
     assert ("eai-1.0.5" in left.stdout) is (folder != "reference")
 
 
-def test_help_lists_the_studies_that_are_left(without: tuple[str, Path]) -> None:
+def test_help_lists_the_abilities_that_are_left(without: tuple[str, Path]) -> None:
     folder, place = without
+    asked = "import sys; sys.argv = ['eai', 'score', '--help']; from eai.cli import main; main()"
+    left = run(place, asked)
+    assert left.returncode == 0, left.stderr
+    (line,) = [line for line in left.stdout.splitlines() if "--ability  " in line]
+    listed = {ability for ability in FOUR if ability in line}
+    assert listed == {ability for ability in FOUR if folder != f"abilities/{ability}"}
+
+
+def test_help_lists_the_studies_that_are_left(without: tuple[str, Path]) -> None:
+    _, place = without
     asked = "import sys; sys.argv = ['eai', 'analyze']; from eai.cli import main; main()"
     left = run(place, asked)
     assert left.returncode == 0, left.stderr
     missing = {name for name in BUILT_IN if f"**{name}**" not in left.stdout}
-    assert missing == {name for name, place in BUILT_IN.items() if f".{folder.replace('/', '.')}." in place}
+    gone = [f".{folder.replace('/', '.')}." for folder in TOOL.gone_from(place / "eai")]
+    assert missing == {name for name, place in BUILT_IN.items() if any(each in place for each in gone)}
 
 
 def test_a_protocol_that_is_not_there_is_refused_in_a_line(without: tuple[str, Path]) -> None:

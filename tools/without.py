@@ -3,10 +3,10 @@
     python tools/without.py                             all folders that can be taken out, one after the other
     python tools/without.py reference -- -m "not sweep"  one of them, with options of pytest
 
-For each folder a copy of the repository is made out of which it is taken, with commands that are about it.
-All modules that are left are imported, but for those of the reference's protocol that are about it; of the
-tests all are run but those that speak of it, by their name, too, or import one that does, and those of pages
-that tell of all.
+For each folder a copy of the repository is made out of which it is taken, with what is about it: commands,
+studies, and modules of the reference's protocol that import it. All modules that are left are imported; of
+the tests all are run but those that speak of what is gone, by their name, too, or import one that does, and
+those of pages that tell of all.
 """
 
 from __future__ import annotations
@@ -29,8 +29,9 @@ FOLDERS = (
     "reference",
     *sorted(
         f"{kind}/{path.parent.name}"
-        for kind in ("households", "studies")
+        for kind in ("abilities", "households", "studies")
         for path in ROOT.joinpath(PACKAGE, kind).glob("*/__init__.py")
+        if path.parent != ROOT / PACKAGE / "abilities" / "notation"
     ),
 )
 """Folders that can be taken out."""
@@ -45,8 +46,7 @@ import eai
 root = pathlib.Path(eai.__file__).parent
 for path in sorted(root.rglob("*.py")):
     parts = ("eai", *path.relative_to(root).with_suffix("").parts)
-    of_protocol = parts[1] == "reference" and sys.argv[1].rpartition(".")[2] in path.name
-    if of_protocol or parts[-1] in ("__main__", "metadata_backend"):
+    if parts[-1] in ("__main__", "metadata_backend"):
         continue
     try:
         importlib.import_module(".".join(parts).removesuffix(".__init__"))
@@ -55,7 +55,7 @@ for path in sorted(root.rglob("*.py")):
             raise
 print(root)
 """
-"""Imports all that is left, but what is about the folder, runs at once or needs an extra."""
+"""Imports all that is left, but what runs at once or needs an extra."""
 
 
 def copy_without(folder: str, target: Path) -> Path:
@@ -72,17 +72,39 @@ def copy_without(folder: str, target: Path) -> Path:
 
 
 def package_without(folder: str, target: Path) -> Path:
-    """Copy the package alone without one of its folders, and commands about it; returns its folder there."""
+    """Copy the package alone without one of its folders, and what is about it; returns its folder there."""
     shutil.copytree(
         ROOT / PACKAGE, target / PACKAGE.name, ignore=shutil.ignore_patterns("__pycache__", "*.so")
     )
     package = target / PACKAGE.name
     shutil.rmtree(package / folder)
-    imports = "\nfrom eai." + folder.replace("/", ".")
-    for command in package.joinpath("cli").glob("*.py"):
-        if imports in command.read_text(encoding="utf-8"):
-            command.unlink()
+    gone = [folder]
+    while gone:
+        gone = [_removed(path, package) for path in _importers(gone, package)]
     return package
+
+
+def _importers(gone: Sequence[str], package: Path) -> set[Path]:
+    """Commands, studies and modules of the protocol that import one of some folders and modules."""
+    names = "|".join(gone).replace("/", r"\.")
+    imports = re.compile(rf"^(?:from|import) eai\.(?:{names})\b", re.MULTILINE)
+    paths = [path for each in ("cli/*.py", "reference/*.py", "studies/*/*.py") for path in package.glob(each)]
+    about = [path for path in paths if imports.search(path.read_text(encoding="utf-8"))]
+    return {path.parent if path.parent.parent.name == "studies" else path for path in about}
+
+
+def _removed(path: Path, package: Path) -> str:
+    """Remove a module or a folder of the package; returns what it was called."""
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink()
+    return path.relative_to(package).with_suffix("").as_posix()
+
+
+def gone_from(package: Path) -> list[str]:
+    """The folders that are not in a copy of the package."""
+    return [folder for folder in FOLDERS if not (package / folder).exists()]
 
 
 def tests_about(folder: str, tests: Path) -> set[Path]:
@@ -112,10 +134,10 @@ def _words_about(folder: str) -> str:
     return name
 
 
-def imports_without(package: Path, folder: str) -> subprocess.CompletedProcess[str]:
+def imports_without(package: Path) -> subprocess.CompletedProcess[str]:
     """Import all modules that are left in a copy of the package."""
     environment = {**os.environ, "PYTHONPATH": str(package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
-    command = [sys.executable, "-c", IMPORT_ALL, folder.replace("/", ".")]
+    command = [sys.executable, "-c", IMPORT_ALL]
     return subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
 
 
@@ -129,12 +151,17 @@ def main(folders: Sequence[str], options: Sequence[str]) -> int:
 def _works_without(folder: str, options: Sequence[str]) -> bool:
     with TemporaryDirectory() as target:
         package = copy_without(folder, Path(target))
-        imports = imports_without(package, folder)
-        print(f"without {folder}: {imports.stderr or 'all is imported'}", flush=True)
+        imports, gone = imports_without(package), gone_from(package)
+        print(f"without {' and '.join(gone)}: {imports.stderr or 'all is imported'}", flush=True)
         tests = Path(target, "tests")
-        about = sorted(tests_about(folder, tests) | {tests / name for name in OF_ALL})
-        ignored = [f"--ignore={path}" for path in about]
-        kept = ["--deselect", _LISTING, "-k", f"not {folder.rpartition('/')[2]}"]
+        about = {path for each in gone for path in tests_about(each, tests)}
+        ignored = [f"--ignore={path}" for path in sorted(about | {tests / name for name in OF_ALL})]
+        kept = [
+            "--deselect",
+            _LISTING,
+            "-k",
+            f"not ({' or '.join(each.rpartition('/')[2] for each in gone)})",
+        ]
         command = [sys.executable, "-m", "pytest", "-q", *ignored, *kept, *options]
         environment = {**os.environ, "PYTHONPATH": str(package.parent)}
         ran = subprocess.run(command, cwd=target, check=False, env=environment)

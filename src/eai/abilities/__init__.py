@@ -1,1 +1,1 @@
-"""The four abilities: for each, how an answer is parsed and scored."""
+"""The four abilities: for each a folder that judges answers, and what others need to know of answers."""
