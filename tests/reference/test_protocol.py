@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from abilities.action_sequencing.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 
+from abilities.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from typer.testing import CliRunner
 
+from abilities.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
 from eai.abilities.experiment import Experiment
 from eai.abilities.record import Record
 from eai.abilities.responses import read_responses

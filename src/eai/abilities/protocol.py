@@ -123,8 +123,8 @@ class Ability(_Name):
 
     @classmethod
     def known(cls) -> Collection[Ability]:
-        """All that are registered: the paper's in its order, then the others by name."""
-        return registered_abilities()
+        """Those that come with the package, be they there or not, the paper's first, and then the others."""
+        return dict.fromkeys((*map(cls, BUILT_IN), *registered_abilities()))
 
 
 Ability.GOAL_INTERPRETATION = Ability("goal_interpretation")
