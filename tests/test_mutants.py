@@ -27,6 +27,7 @@ def test_what_says_nothing_of_what_is_done_is_left_alone(
     module.write_text(
         "@dataclass(frozen=True)\nclass A:\n    b: int | None = 3\n\n"
         "def f(a: int | None) -> int | None:\n    return [i for i in a if i < 2 or i]\n\n"
+        "if TYPE_CHECKING:\n    import x\n"
         "pairs = list(zip(a, b, strict=True))\nhappens = rng.random() < 0.5\n"
     )
     monkeypatch.setattr(tool, "ROOT", tmp_path)

@@ -5,11 +5,12 @@
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
 is one more, a condition is negated. Left alone are annotations, decorators, which say whether instances have
-slots, ``strict`` of `zip`, which says what holds already, and what a random float is compared with, as it is
-never just that. The mutant lies in a copy of the sources, in which run, until one notices something, the
-tests of its package, its own file's first, then tests elsewhere that import the module and those of the
-households, where its callers meet real data: quick ones before slow ones, and first what noticed other
-mutants (``tools/quick_first.py``), as many as fit into ``--seconds`` each time. It is the default set of
+slots, what is imported for types alone, ``strict`` of `zip`, which says what holds already, and what a random
+float is compared with, as it is never just that. The mutant lies in a copy of the sources, in which run,
+until one notices something, the tests of its package, its own file's first, then tests elsewhere that import
+the module and those of the households, where its callers meet real data: quick ones before slow ones, and
+first what noticed other mutants (``tools/quick_first.py``), as many as fit into
+``--seconds`` each time. It is the default set of
 tests, or with ``--whole`` all. The tests of every package run once on the sources as they are before, which
 says how long each takes, unless a file given with ``--known`` has that from another time. Prints what becomes
 of each mutant, and how many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors
@@ -141,6 +142,8 @@ def _idle(node: ast.AST) -> Iterator[ast.AST]:
             yield annotation
         case ast.ClassDef(decorator_list=decorators):
             yield from decorators
+        case ast.If(test=ast.Name("TYPE_CHECKING")):
+            yield node
         case ast.Call(func=ast.Name("zip"), keywords=[ast.keyword("strict") as strict]):
             yield strict
 

@@ -84,6 +84,7 @@ def test_a_text_of_any_characters_is_in_the_space() -> None:
     space = AnyText(5)
     assert "" in space
     assert "é 漢\n" in space
+    assert "12345" in space
     assert "123456" not in space
     assert 3 not in space
     space.seed(0)

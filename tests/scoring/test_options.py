@@ -11,7 +11,9 @@ from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice
 
 
-@pytest.mark.parametrize(("name", "least"), [("planner_seconds", 1), ("planner_memory", 64), ("workers", 1)])
+@pytest.mark.parametrize(
+    ("name", "least"), [("planner_seconds", 1), ("planner_memory", 64), ("workers", 1), ("look_back", 1)]
+)
 def test_a_number_has_a_least_value(name: str, least: int) -> None:
     assert getattr(ScoringOptions(**{name: least}), name) == least
     with pytest.raises(ValidationError, match=f"greater than or equal to {least}"):

@@ -3,6 +3,7 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
+from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.notation.plans import JsonPlans, PddlPlans, WrittenPlan
 from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
@@ -123,6 +124,7 @@ LINES = "(pick ball1 rooma left)\n(drop ball1 roomb left)"
         (f"At first (wait).\n(wait)\nNo, this:\n{LINES}\nThat is all.", [PICK, DROP], ("prose",)),
         ("(wait)", [("wait", ())], ()),
         ('[{"action": "pick", "object": "ball1, rooma, left"}]', [PICK], ()),
+        ('(wait)\n[{"action": "pick", "object": "ball1, rooma, left"}]\n(wait)', [PICK], ("prose",)),
     ],
 )  # fmt: skip
 def test_plans_are_read_as_planners_write_them(
@@ -137,6 +139,10 @@ def test_plans_are_read_as_planners_write_them(
 @pytest.mark.parametrize("text", ["", "()", "pick ball1", "; (pick ball1)", "(pick (ball1))", "see (pick)"])
 def test_other_lines_are_no_plan(text: str) -> None:
     assert isinstance(PddlPlans().read(text), Unreadable)
+
+
+def test_no_line_is_looked_for_in_what_no_model_writes() -> None:
+    assert isinstance(PddlPlans().read(f"{LINES}\n{' ' * MAX_LENGTH}"), Unreadable)
 
 
 def test_only_a_pddl_domain_takes_lines() -> None:
