@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -203,6 +205,10 @@ PATH = Trace(
 )
 
 
+def taken(leaf: Atom | Occurs, place: int, binding: Mapping[str, str]) -> frozenset[str] | None:
+    return PATH.participants(leaf.action, place) if isinstance(leaf, Occurs) else None
+
+
 @pytest.mark.parametrize(
     ("text", "true", "false"),
     [
@@ -227,13 +233,13 @@ PATH = Trace(
 def test_support(text: str, true: set[str] | None, false: set[str] | None) -> None:
     quantified = read_formula(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1}))[0]
     assert isinstance(quantified, Exists)
-    assert support(quantified.body, "x", {}, True, PATH) == (None if true is None else frozenset(true))
-    assert support(quantified.body, "x", {}, False, PATH) == (None if false is None else frozenset(false))
+    assert support(quantified.body, "x", {}, True, taken) == (None if true is None else frozenset(true))
+    assert support(quantified.body, "x", {}, False, taken) == (None if false is None else frozenset(false))
 
 
 def test_an_equation_with_a_bound_variable() -> None:
     equation = Equals(Variable("x"), Variable("y"))
-    assert support(equation, "x", {"y": "cup.1"}, True, PATH) == frozenset({"cup.1"})
+    assert support(equation, "x", {"y": "cup.1"}, True, taken) == frozenset({"cup.1"})
 
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")

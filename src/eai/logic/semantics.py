@@ -19,7 +19,7 @@ Of a quantifier only those objects are tried for which its body can be true, or 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from functools import partial, reduce
 from operator import and_, or_
@@ -207,8 +207,12 @@ class _Evaluator:
         """The values of a variable for which the body can have this truth at some position."""
         domain = self._trace.domain(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        possible = support(body, variable.name, inner, truth, self._trace)
+        possible = support(body, variable.name, inner, truth, self._participants)
         return domain if possible is None else domain & possible
+
+    def _participants(self, leaf: f.Atom | f.Occurs, place: int, binding: Binding) -> Set[str] | None:
+        """The objects with which an action is ever taken; of states nothing is known without trying."""
+        return self._trace.participants(leaf.action, place) if isinstance(leaf, f.Occurs) else None
 
     def _paired(self, formula: f.ForPairs, binding: Binding, read: _Reading, everything: int) -> int:
         """The positions at which a maximum matching of true pairs is large enough."""
@@ -271,28 +275,32 @@ def _exactly(count: int, masks: list[int], everything: int) -> int:
     return reduce(and_, [d if count >> i & 1 else everything & ~d for i, d in enumerate(digits)], everything)
 
 
+Known: TypeAlias = Callable[[f.Atom | f.Occurs, int, Binding], Set[str] | None]
+"""Tells the objects of which some may stand at a place of an atom or action that holds; None if any may."""
+
+
 def support(
-    formula: f.Formula, variable: str, binding: Mapping[str, str], truth: bool, trace: Trace
-) -> frozenset[str] | None:
+    formula: f.Formula, variable: str, binding: Binding, truth: bool, known: Known
+) -> Set[str] | None:
     """A set outside of which no value of the variable gives the formula this truth at any position.
 
     Returns None where no such set is known without trying. ``binding`` holds the values of variables bound
     further out; ``variable`` is not among them.
     """
 
-    def of(part: f.Formula, wanted: bool) -> frozenset[str] | None:
-        return support(part, variable, binding, wanted, trace)
+    def of(part: f.Formula, wanted: bool) -> Set[str] | None:
+        return support(part, variable, binding, wanted, known)
 
     match formula:
-        case f.Occurs(action, arguments) if truth and f.Variable(variable) in arguments:
-            return trace.participants(action, arguments.index(f.Variable(variable)))
+        case f.Atom(_, arguments) | f.Occurs(_, arguments) if truth and f.Variable(variable) in arguments:
+            return known(formula, arguments.index(f.Variable(variable)), binding)
         case f.Equals(left, right) if truth:
             return _equal_to(left, right, variable, binding)
         case f.Not(operand):
             return of(operand, not truth)
         case f.And(operands) | f.Or(operands):
-            found = (of(part, truth) for part in operands)
-            return _smallest(found) if isinstance(formula, f.And) == truth else _all_together(found)
+            found = [of(part, truth) for part in operands]
+            return _smallest(found) if isinstance(formula, f.And) == truth else all_together(found)
         case f.Implies(premise, conclusion):
             return of(f.Or((f.Not(premise), conclusion)), truth)
         case f.Exists(inner, body) | f.ForAll(inner, body):
@@ -300,7 +308,7 @@ def support(
             if isinstance(formula, f.Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
-            return support(body, variable, outer, truth, trace)
+            return support(body, variable, outer, truth, known)
         case f.Next(operand) | f.Until(right=operand) if truth:
             return of(operand, truth)
         case f.Eventually(operand) | f.Always(operand):
@@ -311,24 +319,23 @@ def support(
             return None
 
 
-def _equal_to(
-    left: f.Term, right: f.Term, variable: str, binding: Mapping[str, str]
-) -> frozenset[str] | None:
+def _equal_to(left: f.Term, right: f.Term, variable: str, binding: Binding) -> Set[str] | None:
     for term, other in ((left, right), (right, left)):
         if term == f.Variable(variable):
             if isinstance(other, f.Constant):
-                return frozenset((other.name,))
+                return {other.name}
             if other.name in binding:
-                return frozenset((binding[other.name],))
+                return {binding[other.name]}
     return None
 
 
-def _smallest(found: Iterable[frozenset[str] | None]) -> frozenset[str] | None:
+def _smallest(found: Iterable[Set[str] | None]) -> Set[str] | None:
     return min((objects for objects in found if objects is not None), key=len, default=None)
 
 
-def _all_together(found: Iterable[frozenset[str] | None]) -> frozenset[str] | None:
-    union: frozenset[str] = frozenset()
+def all_together(found: Iterable[Set[str] | None]) -> Set[str] | None:
+    """The union of some supports: of what is true, or false, if one of several things is."""
+    union: Set[str] = frozenset()
     for objects in found:
         if objects is None:
             return None

@@ -8,11 +8,12 @@ Derived predicates that depend on themselves are computed as least fixpoints. Th
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.semantics import all_together, support
 from eai.logic.signature import takes
 from eai.logic.traversal import predicates_of
 from eai.planning.search import Effort
@@ -114,7 +115,7 @@ class _Evaluation:
         """The binding with each value of a variable for which a body may hold, in order of declaration."""
         members = self._objects[m.type_of(variable)]
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        found = self._candidates(body, variable.name, inner, positive=True)
+        found = support(body, variable.name, inner, True, self._atom_support)
         names = [name for name in members if found is None or name in found]
         return ({**inner, variable.name: name} for name in self._looks.at(names))
 
@@ -159,58 +160,27 @@ class _Evaluation:
             if self.holds(axiom.condition, binding):
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
-    def _candidates(
-        self, formula: f.Formula, name: str, binding: Valuation, *, positive: bool
-    ) -> set[str] | None:
-        """Objects among which all are for which a formula can be true, or false; None for any object.
+    def _atom_support(self, atom: f.Atom | f.Occurs, place: int, binding: Valuation) -> Set[str] | None:
+        """Objects among which all are that may stand at a place of an atom that holds; None for any object.
 
         Variables that are not in the binding may stand for anything.
         """
-        match formula:
-            case f.Atom() if positive:
-                return self._atom_candidates(formula, name, binding)
-            case f.Equals(left, right) if positive:
-                for one, other in ((left, right), (right, left)):
-                    if one == f.Variable(name) and (value := _value(other, binding)) is not None:
-                        return {value}
-                return None
-            case f.Not(operand):
-                return self._candidates(operand, name, binding, positive=not positive)
-            case f.Implies(premise, conclusion):
-                return self._candidates(f.Or((f.Not(premise), conclusion)), name, binding, positive=positive)
-            case f.And(operands) | f.Or(operands):
-                found = [self._candidates(each, name, binding, positive=positive) for each in operands]
-                return _smallest(found) if isinstance(formula, f.And) is positive else _all_of(found)
-            case f.Exists(variable, body) | f.ForAll(variable, body) if (
-                isinstance(formula, f.Exists) is positive
-            ):
-                if variable.name == name:
-                    return None
-                inner = {key: value for key, value in binding.items() if key != variable.name}
-                return self._candidates(body, name, inner, positive=positive)
-            case _:
-                return None
-
-    def _atom_candidates(self, atom: f.Atom, name: str, binding: Valuation) -> set[str] | None:
-        places = [i for i, term in enumerate(atom.arguments) if term == f.Variable(name)]
-        if not places:
+        if isinstance(atom, f.Occurs):
             return None
         values = [_value(term, binding) for term in atom.arguments]
         if atom.predicate in self._axioms:
             self._complete(atom.predicate)
             if atom.predicate not in self._rows:
-                return self._derived_candidates(atom.predicate, places[0], values)
-        return {row[places[0]] for row in self._matching(atom.predicate, values)}
+                return self._derived_support(atom.predicate, place, values)
+        return {row[place] for row in self._matching(atom.predicate, values)}
 
-    def _derived_candidates(
-        self, predicate: str, place: int, values: Sequence[str | None]
-    ) -> set[str] | None:
+    def _derived_support(self, predicate: str, place: int, values: Sequence[str | None]) -> Set[str] | None:
         found = []
         for axiom in self._axioms[predicate]:
             names = [parameter.name for parameter in axiom.parameters]
             binding = {n: value for n, value in zip(names, values, strict=True) if value is not None}
-            found.append(self._candidates(axiom.condition, names[place], binding, positive=True))
-        return _all_of(found)
+            found.append(support(axiom.condition, names[place], binding, True, self._atom_support))
+        return all_together(found)
 
     def _matching(self, predicate: str, values: Sequence[str | None]) -> Iterable[_Row]:
         """The rows of a predicate that have these values, None standing for any."""
@@ -246,20 +216,6 @@ def object_of(term: f.Term, binding: Valuation) -> str:
 
 def _value(term: f.Term, binding: Valuation) -> str | None:
     return term.name if isinstance(term, f.Constant) else binding.get(term.name)
-
-
-def _smallest(found: Iterable[set[str] | None]) -> set[str] | None:
-    known = [each for each in found if each is not None]
-    return min(known, key=len) if known else None
-
-
-def _all_of(found: Sequence[set[str] | None]) -> set[str] | None:
-    together: set[str] = set()
-    for each in found:
-        if each is None:
-            return None
-        together |= each
-    return together
 
 
 @dataclass(frozen=True, slots=True)
