@@ -12,7 +12,6 @@ from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.generator.problem_files import problem_files_in, read_problems
 from eai.households.behavior.tasks import BehaviorTasks
-from eai.logic.ltl_printer import print_ltl
 from eai.pddl.export import export
 from eai.pddl.writer import write_problem
 from eai.tasks.source import Source
@@ -147,28 +146,6 @@ def test_what_is_no_problem_of_this_world_is_refused(
     with pytest.raises(InputError) as caught:
         read("behavior", KITCHEN.replace(old, new))
     assert str(caught.value).startswith(f"p.bddl: {message}")
-
-
-@pytest.mark.usefixtures("data_store")
-def test_a_planning_problem_of_the_data_set_is_of_the_objects_of_its_activity() -> None:
-    objects = "agent_n_01_1 - agent bow_n_08_2 - bow_n_08 basket_n_01_1 basket_n_01_2 - basket_n_01"
-    floor = "floor_n_01_1 - floor_n_01"
-    init = "(onfloor basket_n_01_1 floor_n_01_1) (same_obj agent_n_01_1 agent_n_01_1)"
-    problem = (
-        f"(define (problem assembling_gift_baskets) (:domain igibson) (:objects {objects} {floor})"
-        f" (:init {init}) (:goal (and (inside bow_n_08_2 basket_n_01_2) (not (dusty basket_n_01_1)))))"
-    )
-    task = read("behavior", problem, "p.pddl")
-    assert [thing.name for thing in task.scene.objects] == [
-        "bow_1", "basket_0", "basket_1", "room_floor_living_room_0",
-    ]  # fmt: skip
-    assert [print_ltl(goal.formula) for goal in task.goals] == [
-        "inside(bow_1, basket_1)",
-        "not dusty(basket_0)",
-    ]
-    assert ("basket_0", "room_floor_living_room_0") in {fact[1:] for fact in facts(task.initial)}
-    with pytest.raises(InputError, match=r"expected a declared object, not bow_n_08_3"):
-        read("behavior", problem.replace("(inside bow_n_08_2", "(inside bow_n_08_3"), "p.pddl")
 
 
 def test_bddl_is_for_any_declaration() -> None:

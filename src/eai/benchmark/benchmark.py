@@ -111,7 +111,6 @@ class Benchmark:
         problem_of: the planning problem that some ground goals of a task make with its published operators;
             None where it is exported from the declaration.
         open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
-        open_pddl: opens what problems of the data set's own planning domain may speak of, if it has one.
         english: how its tasks are put into English, and what nobody would ask for; by default made of names.
         role: who carries out what is asked for, as in ``a household robot``.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
@@ -142,7 +141,6 @@ class Benchmark:
     open_demonstrations: OpenDemonstrations | None = None
     problem_of: ProblemOf | None = None
     open_bddl: OpenWorld | None = None
-    open_pddl: OpenWorld | None = None
     english: English = PLAIN
     role: str = "an agent"
     planner_seconds: int = 100

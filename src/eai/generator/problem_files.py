@@ -20,7 +20,7 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import walk
 from eai.pddl.check import check_problem
 from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
-from eai.pddl.model import PddlProblem, TypedName
+from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
 from eai.tasks.source import Source
 from eai.world.condition import Readings
@@ -60,42 +60,41 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
 def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -> list[Task]:
     """The tasks of some files, each known by the name of its problem, or by that of its file.
 
-    PDDL is of the domain that `eai.pddl.export` makes of the declaration, or of the data set's own where it
-    has one; BDDL has the declared names in small letters, or those of the data set where that has problems in
-    BDDL. Goals are the parts of the outermost conjunction.
+    PDDL is of the domain that `eai.pddl.export` makes of the declaration. BDDL has the declared names in
+    small letters, or those of the data set where that has problems in BDDL. Goals are the parts of the
+    outermost conjunction.
 
     Raises:
         InputError: a file cannot be read, or is no problem of this world; names file, line and what was
             expected.
     """
     endings = dict.fromkeys(path.suffix for path in paths)
-    worlds = {ending: _worlds(ending, benchmark, source) for ending in endings}
-    files = [(world := _named(path, worlds[path.suffix]), _read(path, world)) for path in paths]
-    times = Counter(file.problem.name for _, file in files)
+    worlds = {ending: _world(ending, benchmark, source) for ending in endings}
+    files = [_read(path, worlds[path.suffix][0]) for path in paths]
+    times = Counter(file.problem.name for file in files)
     tasks: dict[str, Path] = {}
     made = []
-    for world, file in files:
+    for file in files:
         name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
         if name in tasks:
             raise InputError(f"{file.path}: expected another name than {name!r}, as in {tasks[name]}")
         tasks[name] = file.path
-        made.append(_task(name, file, world, benchmark))
+        made.append(_task(name, file, worlds[file.path.suffix], benchmark))
     return made
 
 
-def _worlds(ending: str, benchmark: Benchmark, source: Source) -> list[ProblemWorld]:
+def _world(ending: str, benchmark: Benchmark, source: Source) -> ProblemWorld:
     tasks = benchmark.tasks(source).values()
     if ending == PDDL:
-        own = benchmark.open_pddl
-        declared = declared_in_pddl(benchmark.domain, tasks)
-        return [declared] if own is None else [declared, own(source)]
+        return declared_in_pddl(benchmark.domain, tasks)
     if benchmark.open_bddl is not None:
-        return [benchmark.open_bddl(source)]
-    return [declared_in_bddl(benchmark.domain, tasks)]
+        return benchmark.open_bddl(source)
+    return declared_in_bddl(benchmark.domain, tasks)
 
 
 def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmark) -> Task:
-    initial, meaning = world.pose(file.problem)
+    _, pose = world
+    initial, meaning = pose(file.problem)
     readings = Readings(benchmark.domain.vocabulary)
     facts: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
     for each in facts:
@@ -130,17 +129,9 @@ def _instruction(goals: Sequence[f.Formula], initial: State, benchmark: Benchmar
         return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
 
 
-def _named(path: Path, worlds: Sequence[ProblemWorld]) -> ProblemWorld:
-    """The world whose domain a file names, or the first."""
-    if len(worlds) == 1:
-        return worlds[0]
-    named = re.search(r"\(\s*:domain\s+([^\s()]+)", read_text(path))
-    return next((each for each in worlds if named and each.header.name == named[1]), worlds[0])
-
-
-def _read(path: Path, world: ProblemWorld) -> ProblemFile:
+def _read(path: Path, header: PddlDomain) -> ProblemFile:
     if path.suffix == PDDL:
-        return read_problem_file(path, world.header)
+        return read_problem_file(path, header)
     text = read_text(path)
     try:
         read = parse_problem(text)
@@ -152,7 +143,7 @@ def _read(path: Path, world: ProblemWorld) -> ProblemFile:
             denied=tuple(_denied(text, read.init)),
             goal=read.goal,
         )
-        refuse(text, check_problem(problem, world.header))
+        refuse(text, check_problem(problem, header))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)

@@ -80,17 +80,12 @@ Meaning: TypeAlias = Callable[[f.Formula], f.Formula]
 """From a condition of a problem to the formula that it means in the world of a benchmark."""
 
 
-@dataclass(frozen=True, slots=True)
-class ProblemWorld:
-    """How problems about one world are read.
+ProblemWorld: TypeAlias = tuple[PddlDomain, Callable[[PddlProblem], tuple[State, Meaning]]]
+"""How problems about one world are read.
 
-    Attributes:
-        header: the names that they may use.
-        pose: from a problem that uses no others to the state at its start, and what its conditions mean.
-    """
-
-    header: PddlDomain
-    pose: Callable[[PddlProblem], tuple[State, Meaning]]
+That is the names that they may use, and a function from a problem that uses no others to the state at its
+start and what its conditions mean.
+"""
 
 
 def header_of(
@@ -197,7 +192,7 @@ def declared_in_bddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     vocabulary = domain.vocabulary
     names = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
     declared = _declared_in(domain, tasks, str.lower, {name.lower(): name for name in names})
-    return ProblemWorld(declared.header, declared.pose)
+    return declared.header, declared.pose
 
 
 def declared_in_pddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
@@ -214,9 +209,7 @@ def declared_in_pddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
     arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
     predicates = (*declared.header.predicates, *header_of("", (), {}, arities).predicates)
     header = replace(declared.header, constants=tuple(constants), predicates=predicates)
-    return ProblemWorld(
-        header, replace(declared, header=header, kinds=kinds, performed=performed, order=order).pose
-    )
+    return header, replace(declared, header=header, kinds=kinds, performed=performed, order=order).pose
 
 
 def _declared_in(

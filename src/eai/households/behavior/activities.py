@@ -1,4 +1,4 @@
-"""BEHAVIOR's own problem files as scenes: activities in BDDL, and planning problems in PDDL.
+"""BEHAVIOR's own problem files: activities in BDDL as scenes, and planning problems made of them.
 
 What a file of an activity states holds. What none states is as in the data set: what objects are good for and
 how large they are goes by their category; furniture stands on the floor of its room; cartons are open. The
@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
@@ -25,7 +24,7 @@ from eai.households.behavior.tasks import RELATIONS, BehaviorTask, build_task
 from eai.logic.bddl import Problem
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import predicates_of, walk
-from eai.pddl.model import PddlDomain, PddlProblem, TypedName
+from eai.pddl.model import PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
 from eai.tasks.source import TaskSet
@@ -184,68 +183,7 @@ def _named(formula: f.Formula) -> Iterator[str]:
     return (term.name for atom in _atoms(formula) for term in atom.arguments)
 
 
-@dataclass(frozen=True)
-class _PlanningProblems:
-    """Reads planning problems of the data set, whose names have underscores instead of dots.
-
-    Attributes:
-        activities: how they are read with the names of activities.
-    """
-
-    activities: _Activities
-
-    @property
-    def header(self) -> PddlDomain:
-        """The types and predicates that problems may name."""
-        arities = {each.name: len(each.parameters) for each in self.activities.header.predicates}
-        return header_of("igibson", (*self._categories, _AGENT), {}, {**arities, _SAME: 2})
-
-    @property
-    def _categories(self) -> Mapping[str, str]:
-        """Categories by spelling."""
-        return {each.name.replace(".", "_"): each.name for each in self.activities.header.types}
-
-    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
-        """A problem of these names."""
-        categories = {**self._categories, _AGENT: AGENT_CATEGORY}
-        things = [_spelt_out(each, categories[each.type]) for each in problem.objects]
-        names = {each.name: thing.name for each, thing in zip(problem.objects, things, strict=True)}
-        initial = tuple([_renamed(fact, names) for fact in problem.initial if fact.predicate != _SAME])
-        goal = rename_objects(problem.goal, names)
-        state, meaning = self.activities.pose(
-            replace(
-                problem,
-                name=f"{problem.name}_0",  # the first of the definitions of an activity
-                objects=tuple(things),
-                initial=initial,
-                goal=goal,
-            )
-        )
-        return state, lambda formula: meaning(_as_activities_say(formula, names))
-
-
-def _spelt_out(thing: TypedName, category: str) -> TypedName:
-    """An object as activities name it: ``basket.n.01_1`` for ``basket_n_01_1``."""
-    spelling = category.replace(".", "_")
-    known = thing.name.startswith(f"{spelling}_")
-    return TypedName(f"{category}{thing.name.removeprefix(spelling)}" if known else thing.name, category)
-
-
-def _as_activities_say(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
-    match formula:
-        case f.Atom(name, (one, other)) if name == _SAME:
-            return f.TRUE if one == other else rename_objects(f.Equals(one, other), names)
-        case _:
-            return rename_objects(formula, names)
-
-
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
     """The names that BDDL problems of activities may use, given the tasks of the data set."""
     activities = _Activities(tasks)
-    return ProblemWorld(activities.header, activities.pose)
-
-
-def open_planning_problems(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
-    """The names that planning problems may use, given the tasks of the data set."""
-    problems = _PlanningProblems(_Activities(tasks))
-    return ProblemWorld(problems.header, problems.pose)
+    return activities.header, activities.pose

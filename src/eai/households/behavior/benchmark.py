@@ -20,7 +20,7 @@ from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
 from eai.english import english_of
-from eai.households.behavior.activities import open_activities, open_planning_problems, problem_text
+from eai.households.behavior.activities import open_activities, problem_text
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.notation import BehaviorGoals, BehaviorSubgoals
 from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
@@ -184,7 +184,6 @@ def behavior() -> Benchmark:
         errata=errata_of(NAME),
         problem_of=problem_text,
         open_bddl=lambda source: open_activities(open_tasks(source)),
-        open_pddl=lambda source: open_planning_problems(open_tasks(source)),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         english=english_of("eai.households.behavior"),
