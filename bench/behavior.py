@@ -154,17 +154,16 @@ def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = N
         "activity": record.activity,
         "objects": objects,
         "scope": [[thing.instance, [thing.name, *thing.parts]] for thing in record.objects],
-        "initial": [words(fact) for fact in record.problem.init],
+        "initial": [
+            *map(words, record.problem.initial),
+            *(["not", *words(fact)] for fact in record.problem.denied),
+        ],
         "goals": goals,
     }
 
 
-def words(fact: Formula) -> list[str]:
+def words(fact: Atom) -> list[str]:
     """The words of an initial fact, as bddl gives its terms."""
-    if isinstance(fact, Not):
-        return ["not", *words(fact.operand)]
-    if not isinstance(fact, Atom):
-        raise TypeError(f"{fact} is no fact")
     return [fact.predicate, *(term.name for term in fact.arguments)]
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import eai.logic.formula as f
 from eai.errors import InputError
-from eai.logic.bddl import Problem, parse_problem
+from eai.pddl.bddl import parse_problem
+from eai.pddl.model import PddlProblem
 
 
 def read_condition(text: str) -> f.Formula:
@@ -48,7 +49,7 @@ def print_condition(formula: f.Formula) -> str:
             raise InputError(f"BDDL has no {type(formula).__name__}")
 
 
-def print_problem(problem: Problem) -> str:
+def print_problem(problem: PddlProblem) -> str:
     """The problem as a file, one object, fact and goal a line.
 
     Raises:
@@ -57,14 +58,15 @@ def print_problem(problem: Problem) -> str:
     return "\n".join(_lines(problem)) + "\n"
 
 
-def _lines(problem: Problem) -> Iterator[str]:
+def _lines(problem: PddlProblem) -> Iterator[str]:
     yield f"(define (problem {problem.name})"
     yield f"  (:domain {problem.domain})"
     yield "  (:objects"
-    yield from (f"    {name} - {category}" for name, category in problem.objects)
+    yield from (f"    {each.name} - {each.type}" for each in problem.objects)
     yield "  )"
     yield "  (:init"
-    yield from (f"    {print_condition(fact)}" for fact in problem.init)
+    facts = (*problem.initial, *map(f.Not, problem.denied))
+    yield from (f"    {print_condition(fact)}" for fact in facts)
     yield "  )"
     yield "  (:goal"
     if isinstance(problem.goal, f.And):

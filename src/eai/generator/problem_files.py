@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import eai.logic.formula as f
@@ -15,12 +15,11 @@ from eai.benchmark.benchmark import Benchmark
 from eai.data.files import files_below
 from eai.errors import InputError
 from eai.generator.words import Words
-from eai.logic.bddl import parse_problem
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import walk
+from eai.pddl.bddl import parse_problem
 from eai.pddl.check import check_problem
 from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
-from eai.pddl.model import PddlDomain, PddlProblem, TypedName
+from eai.pddl.model import PddlDomain
 from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
 from eai.tasks.source import Source
 from eai.world.condition import Readings
@@ -134,29 +133,11 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
         return read_problem_file(path, header)
     text = read_text(path)
     try:
-        read = parse_problem(text)
-        problem = PddlProblem(
-            name=read.name,
-            domain=read.domain,
-            objects=tuple([TypedName(*each) for each in read.objects]),
-            initial=tuple([each for each in read.init if isinstance(each, f.Atom)]),
-            denied=tuple(_denied(text, read.init)),
-            goal=read.goal,
-        )
+        problem = parse_problem(text)
         refuse(text, check_problem(problem, header))
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)
-
-
-def _denied(text: str, facts: Iterable[f.Formula]) -> Iterator[f.Atom]:
-    """The facts that are said not to hold."""
-    for fact in facts:
-        if isinstance(fact, f.Not) and isinstance(fact.operand, f.Atom):
-            yield fact.operand
-        elif not isinstance(fact, f.Atom):
-            line = min(_line(text, part) for part in walk(fact) if isinstance(part, f.Atom))
-            raise InputError(f"line {line}: expected a fact, not {print_ltl(fact)}")
 
 
 def _line(text: str, fact: f.Formula) -> int:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import chain, count
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
 from eai.errors import InputError
 from eai.logic.traversal import bound_by, is_state_formula, objects, with_parts
 
 Leaf: TypeAlias = f.Atom | f.Occurs | f.Equals
+L = TypeVar("L", bound=Leaf)
 
 
-def with_terms(leaf: Leaf, change: Callable[[f.Term], f.Term]) -> Leaf:
+def with_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
     """The leaf with each term replaced by what ``change`` makes of it."""
     if isinstance(leaf, f.Equals):
-        return f.Equals(change(leaf.left), change(leaf.right))
+        return replace(leaf, left=change(leaf.left), right=change(leaf.right))
     return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
 
 

@@ -21,7 +21,7 @@ import eai.pddl.model as m
 from eai.abilities.notation.plans import PddlPlans, PlanNotation, WrittenStep
 from eai.abilities.task import Task, goal
 from eai.errors import InputError
-from eai.logic.rewriting import rename_objects, substitute
+from eai.logic.rewriting import rename_objects, substitute, with_terms
 from eai.logic.traversal import free_variables, objects, with_parts
 from eai.pddl.declaration import DeclaredDomain, conjuncts
 from eai.pddl.files import domain_in, problem_in, read_text
@@ -150,14 +150,10 @@ def _names(problem: m.PddlProblem) -> Mapping[str, str]:
 
 
 def _renamed(problem: m.PddlProblem, names: Mapping[str, str]) -> m.PddlProblem:
-    def renamed(atoms: Iterable[f.Atom]) -> tuple[f.Atom, ...]:
-        return tuple(
-            [f.Atom(a.predicate, tuple([f.Constant(names[t.name]) for t in a.arguments])) for a in atoms]
-        )
-
+    initial = [with_terms(atom, lambda term: f.Constant(names[term.name])) for atom in problem.initial]
     things = tuple([m.TypedName(names[item.name], item.type) for item in problem.objects])
     goal_of = rename_objects(problem.goal, names)
-    return replace(problem, objects=things, initial=renamed(problem.initial), denied=(), goal=goal_of)
+    return replace(problem, objects=things, initial=tuple(initial), denied=(), goal=goal_of)
 
 
 def _commanded(source: m.PddlDomain, grammar: str) -> tuple[m.PddlDomain, Mapping[str, str]]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from eai.households.behavior.evidence import UnpublishedFacts, _Volumes
 from eai.households.behavior.records import BehaviorObject, BehaviorRecord, GroundOption
 from eai.households.behavior.tasks import BehaviorTask, build_task
-from eai.logic.bddl import parse_problem
+from eai.pddl.bddl import parse_problem
 from eai.world.execution import Action
 from eai.world.state import State
 

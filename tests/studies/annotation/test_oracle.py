@@ -130,7 +130,7 @@ def test_99_of_100_planning_problems_are_those_of_their_goals(
     different = []
     for task_id, asked in find_benchmark("behavior").operators(Source(data_store)).items():
         record, shipped = behavior_tasks[task_id].record, asked.problem
-        instances = {name.replace(".", "_"): name for name, _ in record.problem.objects}
+        instances = {each.name.replace(".", "_"): each.name for each in record.problem.objects}
         goals = shipped.goal.operands if isinstance(shipped.goal, And) else (shipped.goal,)
         made = problem_of(record, [rename_objects(goal, instances) for goal in goals])
         alike = (set(made.objects), set(made.initial), set(made.denied), made.goal) == (

@@ -12,7 +12,7 @@ of them names.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
@@ -21,9 +21,8 @@ from eai.households.behavior.convert import AGENT_CATEGORY
 from eai.households.behavior.evidence import load_evidence
 from eai.households.behavior.records import STATE_OF_ABILITY, BehaviorObject, BehaviorRecord
 from eai.households.behavior.tasks import RELATIONS, BehaviorTask, build_task
-from eai.logic.bddl import Problem
-from eai.logic.rewriting import rename_objects
-from eai.logic.traversal import predicates_of, walk
+from eai.logic.rewriting import rename_objects, with_terms
+from eai.logic.traversal import objects, predicates_of
 from eai.pddl.model import PddlProblem, TypedName
 from eai.pddl.writer import write_problem
 from eai.tasks.problem_world import Meaning, ProblemWorld, header_of
@@ -51,7 +50,7 @@ class _Activities:
             kinds.setdefault(thing.category, Counter())[thing.model, thing.synset, thing.abilities] += 1
         self._kinds = {category: count.most_common(1)[0][0] for category, count in kinds.items()}
         arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
-        facts = [atom for record in records for each in record.problem.init for atom in _atoms(each)]
+        facts = [atom for record in records for atom in record.problem.initial]
         rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
         self.header = header_of("behavior", (*self._kinds, AGENT_CATEGORY, "room"), rooms, arities)
 
@@ -66,13 +65,7 @@ class _Activities:
             scene="" if known is None else known.scene,
             instruction="",
             objects=things,
-            problem=Problem(
-                problem.name,
-                problem.domain,
-                tuple([(item.name, item.type) for item in problem.objects]),
-                problem.initial,
-                problem.goal,
-            ),
+            problem=problem,
             plan=(),
             goal_options=(),
         )
@@ -140,16 +133,19 @@ def problem_text(task: Task, goals: Sequence[f.Formula]) -> str:
 def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProblem:
     """The problem of reaching some ground conditions about the instances of a problem file."""
     problem = record.problem
-    categories = dict(problem.objects)
-    named = {name for goal in goals for name in _named(goal)}
+    categories = {each.name: each.type for each in problem.objects}
+    asked = {name for goal in goals for name in objects(goal)}
     helping = {category for name in predicates_of(*goals) for category in _HELPERS.get(name, ())}
-    named |= {name for name, category in categories.items() if category in helping}
-    about_objects = [each for each in problem.init if categories.keys() >= set(_named(each))]  # not rooms
-    kept = [each for each in about_objects if named.intersection(_named(each))]
-    named |= {name for each in kept for name in _named(each)}
-    things = sorted(named)
-    facts = [each for each in kept if isinstance(each, f.Atom)]
-    facts += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in things]
+    asked |= {name for name, category in categories.items() if category in helping}
+
+    def kept(facts: Iterable[f.Atom]) -> list[f.Atom]:
+        """The facts about what is asked for, without those about rooms."""
+        about = ((fact, {*objects(fact)}) for fact in facts)
+        return [fact for fact, names in about if names & asked and names <= categories.keys()]
+
+    initial, denied = kept(problem.initial), kept(problem.denied)
+    named = asked.union(*map(objects, (*initial, *denied)))
+    initial += [f.Atom(_SAME, (f.Constant(name), f.Constant(name))) for name in sorted(named)]
     pddl = {name: name.replace(".", "_") for name in categories}
     named |= {name for name in categories if name.startswith(AGENT_CATEGORY)}
     types = {AGENT_CATEGORY: _AGENT}
@@ -162,25 +158,10 @@ def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProble
         name=record.activity,
         domain=problem.domain,
         objects=tuple(declared),
-        initial=tuple(_renamed(fact, pddl) for fact in facts),
-        denied=tuple(_renamed(each.operand, pddl) for each in kept if isinstance(each, f.Not)),
+        initial=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in initial]),
+        denied=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in denied]),
         goal=f.And(tuple(rename_objects(goal, pddl) for goal in goals)),
     )
-
-
-def _renamed(fact: f.Formula, names: Mapping[str, str]) -> f.Atom:
-    found = rename_objects(fact, names)
-    if not isinstance(found, f.Atom):
-        raise TypeError(f"{fact} is no atom")
-    return found
-
-
-def _atoms(formula: f.Formula) -> Iterator[f.Atom]:
-    return (part for part in walk(formula) if isinstance(part, f.Atom))
-
-
-def _named(formula: f.Formula) -> Iterator[str]:
-    return (term.name for atom in _atoms(formula) for term in atom.arguments)
 
 
 def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:

@@ -16,7 +16,8 @@ from eai.data.source import Bundle
 from eai.data.store import Report
 from eai.errors import DataError, ParseError
 from eai.households.behavior.records import FLOOR, OPTIONS_MEMBER, STATE_OF_ABILITY, TASKS_MEMBER
-from eai.logic.bddl import Problem, parse_problem
+from eai.pddl.bddl import parse_problem
+from eai.pddl.model import PddlProblem
 
 AGENT_CATEGORY = "agent.n.01"
 """The synset of the robot; it is declared in every problem and is no object of a task."""
@@ -97,19 +98,19 @@ class _Converter:
         """The goals of goal interpretation, each as its ground options."""
         return list(self._options[task_id]["goal_conditions"].values())
 
-    def _objects(self, task_id: str, problem: Problem) -> Iterator[Sequence[object]]:
+    def _objects(self, task_id: str, problem: PddlProblem) -> Iterator[Sequence[object]]:
         """The objects, in the order that problem and prompt share; the prompt knows their names."""
-        declared = [each for each in problem.objects if each[1] != AGENT_CATEGORY]
+        declared = [each for each in problem.objects if each.type != AGENT_CATEGORY]
         named = _objects_of_prompt(self._prompts[task_id])
-        if [category for _, category in declared] != [each["category"] for each in named]:
+        if [each.type for each in declared] != [each["category"] for each in named]:
             raise DataError(f"{task_id}: its prompt lists other objects than its problem")
         states = self._states[task_id]
-        for (instance, category), thing in zip(declared, named, strict=True):
+        for each, thing in zip(declared, named, strict=True):
             model = _model_of(thing["name"])
             kind = self._kinds[_FLOOR_MODEL if model == FLOOR else model]
-            if _states_by_taxonomy(kind) != set(states[instance]):
-                raise DataError(f"{task_id}: {instance} can be in other states than {kind.synset}")
-            yield thing["name"], instance, category, model, kind.synset, kind.abilities
+            if _states_by_taxonomy(kind) != set(states[each.name]):
+                raise DataError(f"{task_id}: {each.name} can be in other states than {kind.synset}")
+            yield thing["name"], each.name, each.type, model, kind.synset, kind.abilities
 
 
 def _kinds(node: Mapping[str, Any]) -> Iterator[tuple[str, _Kind]]:

@@ -13,7 +13,8 @@ from typing import Any, TypeAlias
 
 from eai.data.store import PackFile
 from eai.households.behavior.predicates import STATES
-from eai.logic.bddl import Problem, parse_problem
+from eai.pddl.bddl import parse_problem
+from eai.pddl.model import PddlProblem
 from eai.tasks.source import TaskSet
 
 TASKS_MEMBER = "tasks.jsonl"
@@ -96,7 +97,7 @@ class BehaviorRecord:
     scene: str
     instruction: str
     objects: tuple[BehaviorObject, ...]
-    problem: Problem
+    problem: PddlProblem
     plan: tuple[tuple[str, tuple[str, ...]], ...]
     goal_options: tuple[tuple[GroundOption, ...], ...]
 

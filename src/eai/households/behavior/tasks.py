@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
@@ -13,7 +13,7 @@ from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, l
 from eai.households.behavior.predicates import VOCABULARY
 from eai.households.behavior.records import BehaviorObject, BehaviorRecord, read_records
 from eai.households.packs import BEHAVIOR, open_published
-from eai.logic.formula import Atom, Formula
+from eai.logic.formula import And, Formula, operands
 from eai.logic.rewriting import rename_objects
 from eai.logic.traversal import predicates_of
 from eai.tasks.source import Source, TaskSet
@@ -120,7 +120,7 @@ def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     name_of = {thing.instance: thing.name for thing in record.objects}
     return tuple(
         (fact.predicate, name_of[source.name], name_of[target.name])
-        for fact in _facts(record)
+        for fact in record.problem.initial
         if fact.predicate in RELATIONS
         for source, target in (fact.arguments,)
         if source.name in name_of and target.name in name_of
@@ -129,7 +129,8 @@ def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
 
 def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
     """For furniture that the problem file places nowhere: it stands on the floor of its room."""
-    rooms = {f.arguments[0].name: f.arguments[1].name for f in _facts(record) if f.predicate == "inroom"}
+    stated = [fact for fact in record.problem.initial if fact.predicate == "inroom"]
+    rooms = {fact.arguments[0].name: fact.arguments[1].name for fact in stated}
     floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
     listed = listed_relations(record)
     placed = {source for predicate, source, _ in listed if predicate in ("inside", "ontop", "onfloor")}
@@ -145,17 +146,12 @@ def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tu
 def initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
     """State and name of each object that is in it at the start."""
     name_of = {thing.instance: thing.name for thing in record.objects}
-    for fact in _facts(record):
+    for fact in record.problem.initial:
         if len(fact.arguments) == 1:
             yield fact.predicate, name_of[fact.arguments[0].name]
     for thing in record.objects:
         if thing.model in evidence.initially_open and "open" in thing.states:
             yield "open", thing.name
-
-
-def _facts(record: BehaviorRecord) -> Iterator[Atom]:
-    """The positive facts of the problem file; the negative ones say what holds anyway."""
-    return (fact for fact in record.problem.init if isinstance(fact, Atom))
 
 
 class _Builder:
@@ -177,7 +173,7 @@ class _Builder:
         """The goals of the problem file, about objects by name."""
         problem = self._record.problem
         names = {thing.instance: thing.name for thing in self._record.objects}
-        for formula in replace(problem, goal=rename_objects(problem.goal, names)).goals:
+        for formula in operands(rename_objects(problem.goal, names), And):
             yield Goal(_kind(formula), formula)
 
     def script(self) -> Iterator[Action]:
@@ -228,7 +224,7 @@ class _Builder:
     def _robot(self) -> Iterator[Fact]:
         """The floor that the robot stands on."""
         floors = {thing.instance: thing.name for thing in self._record.objects if thing.is_floor}
-        for fact in _facts(self._record):
+        for fact in self._record.problem.initial:
             source, *target = (term.name for term in fact.arguments)
             if fact.predicate == "onfloor" and source.startswith("agent.") and target[0] in floors:
                 yield Fact(p.robot_on.name, (self._index[floors[target[0]]],))

@@ -28,8 +28,8 @@ from eai.households.behavior_1k.kinds import (
     Recipe,
     lemma,
 )
-from eai.logic.bddl import Problem, parse_problem
 from eai.logic.traversal import bound_by, walk
+from eai.pddl.bddl import parse_problem
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate
 
@@ -70,7 +70,7 @@ class _Activity:
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
-        self.problem: Problem = parse_problem(lemma(text))
+        self.problem = parse_problem(lemma(text))
         self.synsets = {lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
 
     @cached_property
@@ -80,15 +80,18 @@ class _Activity:
         A name that ends in ``_*`` means whatever others of a kind the simulator's scene has: here none.
         """
         declared = self.problem.objects
-        return {name: kind for name, kind in declared if kind != AGENT and not name.endswith(ANY_OTHER)}
+        return {
+            thing.name: thing.type
+            for thing in declared
+            if thing.type != AGENT and not thing.name.endswith(ANY_OTHER)
+        }
 
     def facts(self) -> Iterator[tuple[str, tuple[str, ...]]]:
         """The positive facts at the start that are not about the agent, by predicate and names."""
-        for fact in self.problem.init:
-            if isinstance(fact, f.Atom):
-                names = tuple([term.name for term in fact.arguments])
-                if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
-                    yield fact.predicate, names
+        for fact in self.problem.initial:
+            names = tuple([term.name for term in fact.arguments])
+            if not names[0].startswith(f"{AGENT}_") and not any(n.endswith(ANY_OTHER) for n in names):
+                yield fact.predicate, names
 
     def asked_for(self) -> Iterator[str]:
         """The categories that the goal speaks of."""
@@ -414,7 +417,7 @@ class _SceneMaker:
             near = [each for each in floors if room is None or self._rooms.get(each) == room]
             if near and name not in floors and not self._kinds.has(kind, "substance"):
                 yield p.by_floor, (name, near[0])
-        for fact in self._activity.problem.init:
+        for fact in self._activity.problem.initial:
             match fact:
                 case f.Atom("ontop", (agent, ground)) if agent.name.startswith(f"{AGENT}_"):
                     yield p.robot_on, (ground.name,)

@@ -16,6 +16,7 @@ from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import Scenes
 from eai.households.behavior_1k.sentences import instruction
 from eai.households.packs import BEHAVIOR_1K, open_published
+from eai.logic.formula import And, operands
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 
@@ -64,7 +65,7 @@ class _ActivityTasks(TaskSet[Task]):
     def _task(self, task_id: str) -> Task:
         activity, setting = self._scenes.set_up(task_id)
         title = task_id.replace("_", " ")
-        goals = tuple(dict.fromkeys(map(goal, activity.problem.goals)))
+        goals = tuple(dict.fromkeys(map(goal, operands(activity.problem.goal, And))))
         return Task(
             id=task_id,
             title=title,

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import InputError, ParseError
-from eai.logic.bddl import parse_problem
 from eai.logic.formula import (
     And,
     Atom,
@@ -25,6 +24,8 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.traversal import MAX_DEPTH
+from eai.pddl.bddl import parse_problem
+from eai.pddl.model import TypedName
 from logic.activities import as_text
 from logic.bddl_text import print_condition, print_problem, read_condition
 from logic.random_formulas import formulas
@@ -92,22 +93,23 @@ def test_problem() -> None:
     problem = parse_problem(PROBLEM)
     assert (problem.name, problem.domain) == ("sorting_0", "igibson")
     assert problem.objects == (
-        ("cup.n.01_1", "cup.n.01"),
-        ("cup.n.01_2", "cup.n.01"),
-        ("shelf.n.01_1", "shelf.n.01"),
-        ("agent.n.01_1", "agent.n.01"),
+        TypedName("cup.n.01_1", "cup.n.01"),
+        TypedName("cup.n.01_2", "cup.n.01"),
+        TypedName("shelf.n.01_1", "shelf.n.01"),
+        TypedName("agent.n.01_1", "agent.n.01"),
     )
-    assert problem.init[1] == Not(Atom("dusty", (Constant("cup.n.01_2"),)))
-    assert len(problem.init) == 3
-    assert problem.goals[1] == open_(SHELF)
-    assert isinstance(problem.goals[0], ForAll)
+    assert problem.denied == (Atom("dusty", (Constant("cup.n.01_2"),)),)
+    assert len(problem.initial) == 2
+    assert isinstance(problem.goal, And)
+    assert problem.goal.operands[1] == open_(SHELF)
+    assert isinstance(problem.goal.operands[0], ForAll)
     assert parse_problem(print_problem(problem)) == problem
     assert parse_problem(PROBLEM.replace("\n", "\r\n")) == problem
 
 
 def test_a_goal_without_and_is_one_goal() -> None:
     problem = parse_problem("(define (problem p) (:domain d) (:objects a - b) (:init) (:goal (open a)))")
-    assert problem.goals == (open_(Constant("a")),)
+    assert problem.goal == open_(Constant("a"))
     assert parse_problem(print_problem(problem)) == problem
 
 

@@ -8,14 +8,15 @@ Everything is lower case, as in bddl's own reader (``bddl/parsing.py``).
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
 import eai.logic.formula as f
-from eai.errors import ParseError
-from eai.logic.signature import error_at, term
+from eai.errors import InputError, ParseError
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.signature import error_at, place, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
+from eai.pddl.model import PddlProblem, TypedName
 
 _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
 _COUNT: Final = re.compile(r"[0-9]+")
@@ -35,31 +36,15 @@ _CONNECTIVES: Final = frozenset({"and", "or", "not", "imply"})
 _QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """An activity definition: its initial facts, its goal, and its objects in the order of the file.
-
-    An object is a name and its category, a synset such as ``candle.n.01``.
-    """
-
-    name: str
-    domain: str
-    objects: tuple[tuple[str, str], ...]
-    init: tuple[f.Formula, ...]
-    goal: f.Formula
-
-    @property
-    def goals(self) -> tuple[f.Formula, ...]:
-        """The goal's top-level conjuncts, which are counted one by one."""
-        return f.operands(self.goal, f.And)
-
-
-def parse_problem(text: str) -> Problem:
+def parse_problem(text: str) -> PddlProblem:
     """Read a whole problem file; line ends and comments do not matter.
+
+    The type of an object is its category, a synset such as ``candle.n.01``.
 
     Raises:
         ParseError: the text is no problem file, has not exactly one domain, objects, init and goal section,
             or is nested too deep (`traversal.MAX_DEPTH`).
+        InputError: something stands among the initial facts that is none.
     """
     return _BddlReader(text).problem()
 
@@ -73,11 +58,11 @@ class _BddlReader:
         self._tokens.append(_END)
         self._next = 0
 
-    def problem(self) -> Problem:
+    def problem(self) -> PddlProblem:
         """The problem that the whole text defines."""
         domains: list[str] = []
-        objects: list[tuple[tuple[str, str], ...]] = []
-        facts: list[tuple[f.Formula, ...]] = []
+        objects: list[tuple[TypedName, ...]] = []
+        facts: list[tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]] = []
         goals: list[f.Formula] = []
         for token in ("(", "define", "(", "problem"):
             self._take(token)
@@ -91,7 +76,7 @@ class _BddlReader:
                 case ":objects":
                     objects.append(self._declarations())
                 case ":init":
-                    facts.append(self._conditions())
+                    facts.append(self._facts())
                 case ":goal":
                     goals.append(self._condition())
                     self._take(")")
@@ -101,7 +86,8 @@ class _BddlReader:
         for section, found in (("domain", domains), ("objects", objects), ("init", facts), ("goal", goals)):
             if len(found) != 1:
                 raise error_at(self._text, len(self._text), f"exactly one ':{section}' section")
-        return Problem(name, domains[0], objects[0], facts[0], goals[0])
+        initial, denied = facts[0]
+        return PddlProblem(name, domains[0], objects[0], initial, denied, goals[0])
 
     def _section(self) -> str:
         """The keyword that a section begins with."""
@@ -112,18 +98,33 @@ class _BddlReader:
         self._next += 1
         return keyword
 
-    def _declarations(self) -> tuple[tuple[str, str], ...]:
+    def _declarations(self) -> tuple[TypedName, ...]:
         """Names, a hyphen and their category, any number of times; the parenthesis behind is taken."""
-        found: list[tuple[str, str]] = []
+        found: list[TypedName] = []
         while self._tokens[self._next] != ")":
             names = [self._word("a name or ')'")]
             while self._tokens[self._next] != "-":
                 names.append(self._word("a name or '-'"))
             self._take("-")
             category = self._word()
-            found += [(name, category) for name in names]
+            found += [TypedName(name, category) for name in names]
         self._take(")")
         return tuple(found)
+
+    def _facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
+        """Any number of facts, those that hold and those that do not; the parenthesis behind is taken."""
+        initial, denied = list[f.Atom](), list[f.Atom]()
+        while self._opens():
+            offset = self._offsets[self._next]
+            match self._condition():
+                case f.Atom() as atom:
+                    initial.append(atom)
+                case f.Not(f.Atom() as atom):
+                    denied.append(atom)
+                case other:
+                    line, _ = place(self._text, offset)
+                    raise InputError(f"line {line}: expected a fact, not {print_ltl(other)}")
+        return tuple(initial), tuple(denied)
 
     def _conditions(
         self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH
