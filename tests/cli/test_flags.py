@@ -26,7 +26,6 @@ FORMER = {
     "--max-retries": "requests.max_retries",
     "--timeout": "requests.timeout",
     "--batch": "requests.batch=true",
-    "--prices": "model.prices",
     "--replans": "attempts.replans",
     "--world": "attempts.world",
     "--feedback": "attempts.feedback",
@@ -60,6 +59,12 @@ def test_a_former_flag_names_what_to_write(flag: str, eai: Command, tmp_path: Pa
         assert done.err.startswith(f"eai: {flag}: write --with {FORMER[flag]}")
         assert done.err.count("\n") == 1
     assert FORMER[flag].partition("=")[0].removesuffix(".NAME") in keys()
+
+
+def test_prices_are_of_reports(eai: Command) -> None:
+    done = eai("run", "--model", "eai/oracle", "--prices=prices.yaml")
+    assert (done.status, done.out) == (2, "")
+    assert done.err == "eai: --prices: write eai report RUNS --prices FILE, which gives dollars for tokens\n"
 
 
 def test_the_flags_are_few() -> None:

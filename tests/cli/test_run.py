@@ -176,28 +176,6 @@ def test_quiet_runs_print_nothing_and_colour_can_be_turned_off(tmp_path: Path) -
     assert not colour.search(plain.err + plain.out)
 
 
-def test_prices_put_dollars_into_journal_records_summary_and_the_last_line(tmp_path: Path) -> None:
-    prices = tmp_path / "prices.yaml"
-    price = "{input: 1000, output: 10000, input_cache_write: 0, input_cache_read: 0}"
-    prices.write_text(f"eai/oracle: {price}\n")
-    models = ("--model", "eai/oracle", "--model", "eai/noisy")
-    run = eai("run", *models, *NAMED, "--limit", 2, "--with", f"model.prices={prices}", "--out", tmp_path)
-    assert run.status == 0, run.err
-    folder = tmp_path / "virtualhome" / "action_sequencing" / "eai_oracle"
-    usages = [json.loads(line)["usage"] for line in (folder / "records.jsonl").read_text().splitlines()]
-    assert len(usages) == 2
-    for usage in usages:
-        assert usage["cost"] == pytest.approx(usage["input_tokens"] / 1e3 + usage["output_tokens"] / 1e2)
-    journal = [json.loads(line)["usage"] for line in (folder / "answers.jsonl").read_text().splitlines()]
-    total = sum(usage["cost"] for usage in usages)
-    assert sum(usage["cost"] for usage in journal) == pytest.approx(total)
-    summary = json.loads((folder / "summary.json").read_text())
-    assert summary["run"]["usage"]["cost"] == pytest.approx(total)
-    priced, unpriced = (line for line in run.out.splitlines() if "tokens" in line)
-    assert f" tokens, ${total:.2f}; records in {folder}" in priced
-    assert "$" not in unpriced
-
-
 def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Path) -> None:
     run = eai("run", "--model", "eai/oracle", "--planner", "built_in", "--limit", 1, "--out", tmp_path)
     assert run.status == 0, run.err
@@ -295,7 +273,6 @@ def test_an_out_that_is_no_folder_is_said_before_anything_is_asked(tmp_path: Pat
 
 
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
-    missing = tmp_path / "prices.json"
     for arguments, message in (
         (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
         (("--model", "eai/orcle"), "eai: eai/orcle: expected one of eai/oracle, "),
@@ -308,7 +285,6 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
         ),
         (("--model", "eai/oracle", "--tasks", "0_0"), "eai: --tasks: '0_0' is not a task of"),
         (("--model", "eai/oracle", "-M", "rate"), "eai: -M rate: expected NAME=VALUE"),
-        (("--model", "eai/oracle", "--with", f"model.prices={missing}"), f"eai: {missing}: cannot be read"),
     ):
         run = eai("run", *arguments, *NAMED, "--quiet", "--out", tmp_path)
         assert run.status == 2

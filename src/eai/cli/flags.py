@@ -64,7 +64,9 @@ def run_flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
 
 
 def refuse_old_flags(args: Sequence[str]) -> None:
-    """Raise if a flag is an option of ``--with`` now."""
+    """Raise if a flag is an option of ``--with`` now, or of another command."""
+    if any(text.partition("=")[0] == "--prices" for text in args):
+        raise InputError("--prices: write eai report RUNS --prices FILE, which gives dollars for tokens")
     now = {
         "--prompt-name": "prompts.name=NAME",
         "--scene-arg": "perception.scene_args.NAME=VALUE",

@@ -197,7 +197,7 @@ def _first_stage(
     ask, variation = partial(obtain_and_score, order), order.spec.variation
     if variation.captioner is not None:
         check_captioner(variation.captioner)
-    return variation.stage(library, wanted, ask, order.spec.model.prices)
+    return variation.stage(library, wanted, ask)
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:

@@ -8,19 +8,16 @@ from pathlib import Path
 from typing import Any
 
 import inspect_ai
-import yaml  # type: ignore[import-untyped]
 from inspect_ai.log import EvalLog, read_eval_log, recompute_metrics, write_eval_log
-from inspect_ai.model import Model, ModelCost, ModelInfo, get_model, get_model_info, set_model_info
-from pydantic import TypeAdapter, ValidationError
+from inspect_ai.model import Model, get_model
 from rich.text import Text
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.options import misfit
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite
-from eai.data.files import content_of, writing_to
+from eai.data.files import writing_to
 from eai.data.grouping import grouped
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.acting import act, episode_text
@@ -119,37 +116,6 @@ def _read(path: Path, *, header_only: bool = False) -> EvalLog:
         raise InputError(f"{path}: expected a log of Inspect's ({error})") from error
 
 
-def read_prices(path: Path) -> Mapping[str, ModelCost]:
-    """The prices in a file, by model, in dollars for a million tokens.
-
-    Args:
-        path: a YAML or JSON file in the form of Inspect's ``--model-cost-config``.
-
-    Raises:
-        InputError: the file cannot be read, or has another form.
-    """
-    try:
-        content = yaml.safe_load(content_of(path))
-        return TypeAdapter(dict[str, ModelCost]).validate_python(content)
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: expected YAML or JSON") from error
-    except ValidationError as error:
-        raise InputError(f"{path}: expected prices of models ({misfit(error, whole='the file')})") from error
-
-
-def set_price(model: Model, prices: Mapping[str, ModelCost]) -> None:
-    """Tell Inspect the price of a model; one that is not among the prices keeps what Inspect knows.
-
-    Inspect's own ``model_cost_config`` refuses every model that is not in its database, such as those of
-    local servers.
-    """
-    names = (str(model), model.canonical_name())
-    cost = next((prices[name] for name in names if name in prices), None)
-    if cost is not None:
-        known = get_model_info(model) or ModelInfo()
-        set_model_info(names[0], known.model_copy(update={"cost": cost}))
-
-
 def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch | None = None) -> Obtained:
     """Ask a model for what the journal does not hold yet.
 
@@ -211,8 +177,6 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     pace, model = job.pace, find_model(job.endpoint)
     sampling: dict[str, Any] = {**job.decoding.sampling}
     is_built_in = job.endpoint.model.startswith(f"{PROVIDER}/")
-    if job.endpoint.prices is not None:
-        set_price(model, read_prices(job.endpoint.prices))
     logs = inspect_ai.eval(
         task,
         model=model,

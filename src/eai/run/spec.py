@@ -89,14 +89,11 @@ class _Asked(Options):
     )
     args: Arguments = option("Arguments of the model, such as args.rate=0.2.", {})
     base_url: str | None = option("The address of a local server.")
-    prices: Path | None = option(
-        "A file with the prices of models, as Inspect's --model-cost-config takes it."
-    )
 
     @property
     def endpoints(self) -> list[Endpoint]:
         """The models, and how to reach them."""
-        return [Endpoint(name, self.args, self.base_url, self.prices) for name in self.name]
+        return [Endpoint(name, self.args, self.base_url) for name in self.name]
 
 
 class _ChosenTasks(Options):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.experiment import Experiment
@@ -28,13 +27,11 @@ class Endpoint:
         model: an Inspect model name, built-in ones included (``eai/oracle``).
         arguments: arguments of the model's provider.
         base_url: where an OpenAI-compatible server listens; None for the provider's own.
-        prices: a file with the prices of models, as Inspect's ``--model-cost-config`` takes it.
     """
 
     model: str
     arguments: Mapping[str, Json] = field(default_factory=dict)
     base_url: str | None = None
-    prices: Path | None = None
 
 
 Ask: TypeAlias = "Callable[..., SuiteResult]"
@@ -123,15 +120,12 @@ class Variation(Options):
         """
         return sorted(set(named or FOUR), key=place_of)
 
-    def stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask, prices: Path | None = None
-    ) -> Stage | None:
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
         """The stage before the questions, if there is one.
 
         Args:
             library: where prompts come from.
             wanted: the tasks that the run is about, by domain.
             ask: asks a model.
-            prices: a file with the prices of models.
         """
         return None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
@@ -140,11 +139,9 @@ class Scenes(Stage):
 
     Attributes:
         choice: how they are shown.
-        prices: a file with the prices of models.
     """
 
     choice: Perception
-    prices: Path | None = None
     _known: dict[str, Believed] = field(default_factory=dict, init=False)
 
     def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
@@ -182,7 +179,7 @@ class Scenes(Stage):
 
     def _listed(self, suite: Suite, pictured: Stage) -> Believed:
         choice, asked = self.choice, open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
-        captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url, self.prices)
+        captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
         task_ids = [task_id for task_id in asked.task_ids if task_id in self.wanted[suite.domain]]
         prompts, _ = pictured.second(captioner, task_ids, asked)
         outcome = self.ask(captioner, prompts, asked, first=pictured, epochs=1)

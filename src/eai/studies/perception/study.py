@@ -131,13 +131,11 @@ class Perception(Variation):
 
         return scene_abilities(named, self.scene)
 
-    def stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask, prices: Path | None = None
-    ) -> Stage | None:
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
         """The scenes."""
         from eai.studies.perception.scenes import Scenes
 
-        return None if self.scene == "text" else Scenes(library, wanted, ask, self, prices)
+        return None if self.scene == "text" else Scenes(library, wanted, ask, self)
 
     @property
     def label(self) -> str:

@@ -48,9 +48,7 @@ class _Pipeline(Variation):
             refuse_no_stage_two(each)
         return [each for each in FOUR if each in (named or STAGE_TWO)]
 
-    def stage(
-        self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask, prices: Path | None = None
-    ) -> Stage | None:
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
         """Goal interpretation."""
         from eai.studies.pipeline.stage_one import StageOne
 
