@@ -18,7 +18,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
 from eai.run.evaluation import obtain_answers, write_scores
-from eai.run.job import CAPTIONER, Job
+from eai.run.job import Job
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
 from eai.scoring.epochs import Obtained, settle
@@ -92,14 +92,6 @@ def evaluate_experiment_in_child(asked: Asked, whom: Whom, folder: Path, choices
     return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices)
 
 
-def evaluate_seeing_in_child(
-    asked: Asked, whom: Whom, captioner: Whom, folder: Path, choices: Mapping[str, Json]
-) -> Path:
-    """The same with a model in the role that sees for the other."""
-    roles: dict[str, str | Model] = {CAPTIONER: get_model(captioner.model, **captioner.arguments)}
-    return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices, roles)
-
-
 def evaluate_answers_in_child(asked: Asked, answers: Sequence[str | None], folder: Path) -> Path:
     """What ``inspect eval`` does with a model whose request fails where there is no answer."""
 
@@ -127,7 +119,6 @@ def _evaluate(
     folder: Path,
     epochs: int,
     choices: Mapping[str, Json] | None = None,
-    roles: dict[str, str | Model] | None = None,
 ) -> Path:
     task = TASKS[f"{asked.domain}_{asked.ability.value}"](
         protocol=asked.protocol.value, planner=PLANNER.value, tasks=asked.task_ids, **(choices or {})
@@ -135,7 +126,6 @@ def _evaluate(
     (log,) = inspect_ai.eval(
         task,
         model=model,
-        model_roles=roles,
         epochs=epochs,
         log_dir=str(folder),
         display="none",

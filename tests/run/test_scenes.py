@@ -18,13 +18,12 @@ from eai.errors import InputError
 from eai.run.registry import TASKS
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.errors import perception_errors
-from eai.studies.perception.noise import Noise, noise_of, perceive
+from eai.studies.perception.noise import noise_of, perceive
 from processes import own_process
 from run.child import (
     Asked,
     Whom,
     evaluate_experiment_in_child,
-    evaluate_seeing_in_child,
     score_in_child,
 )
 
@@ -72,8 +71,8 @@ def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
         ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
-        ({"scene": "predicted"}, "published prompts tell of scenes in their own way"),
-        ({"scene": "predicted", "noise": "missing=0.1"}, "means nothing with perception.scene predicted"),
+        ({"scene": "predicted"}, "scene: in Inspect no second model lists scenes; eai run asks one"),
+        ({"scene": "image", "noise": "missing=0.1"}, "means nothing with perception.scene image"),
         ({"scene": "noisy", "prompts": "eai"}, "expected rates of errors"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
         ({"scene": "image", "prompts": "eai", "replans": 1}, "not with perception.scene image"),
@@ -104,32 +103,3 @@ def test_records_of_a_log_say_what_was_perceived(
         assert record.experiment.scene == "noisy-missing-0.3-seed-1"
         assert record.perceived == expected
         assert expected.missing > 0
-
-
-def test_a_model_in_the_role_of_captioner_sees_for_the_one_who_is_asked(
-    data_store: Store, process: Executor, tmp_path: Path
-) -> None:
-    """It is sent the picture; the other one a list, errors and all, and no picture."""
-    pytest.importorskip("matplotlib")
-    asked = Asked("behavior", PLANS, Protocol.STRICT, [JARS])
-    told = {"scene": "predicted", "prompts": "eai"}
-    suite = open_suite("behavior", PLANS)
-    task, words = suite.tasks[JARS], scene_words(suite.benchmark)
-    for rate in (0.0, 0.6):
-        captioner, folder = Whom("eai/captioner", {"rate": rate, "seed": 1}), tmp_path / str(rate)
-        planner = Whom("eai/planner", {})
-        path = process.submit(evaluate_seeing_in_child, asked, planner, captioner, folder, told)
-        scored = process.submit(score_in_child, path.result(), asked).result()
-        noise = Noise(missing=rate / 2, misplaced=rate / 2, seed=1)
-        expected = perception_errors(task, words, perceive(task, words, noise, "1"))
-        assert bool(expected.missing) is bool(rate)
-        for log in (read_eval_log(path.result()), read_eval_log(scored)):
-            (sample,) = log.samples or ()
-            assert isinstance(sample.input, list)
-            assert isinstance(sample.input[-1].content[0], ContentImage)
-            assert all(isinstance(message.content, str) for message in sample.messages)
-            record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
-            assert record.experiment is not None
-            assert record.experiment.scene == "predicted-eai_captioner"
-            assert record.perceived == expected
-            assert getattr(record.verdict, "success", None) is (rate == 0)

@@ -58,10 +58,7 @@ def test_arguments_of_a_task() -> None:
         ({"protocol": "lax"}, "protocol: expected 'strict' or 'eai-1.0.5', found 'lax'"),
         ({"prompts": "mine"}, "prompts.set: expected 'official' or 'eai', found 'mine'"),
         ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
-        (
-            {"scene_model": "eai/captioner"},
-            "scene_model: in Inspect the model that lists scenes is --model-role",
-        ),
+        ({"scene_model": "eai/captioner"}, "scene_model: in Inspect no second model lists scenes"),
     ):
         with pytest.raises(InputError, match=re.escape(message)):
             make(**wrong)

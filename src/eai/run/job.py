@@ -26,7 +26,7 @@ PROVIDER = "eai"
 """The provider of built-in models, before the slash of their names."""
 
 CAPTIONER = "captioner"
-"""The built-in model that lists what is in pictures, and the role in Inspect of one that does."""
+"""The built-in model that lists what is in pictures."""
 
 EXPLORERS = ("explorer", "greedy", "novel", "blind")
 """The built-in models that only act."""

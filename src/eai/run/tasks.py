@@ -1,7 +1,6 @@
 """The benchmark as Inspect tasks, for ``eai run`` and for ``inspect eval eai/...`` alike.
 
-In tasks about scenes a second model, the captioner, sees for the one who is asked. Inspect's command line,
-which is click's, refuses arguments that cannot be used in one line.
+Inspect's command line, which is click's, refuses arguments that cannot be used in one line.
 """
 
 from __future__ import annotations
@@ -14,14 +13,14 @@ import click
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import HeadlineMetric
-from inspect_ai.model import GenerateConfig, get_model
-from inspect_ai.solver import Generate, Solver, TaskState, chain, solver
+from inspect_ai.model import GenerateConfig
+from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import DEFAULT_PROTOCOL, SCENE_GRAPH, Ability
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.abilities.verdict import Json
 from eai.acting.play import in_setting
 from eai.acting.setting import ACTING, AGENT, Setting
@@ -33,9 +32,8 @@ from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
 from eai.run.acting import enter, player
-from eai.run.job import CAPTIONER
 from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.solver import ERRATA, ask_as_published, messages_of, part, with_epoch
+from eai.run.solver import ERRATA, ask_as_published, messages_of
 from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
@@ -54,30 +52,6 @@ def refusing() -> Iterator[None]:
         yield
     except InputError as error:
         raise _RefusalError(str(error)) from error
-
-
-@solver(name="eai_see")
-def see(stage: Stage, suite: Suite) -> Solver:
-    """Has the model in the role ``captioner`` write the scene graph, and makes the question of what it wrote.
-
-    Args:
-        stage: the stage before the questions.
-        suite: what is asked.
-    """
-
-    async def solve(state: TaskState, generate: Generate) -> TaskState:
-        captioner, task_id = get_model(role=CAPTIONER, required=True), str(state.sample_id)
-        about = with_epoch(state)
-        output = await captioner.generate(state.messages)
-        believed = stage.heard(str(captioner), suite, {task_id: part(output.completion).answer})
-        prompt = believed.prompts(stage.library, suite, [task_id])[task_id]
-        known = {**believed.about[task_id], "ability": suite.ability.value}
-        experiment = experiment_to_json(believed.experiment)
-        state.metadata |= {**known, EXPERIMENT: experiment, "stop": list(prompt.stop)}
-        state.messages = messages_of(prompt, {**about, **known})
-        return state
-
-    return solve
 
 
 def build_task(
@@ -151,7 +125,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
             stage = spec.variation.stage(library, {suite.domain: asked.prompts}, _ask_nobody)
             if ability is ACTING:
-                asked = _Asked(*in_setting(spec.agent, asked.prompts, suite), asking=player())
+                asked = _Asked(*in_setting(spec.agent, asked.prompts, suite))
             elif stage is not None:
                 spec.variation.abilities([ability])
                 asked = _staged(stage, asked, suite)
@@ -159,7 +133,8 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 asker = library.asker(suite.benchmark, ability, asked.prompts)
                 trials = open_trials(suite, experiment, asker, asked.prompts)
                 asked = _Asked(asked.prompts, experiment=trials.experiment, trials=trials)
-        task = build_task(suite, asked.prompts, asked.solver, experiment=asked.experiment, about=asked.about)
+        solver = player() if ability is ACTING else ask_as_published(asked.trials)
+        task = build_task(suite, asked.prompts, solver, experiment=asked.experiment, about=asked.about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
         task.setup = enter() if ability is ACTING else None
@@ -173,24 +148,19 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
 
 
 def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """The options of agents and studies as sections of a specification; the captioner is known by its role.
+    """The options of agents and studies as sections of a specification.
 
     Raises:
-        InputError: there is no such option.
+        InputError: there is no such option, or it is of a model that would be asked first.
     """
     tables: dict[str, dict[str, Any]] = {}
     for name, value in arguments.items():
         if ability is ACTING and name in Setting.model_fields:
             tables.setdefault(AGENT, {})[name] = value
             continue
-        if name.startswith("scene_"):
-            raise InputError(
-                f"{name}: in Inspect the model that lists scenes is --model-role {CAPTIONER}=MODEL"
-            )
+        if name.startswith("scene_") or (name, value) == ("scene", "predicted"):
+            raise InputError(f"{name}: in Inspect no second model lists scenes; eai run asks one")
         tables.setdefault(study_of(name), {})[name] = value
-    for table in tables.values():
-        if table.get("scene") == "predicted":
-            table["scene_model"] = CAPTIONER
     return tables
 
 
@@ -202,22 +172,12 @@ class _Asked(NamedTuple):
         about: what the built-in models are to know of them besides, by task.
         experiment: what they are an experiment of.
         trials: how answers are carried out in it.
-        first: what comes before them.
-        asking: what asks them, if not one question after the other.
     """
 
     prompts: Mapping[str, Prompt]
     about: Mapping[str, Mapping[str, str]] = {}
     experiment: Experiment | None = None
     trials: Trials | None = None
-    first: Solver | None = None
-    asking: Solver | None = None
-
-    @property
-    def solver(self) -> Solver:
-        """The solver."""
-        asking = self.asking or ask_as_published(self.trials)
-        return asking if self.first is None else chain(self.first, asking)
 
 
 def _ask_nobody(*_: object, **__: object) -> SuiteResult:
@@ -225,18 +185,12 @@ def _ask_nobody(*_: object, **__: object) -> SuiteResult:
 
 
 def _staged(stage: Stage, asked: _Asked, suite: Suite) -> _Asked:
-    """The same questions stating what came of an earlier stage, or those that another model is asked first.
+    """The same questions stating what came of an earlier stage.
 
     Raises:
         InputError: there is nothing to state of a task; a log would leave it out of all rates.
     """
-    anybody, before = Endpoint(""), stage.before(suite)
-    if before is not None:
-        of_scenes = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
-        prompts, _ = before.second(anybody, asked.prompts, of_scenes)
-        about = {task_id: {"ability": SCENE_GRAPH.value} for task_id in prompts}
-        return _Asked(prompts, about, first=see(stage, suite))
-    prompts, believed = stage.second(anybody, asked.prompts, suite)
+    prompts, believed = stage.second(Endpoint(""), asked.prompts, suite)
     missing = len(asked.prompts) - len(prompts)
     if missing:
         raise InputError(

@@ -76,18 +76,6 @@ class Stage(ABC):
         believed = self.believed(endpoint, suite)
         return believed.prompts(self.library, suite, task_ids), believed
 
-    def before(self, suite: Suite) -> Stage | None:
-        """The stage of another model, whose answers this one states; None if there is none.
-
-        Raises:
-            InputError: questions of the suite cannot state them.
-        """
-        return None
-
-    def heard(self, model: str, suite: Suite, answers: Mapping[str, str]) -> Believed:
-        """The beliefs that questions state after the answers of another model, by task."""
-        raise NotImplementedError
-
 
 class Variation(Options):
     """The options of a study of runs; without a choice a run is as it is without the study."""

@@ -150,39 +150,24 @@ class Scenes(Stage):
         Raises:
             InputError: published prompts cannot describe another scene, or a picture is missing.
         """
-        pictured = self.before(suite)
-        if suite.domain not in self._known:
-            self._known[suite.domain] = (
-                self._show(suite) if pictured is None else self._listed(suite, pictured)
-            )
-        return self._known[suite.domain]
-
-    def before(self, suite: Suite) -> Stage | None:
-        """The pictures that a captioner sees.
-
-        Raises:
-            InputError: published prompts cannot describe another scene.
-        """
         _refuse_published(self.choice, self.library, suite)
-        if self.choice.scene != "predicted":
-            return None
-        return Scenes(self.library, self.wanted, self.ask, self.choice.of_pictures())
-
-    def heard(self, model: str, suite: Suite, answers: Mapping[str, str]) -> Believed:
-        """The scenes as a captioner lists them."""
-        label = self.choice.model_copy(update={"scene_model": model}).label
-        return listed_scenes(label, suite, answers)
+        if suite.domain not in self._known:
+            is_listed = self.choice.scene == "predicted"
+            self._known[suite.domain] = self._listed(suite) if is_listed else self._show(suite)
+        return self._known[suite.domain]
 
     def _show(self, suite: Suite) -> Believed:
         tasks = {i: suite.tasks[i] for i in suite.tasks if i in self.wanted[suite.domain]}
         return shown_scenes(self.choice, suite.benchmark, tasks, Templates(self.library.folder))
 
-    def _listed(self, suite: Suite, pictured: Stage) -> Believed:
+    def _listed(self, suite: Suite) -> Believed:
+        """The scenes as a captioner lists them, who is shown pictures."""
         choice, asked = self.choice, open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
+        pictured = Scenes(self.library, self.wanted, self.ask, choice.of_pictures())
         captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
         task_ids = [task_id for task_id in asked.task_ids if task_id in self.wanted[suite.domain]]
         prompts, _ = pictured.second(captioner, task_ids, asked)
         outcome = self.ask(captioner, prompts, asked, first=pictured, epochs=1)
         self.outcomes.append(outcome)
         answers = {each.task_id: each.response for each in outcome.records if each.unanswered is None}
-        return self.heard(captioner.model, suite, answers)
+        return listed_scenes(choice.label, suite, answers)
