@@ -117,3 +117,13 @@ def test_without_pyarrow_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(EaiError, match=r"Parquet needs pyarrow: pip install .*\[analysis\]"):
         list(read_columns(tmp_path / "m_outputs.parquet", COLUMNS))
+
+
+def test_links_to_folders_are_followed_once(tmp_path: Path) -> None:
+    for name in ("kept", "elsewhere"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "a.json").write_text("")
+    (tmp_path / "kept" / "linked").symlink_to(tmp_path / "elsewhere", target_is_directory=True)
+    (tmp_path / "elsewhere" / "round").symlink_to(tmp_path / "kept", target_is_directory=True)
+    found = files_below(tmp_path / "kept", "*.json")
+    assert [file.relative_to(tmp_path / "kept").as_posix() for file in found] == ["a.json", "linked/a.json"]

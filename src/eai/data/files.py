@@ -6,10 +6,12 @@ Parquet is for those alone whose answers or tables are so many; what reads it is
 from __future__ import annotations
 
 import contextlib
+import os
 import secrets
 import sys
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -89,10 +91,21 @@ def parse_toml(text: str) -> dict[str, Any]:
 
 
 def files_below(folder: Path, *patterns: str) -> list[Path]:
-    """The files below a folder whose names match, sorted; no pipes or devices, which may never end."""
-    return sorted(
-        {file for pattern in patterns for file in folder.rglob(pattern) if file.is_file()},
-    )
+    """The files below a folder whose names match, sorted; no pipes or devices, which may never end.
+
+    Links to folders are followed, each folder once.
+    """
+    found: list[Path] = []
+    seen: set[str] = set()
+    for place, folders, names in os.walk(folder, followlinks=True):
+        folders.sort()
+        real = os.path.realpath(place)
+        if real in seen:
+            folders.clear()
+            continue
+        seen.add(real)
+        found += [Path(place, name) for name in names if any(fnmatch(name, each) for each in patterns)]
+    return sorted(file for file in found if file.is_file())
 
 
 def content_of(path: Path) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -17,7 +16,7 @@ from eai.abilities.protocol import Ability, Protocol, place_of
 from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
-from eai.data.files import write_whole
+from eai.data.files import files_below, write_whole
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.lines import SuiteKey
@@ -119,7 +118,7 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
     found: dict[Path, None] = {}
     for path in paths:
         if path.is_dir():
-            files = sorted(_below(path))
+            files = files_below(path, RECORDS)
             if not files:
                 raise InputError(f"{path}: expected a folder with {RECORDS} somewhere below, found none")
             found |= dict.fromkeys(files)
@@ -128,19 +127,6 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
         else:
             raise InputError(f"{path}: no such file or folder")
     return list(found)
-
-
-def _below(folder: Path) -> Iterator[Path]:
-    seen: set[str] = set()
-    for place, folders, files in os.walk(folder, followlinks=True):
-        real = os.path.realpath(place)
-        if real in seen:
-            folders.clear()
-            continue
-        seen.add(real)
-        folders.sort()
-        if RECORDS in files and (Path(place) / RECORDS).is_file():
-            yield Path(place) / RECORDS
 
 
 def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
