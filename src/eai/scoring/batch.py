@@ -56,13 +56,7 @@ class Scoring(Workers):
     """
 
     def records(
-        self,
-        suite: Suite,
-        model: str,
-        responses: Iterable[Response],
-        *,
-        explanations: bool = False,
-        look_back: int | None = None,
+        self, suite: Suite, model: str, responses: Iterable[Response], *, explanations: bool = False
     ) -> Iterator[Record]:
         """The records of a model's answers, in their order.
 
@@ -71,10 +65,8 @@ class Scoring(Workers):
             model: who answered.
             responses: the answers; a task may be answered any number of times.
             explanations: put the step-by-step explanation into each record.
-            look_back: how many states a search that says more of a verdict may look at; no search if None.
         """
-        settings = ScoringOptions(explanations=explanations, look_back=look_back)
-        return self._records(suite, model, responses, settings)
+        return self._records(suite, model, responses, ScoringOptions(explanations=explanations))
 
     def _records(
         self, suite: Suite, model: str, responses: Iterable[Response | _Missing], settings: ScoringOptions
