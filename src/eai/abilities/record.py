@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Confusion, Json, PlanVerdict, Verdict
+from eai.abilities.verdict import Confusion, PlanVerdict, Verdict
 
 if TYPE_CHECKING:
     from eai.abilities.task import Task
@@ -89,10 +89,6 @@ class Usage:
             sums[name] = sum(known) if known else None
         return Usage(**sums)
 
-    def to_json(self) -> dict[str, Json]:
-        """The usage as journals, records and summaries have it."""
-        return {name: getattr(self, name) for name in self.__slots__}
-
 
 @dataclass(frozen=True, slots=True)
 class Origin:
@@ -100,7 +96,6 @@ class Origin:
 
     Attributes:
         prompt_sha256: digest of the prompt.
-        prompt: the prompt itself, where it is kept.
         stop_reason: why the answer ended: ``stop``, ``max_tokens``, ...
         truncated: whether a limit of length cut it off.
         usage: what it took.
@@ -108,7 +103,6 @@ class Origin:
     """
 
     prompt_sha256: str | None = None
-    prompt: str | None = None
     stop_reason: str | None = None
     truncated: bool | None = None
     usage: Usage | None = None

@@ -97,7 +97,7 @@ class ExplorerData:
             if record.task is not None and record.task_id not in tasks:
                 instruction = " ".join(background.instructions.get(record.task_id, "").split())
                 tasks[record.task_id] = [self._text(record.task.name), self._text(instruction)]
-            prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
+            prompt = asked.get(record.task_id)
             if prompt and record.task_id not in kept:
                 kept[record.task_id] = self._all(prompt.split("\n"))
 
