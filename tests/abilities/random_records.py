@@ -52,9 +52,7 @@ for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalRepo
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(
     Counted,
-    with_every_field(
-        Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS).map(lambda d: tuple(d.items()))
-    ),
+    with_every_field(Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS)),
 )
 EXPERIMENTS = with_every_field(
     Experiment,

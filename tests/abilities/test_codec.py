@@ -39,7 +39,7 @@ PLAN = PlanVerdict(
     additional_steps=2,
     goals=GOALS,
     goals_satisfied=(True, False, False),
-    counted=Counted(False, GOALS, ((FaultKind.WRONG_ORDER, 1), (FaultKind.ADDITIONAL_STEP, 2))),
+    counted=Counted(False, GOALS, {FaultKind.WRONG_ORDER: 1, FaultKind.ADDITIONAL_STEP: 2}),
 )
 SIDE = SideMatch(("closed",), ("near",), ("can_open",))
 OPERATORS = OperatorVerdict(

@@ -21,7 +21,7 @@ ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("ja
     [
         Verdict("left out", ERROR, ("prose",)),
         PlanVerdict(None, ERROR, (), False, True, 2, TALLIES, (True, False)),
-        PlanVerdict(goals=TALLIES, counted=Counted(True, TALLIES, ((FaultKind.PARSING, 2),))),
+        PlanVerdict(goals=TALLIES, counted=Counted(True, TALLIES, {FaultKind.PARSING: 2})),
         SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), attempts=7),
         GoalVerdict(counts={"state": Confusion(1, 2, 3)}, missing=("on(a, b)",)),
         OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
@@ -42,7 +42,7 @@ def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models(
         additional_steps=2,
         goals=TALLIES,
         goals_satisfied=(True, False),
-        counted=Counted(True, TALLIES, ()),
+        counted=Counted(True, TALLIES, {}),
     )
     nothing = empty.without_answer()
     assert nothing == PlanVerdict(

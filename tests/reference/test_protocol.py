@@ -90,10 +90,10 @@ def test_one_relation_more_is_missed() -> None:
 
 
 def test_what_counts_in_summaries_misses_it_too() -> None:
-    counting = replace(REACHED, counted=Counted(True, ALL_THREE, ()))
+    counting = replace(REACHED, counted=Counted(True, ALL_THREE, {}))
     asked = count_as_the_paper_did(replace(PLAN, verdict=counting)).verdict
     assert isinstance(asked, PlanVerdict)
-    assert asked.counted == Counted(False, ALL_THREE._replace(relation=Share(3, 4)), ())
+    assert asked.counted == Counted(False, ALL_THREE._replace(relation=Share(3, 4)), {})
 
 
 @pytest.mark.parametrize(

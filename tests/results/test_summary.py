@@ -60,14 +60,14 @@ def test_plans_by_the_kind_of_their_end() -> None:
 def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() -> None:
     three = replace(SUCCEEDED, additional_steps=3)
     assert summarise([three, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(1, 2)
-    by_step = replace(three, counted=Counted(True, goals((1, 1)), ((FaultKind.ADDITIONAL_STEP, 3),)))
+    by_step = replace(three, counted=Counted(True, goals((1, 1)), {FaultKind.ADDITIONAL_STEP: 3}))
     assert summarise([by_step, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(3, 2)
 
 
 def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
     failure = failed(FaultKind.PARSING)
-    twice = replace(failure, counted=Counted(False, goals((0, 1)), ((FaultKind.PARSING, 2),)))
-    missed = Counted(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), ())
+    twice = replace(failure, counted=Counted(False, goals((0, 1)), {FaultKind.PARSING: 2}))
+    missed = Counted(False, GoalTallies(Share(0, 0), Share(0, 0), Share(1, 2)), {})
     rates = summarise([twice, replace(SUCCEEDED, counted=missed)], Ability.ACTION_SEQUENCING)
     assert rates["parsing"] == Rate(2, 2)
     assert rates["task_success"] == Rate(0, 2)
@@ -119,11 +119,11 @@ def test_errors_of_subgoals_count_as_often_as_the_verdict_says() -> None:
     runtime = SubgoalVerdict(category=SubgoalCategory.RUNTIME, error=wrong_order, additional_steps=1)
     missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE)
     none = goals((0, 1))
-    entries = replace(runtime, counted=Counted(False, none, ((FaultKind.WRONG_ORDER, 2),)))
+    entries = replace(runtime, counted=Counted(False, none, {FaultKind.WRONG_ORDER: 2}))
     for verdicts, counted, additional in (
         ([runtime, missed], 2, 2),
         ([entries, missed], 3, 1),
-        ([entries, replace(missed, counted=Counted(False, none, ()))], 2, 0),
+        ([entries, replace(missed, counted=Counted(False, none, {}))], 2, 0),
     ):
         rates = summarise(verdicts, Ability.SUBGOAL_DECOMPOSITION)
         assert rates["wrong_order"] == Rate(counted, 2)

@@ -21,7 +21,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures
-from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
+from eai.abilities.verdict import GoalTallies, Json, Verdict
 from eai.errors import InputError
 
 SCHEMA = 2
@@ -174,15 +174,9 @@ def _form(kind: type) -> Callable[[Any], Json]:
         return lambda value: value
     if issubclass(kind, GoalTallies):
         return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
-    if issubclass(kind, Counted):
-        return _counted
     if issubclass(kind, Mapping):
-        return lambda value: {key: _plain(part) for key, part in value.items()}
+        return lambda value: {getattr(key, "value", key): _plain(part) for key, part in value.items()}
     return dataclass_to_json if is_dataclass(kind) else lambda value: [_plain(part) for part in value]
-
-
-def _counted(value: Counted) -> Json:
-    return {**dataclass_to_json(value), "errors": {kind.value: times for kind, times in value.errors}}
 
 
 def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
@@ -196,9 +190,6 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
     repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
     declared: type[Verdict] = declaration_of(ability).verdict
     own = {name: values[name] for name in _names(declared) if name in values}
-    counted = own.get("counted")
-    if isinstance(counted, dict) and isinstance(counted.get("errors"), dict):
-        own["counted"] = {**counted, "errors": tuple(counted["errors"].items())}
     return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
 
 

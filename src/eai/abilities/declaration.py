@@ -336,7 +336,7 @@ def on_trajectories(
 def times(verdict: PlanVerdict, kind: FaultKind) -> int:
     """How often a kind of error that ends a plan counts."""
     if verdict.counted is not None:
-        return dict(verdict.counted.errors).get(kind, 0)
+        return verdict.counted.errors.get(kind, 0)
     return int(verdict.error is not None and verdict.error.kind is kind)
 
 

@@ -223,7 +223,7 @@ class Counted:
 
     success: bool
     goals: GoalTallies
-    errors: tuple[tuple[FaultKind, int], ...]
+    errors: Mapping[FaultKind, int]
 
 
 ASK, REFUSE = "ASK", "IMPOSSIBLE"

@@ -234,7 +234,7 @@ def counted_as_published(record: Record) -> Record:
 def _without_errors(verdict: PlanVerdict) -> PlanVerdict:
     if not verdict.success:
         return verdict
-    counted = verdict.counted and replace(verdict.counted, errors=())
+    counted = verdict.counted and replace(verdict.counted, errors={})
     return replace(verdict, error=None, additional_steps=0, counted=counted)
 
 

@@ -12,7 +12,7 @@ import re
 from abc import abstractmethod
 from bisect import bisect
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import accumulate
 from random import Random
@@ -122,14 +122,14 @@ class ReferenceSubgoals(SubgoalDecomposition):
             entries[FaultKind.ADDITIONAL_STEP] = 1
         if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:
             entries.clear()
-        return _counting(verdict, tuple(entries.items()))
+        return _counting(verdict, entries)
 
     def _with_most_goals(self, outcome: Outcome) -> Branch:
         """The reported branch, whatever others reach."""
         return outcome.reported
 
     def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
-        return _counting(super()._rejection(rejected), ())
+        return _counting(super()._rejection(rejected), {})
 
 
 class _HaltError(Exception):
@@ -145,7 +145,7 @@ def halting(reason: str) -> Plans:
     return plans
 
 
-def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]) -> SubgoalVerdict:
+def _counting(verdict: SubgoalVerdict, errors: Mapping[FaultKind, int]) -> SubgoalVerdict:
     """The verdict where these errors count in summaries."""
     if verdict.goals is None:
         return verdict

@@ -163,7 +163,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
         goals = self.goals.tallies(verdict.goals_satisfied)
-        twice = Counted(success=False, goals=goals, errors=((FaultKind.PARSING, 2),))
+        twice = Counted(success=False, goals=goals, errors={FaultKind.PARSING: 2})
         return replace(verdict, counted=twice)
 
     def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
@@ -186,8 +186,8 @@ class VirtualHomeActionSequencing(ActionSequencing):
         additional = course.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
-        ended = () if verdict.error is None else ((verdict.error.kind, 1),)
-        errors = (*ended, (FaultKind.ADDITIONAL_STEP, additional)) if additional else ended
+        errors = {} if verdict.error is None else {verdict.error.kind: 1}
+        errors |= {FaultKind.ADDITIONAL_STEP: additional} if additional else {}
         return replace(verdict, counted=Counted(all(reached), self.goals.tallies(reached), errors))
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:

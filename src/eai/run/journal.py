@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
+from eai.abilities.codec import dataclass_to_json
 from eai.abilities.record import Attempt
 from eai.data.files import content_of, lines, writing_to
 from eai.errors import EaiError, InputError
@@ -65,7 +66,7 @@ class Journal:
                 self._path.parent.mkdir(parents=True, exist_ok=True)
             with self._path.open("r+b" if self._size else "wb") as file:
                 file.seek(self._size)  # over what could be written of an answer before
-                file.write(json.dumps(answer.to_json()).encode() + b"\n")
+                file.write(json.dumps(dataclass_to_json(answer)).encode() + b"\n")
                 file.truncate()
                 self._size = file.tell()
         self._keep(answer)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
-from eai.abilities.codec import sha256_of
+from eai.abilities.codec import dataclass_to_json, sha256_of
 from eai.abilities.declaration import SingleTurn, declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.json_text import Pairs, find_json
@@ -205,7 +205,7 @@ class SuiteResult:
             "answered": self.totals.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
-            "usage": self.usage.to_json(),
+            "usage": dataclass_to_json(self.usage),
             "per_success": per_success_to_json(per_success(self._of_all_epochs)),
             **({"passes": passes_to_json(passes(self.right_by_epoch))} if self.of_epochs else {}),
         }

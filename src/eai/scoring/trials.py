@@ -12,7 +12,6 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.trial import Trial
-from eai.abilities.verdict import Json
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
@@ -54,11 +53,6 @@ class Answer:
     def truncated(self) -> bool:
         """Whether a limit of length cut it off."""
         return self.stop_reason in ("max_tokens", "model_length")
-
-    def to_json(self) -> dict[str, Json]:
-        """The answer as a line of the journal has it."""
-        fields: dict[str, Json] = {name: getattr(self, name) for name in self.__slots__}
-        return {**fields, "usage": self.usage.to_json()}
 
 
 Place: TypeAlias = tuple[str, int]
