@@ -11,8 +11,15 @@ from typing import TYPE_CHECKING
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report.plot_runs import draw_actions, draw_flow, draw_outcomes, draw_predicates
-from eai.report.plots import draw_difficulty, draw_plots, plan_plots
+from eai.report.plots import (
+    draw_actions,
+    draw_difficulty,
+    draw_flow,
+    draw_outcomes,
+    draw_plots,
+    draw_predicates,
+    plan_plots,
+)
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
 from eai.scoring.runs import Run, RunKey
