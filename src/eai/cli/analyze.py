@@ -13,21 +13,9 @@ from pydantic import BeforeValidator
 
 from eai.abilities.options import Options, option
 from eai.abilities.verdict import Json
+from eai.cli import options
 from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
-from eai.cli.options import (
-    OUTPUT,
-    RECORDS,
-    SETTING,
-    AsJson,
-    DataFolder,
-    flag,
-    former_flags,
-    opened_source,
-    option_rows,
-    refuse_moved,
-    setting,
-    with_settings,
-)
+from eai.cli.options import OUTPUT, AsJson, DataFolder, flag
 from eai.cli.progress import scoring_progress
 from eai.data.files import writing_to
 from eai.errors import EaiError, InputError, did_you_mean, needing
@@ -60,18 +48,18 @@ def refuse_old_flags(args: Sequence[str]) -> None:
     now = {"--format": "formats=VALUE"} if name == TABLE else {}
     for each in _studies(name):
         for key in each.choices.model_fields:
-            now |= former_flags(key, key, each.choices.default_of(key))
-    refuse_moved(args, now, "eai analyze")
+            now |= options.former_flags(key, key, each.choices.default_of(key))
+    options.refuse_moved(args, now, "eai analyze")
 
 
 def analyze(
     name: Annotated[str, typer.Argument(metavar="STUDY", help="Its name; all; or table.")] = "",
-    records: Annotated[list[Path] | None, typer.Argument(help=RECORDS)] = None,
+    records: Annotated[list[Path] | None, typer.Argument(help=options.RECORDS)] = None,
     out: Annotated[
         Path | None, flag("The folder for the results; the name if not given.", panel=OUTPUT)
     ] = None,
     settings: Annotated[
-        list[str] | None, flag("An option of the study.", SETTING, metavar="OPTION=VALUE")
+        list[str] | None, flag("An option of the study.", options.SETTING, metavar="OPTION=VALUE")
     ] = None,
     plots: Annotated[bool, flag("Draw plots (needs the extra 'plots').", panel=OUTPUT)] = True,
     as_json: AsJson = False,
@@ -91,10 +79,10 @@ def analyze(
     if not records:
         raise InputError(f"{name}: expected records: files, or folders with records.jsonl below")
     folder = out or Path(name)
-    with opened_source(data) as source, needing("analysis", "this analysis needs"):
+    with options.opened_source(data) as source, needing("analysis", "this analysis needs"):
         read = Records(tuple(records), folder, source, note, partial(scoring_progress, quiet=False))
         if name == TABLE:
-            _write_lines(read, with_settings(TABLE, _Formats, settings or ()), as_json=as_json)
+            _write_lines(read, options.with_settings(TABLE, _Formats, settings or ()), as_json=as_json)
             return
         written = list(_write_all(name, read, settings or (), plots=plots, as_json=as_json))
     if as_json:
@@ -109,10 +97,10 @@ def _listing() -> Iterator[str]:
         study = find_study(name)
         if study.analyze is not None:
             yield f"| **{name}** | | {study.title} |"
-            yield from option_rows(study.choices)
+            yield from options.option_rows(study.choices)
     yield f"| **{ALL}** | | {', '.join(each.name for each in _studies(ALL))}, a folder each. |"
     yield f"| **{TABLE}** | | Records as tidy tables. |"
-    yield from option_rows(_Formats)
+    yield from options.option_rows(_Formats)
 
 
 def _refuse_unknown(name: str) -> None:
@@ -141,7 +129,7 @@ def _write_all(
         return
     records.tables()
     for study in studies:
-        own = [text for text in settings if setting(text)[0] in study.choices.model_fields]
+        own = [text for text in settings if options.setting(text)[0] in study.choices.model_fields]
         try:
             yield from _write_study(study, records.below(study.name), own, plots=plots, as_json=as_json)
         except InputError as error:
@@ -158,7 +146,7 @@ def _write_study(
     """
     if study.analyze is None:
         raise InputError(f"{study.name}: is a study of runs, and has no analysis")
-    for analysis in study.analyze(records, with_settings(study.name, study.choices, settings)):
+    for analysis in study.analyze(records, options.with_settings(study.name, study.choices, settings)):
         folder = records.folder / analysis.folder
         write_tables(folder, study.name, analysis.tables, analysis.remarks)
         drawn = _draw_figures(analysis.figures, folder) if plots else 0

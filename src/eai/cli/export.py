@@ -16,18 +16,9 @@ from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import open_suite
+from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, asked_by_default, counted, say, tell, tell_findings
-from eai.cli.options import (
-    ABILITIES,
-    AsJson,
-    DataFolder,
-    Errata,
-    OfAbility,
-    OfDomain,
-    flag,
-    opened_source,
-    store,
-)
+from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.cli.prompts import OfSet, Sample, SampleSeed, TaskIds, drawn, is_list, tasks_of, write_prompts
 from eai.cli.questions import questions
 from eai.cli.tasks import tasks
@@ -101,7 +92,7 @@ def prompts(
     domain: Annotated[list[str], flag(DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
-        list[Ability] | None, flag(f"{ABILITIES}. All if not given.", parser=Ability.named)
+        list[Ability] | None, flag(f"{options.ABILITIES}. All if not given.", parser=Ability.named)
     ] = None,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
@@ -115,7 +106,7 @@ def prompts(
         Path | None,
         flag("Answers to goal interpretation, whose goals to state instead of the tasks' own.", panel=_LIST),
     ] = None,
-    errata: Errata = ErrataChoice.CURRENT,
+    errata: options.Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -293,7 +284,7 @@ app.command(no_args_is_help=True)(questions)
 
 @app.command(no_args_is_help=True)
 def pictures(
-    domain: OfDomain,
+    domain: options.OfDomain,
     tasks: Annotated[str, flag("Only these; short: forty.")] = "",
     limit: Annotated[int | None, flag("So many, at most.", min=1)] = None,
     clutter: Annotated[Clutter, flag("How much else is shown.")] = "none",
@@ -358,8 +349,8 @@ def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> 
 
 @app.command(no_args_is_help=True)
 def harbor(
-    domain: OfDomain,
-    ability: OfAbility,
+    domain: options.OfDomain,
+    ability: options.OfAbility,
     out: Annotated[Path, flag("The folder to write to, a new one.", metavar="DIR")],
     tasks: TaskIds = "",
     sample: Sample = None,
@@ -434,8 +425,10 @@ def submission(
     """
     path = run
     if run.is_dir():
-        build_submission(run, out, store(data), model=model, folder=folder, prompts=prompts)
+        build_submission(run, out, options.store(data), model=model, folder=folder, prompts=prompts)
         path = out
         if not as_json:
             say(f"written to {out}")
-    tell_findings(check_submission(path, store(data), prompts), "the submission is complete", as_json=as_json)
+    tell_findings(
+        check_submission(path, options.store(data), prompts), "the submission is complete", as_json=as_json
+    )

@@ -13,37 +13,9 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.console import (
-    asked_by_default,
-    counted,
-    need_inspect,
-    note,
-    note_planner,
-    output,
-    print_markdown,
-    say,
-)
-from eai.cli.flags import (
-    HELP,
-    check_captioner,
-    check_models,
-    check_replay,
-    listing,
-    run_flag,
-    skipped,
-    specification,
-)
-from eai.cli.options import (
-    OUTPUT,
-    SCORING,
-    SETTING,
-    AsJson,
-    DataFolder,
-    Wide,
-    flag,
-    opened_source,
-    planner_terms,
-)
+from eai.cli import console, flags, options
+from eai.cli.flags import run_flag
+from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.order import Order, adaptive_suites, obtain_adaptively, obtain_and_score, tell
 from eai.cli.progress import resumable
 from eai.cli.prompts import chosen_prompts, tasks_of
@@ -91,8 +63,8 @@ def run(
         list[str] | None,
         flag(
             "Any option of a run, such as attempts.replans=3 or generation.top_p=0.9; "
-            f"{SETTING} {HELP} lists them all.",
-            SETTING,
+            f"{options.SETTING} {flags.HELP} lists them all.",
+            options.SETTING,
             panel=_ALL,
             metavar="OPTION=VALUE",
         ),
@@ -118,23 +90,25 @@ def run(
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
-    if settings == [HELP]:
-        print_markdown("\n".join(listing()))
+    if settings == [flags.HELP]:
+        console.print_markdown("\n".join(flags.listing()))
         return
-    need_inspect()
-    spec = specification(context, file, model_arg or (), settings or ())
+    console.need_inspect()
+    spec = flags.specification(context, file, model_arg or (), settings or ())
     if not spec.model.name:
         raise InputError("expected --model NAME, or a file with the names of models")
     target, scoring = spec.tasks.adaptive, spec.scoring
     wanted = spec.variation.abilities(spec.tasks.ability)
-    check_models(spec.model.name, wanted)
+    flags.check_models(spec.model.name, wanted)
     order = Order(spec, out, quiet or as_json)
-    terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
-    with opened_source(data, scoring.planner, scoring.errata, terms) as source:
+    terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
+    with options.opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
             open_suite(name, each, scoring.protocol, source=source)
             for name in spec.tasks.domain or of_the_paper()
-            for each in (wanted if spec.tasks.ability else asked_by_default(find_benchmark(name), wanted))
+            for each in (
+                wanted if spec.tasks.ability else console.asked_by_default(find_benchmark(name), wanted)
+            )
         ]
         if target is not None:
             suites = adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
@@ -145,9 +119,9 @@ def run(
             if asked:
                 chosen.append((suite, asked))
     endpoints = spec.model.endpoints
-    remarks = skipped(spec.model.name, [suite.ability for suite, _ in chosen])
-    check_replay(endpoints, [suite for suite, _ in chosen])
-    note_planner([suite for suite, _ in chosen])
+    remarks = flags.skipped(spec.model.name, [suite.ability for suite, _ in chosen])
+    flags.check_replay(endpoints, [suite for suite, _ in chosen])
+    console.note_planner([suite for suite, _ in chosen])
     first = _first_stage(library, order, chosen)
     save(spec, out)
     outcomes, experiment = [], spec.variation.experiment
@@ -172,7 +146,7 @@ def run(
         for outcome in before:
             _print(spec, [outcome], wide=wide)
     for remark in remarks:
-        note(remark)
+        console.note(remark)
     tell([*before, *outcomes], order, as_json=as_json)
 
 
@@ -184,7 +158,7 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
     print_results(title, suite.ability, results, wide=wide)
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
     if repeated:
-        print_table(output(), passes_table(repeated), wide=wide)
+        print_table(console.output(), passes_table(repeated), wide=wide)
 
 
 def _first_stage(
@@ -196,7 +170,7 @@ def _first_stage(
         wanted.setdefault(suite.domain, set()).update(asked)
     ask, variation = partial(obtain_and_score, order), order.spec.variation
     if variation.captioner is not None:
-        check_captioner(variation.captioner)
+        flags.check_captioner(variation.captioner)
     return variation.stage(library, wanted, ask)
 
 
@@ -205,4 +179,4 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
     corrected = library.corrected(suite.benchmark, suite.ability, prompts)
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
-        say(f"{counted(corrected, 'question')} {rest}")
+        console.say(f"{console.counted(corrected, 'question')} {rest}")

@@ -29,19 +29,10 @@ from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
+from eai.scoring import records
 from eai.scoring.batch import Scoring, score_run, without_row
 from eai.scoring.options import ScoringOptions
-from eai.scoring.records import (
-    RECORDS,
-    Part,
-    Shard,
-    find_shards,
-    merge_shards,
-    part_of,
-    read_records,
-    write_parts,
-    write_shard,
-)
+from eai.scoring.records import Part, Shard, read_records
 from eai.tasks.source import ErrataChoice, Source
 
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
@@ -169,7 +160,9 @@ def score(
                 stack.enter_context(sole_run(folder))
         if shard is not None:
             for share in shares:
-                write_shard(share.out or Path(), shard, _parts(share, settings, workplace, quiet=as_json))
+                records.write_shard(
+                    share.out or Path(), shard, _parts(share, settings, workplace, quiet=as_json)
+                )
         printed = _score_all(shares, settings, workplace, as_json=as_json, wide=wide) if shard is None else []
     if as_json:
         print_json(printed)
@@ -219,8 +212,8 @@ def _scored(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quie
     """Score the answers of a model to a suite; what is written goes by part by part."""
     parts = _parts(share, settings, workplace, quiet=quiet)
     if share.out is not None:
-        _note_replaced(share.out / RECORDS, share)
-        return write_parts(share.out, parts)
+        _note_replaced(share.out / records.RECORDS, share)
+        return records.write_parts(share.out, parts)
     totals = Totals()
     for _, part in parts:
         totals.merge(part)
@@ -250,8 +243,8 @@ def _parts(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet
     ]
     by_task = {record.task_id: record for record in averaged_records(of_epochs, averaged)}
     finish = _finish_of(share) or replace
-    records = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
-    return [part_of(records if share.shard is None else [*share.shard.of_these(records)])]
+    means = [finish(by_task[task_id]) for task_id in suite.task_ids if task_id in by_task]
+    return [records.part_of(means if share.shard is None else [*share.shard.of_these(means)])]
 
 
 def _parts_of(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
@@ -369,8 +362,8 @@ def _refuse_twins(names: Sequence[str]) -> None:
 def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
     """Put shards together: records and summaries as one process writes them."""
     printed: list[Json] = []
-    for folder, files in [found for path in paths for found in find_shards(path).items()]:
-        totals = merge_shards(folder, files)
+    for folder, files in [found for path in paths for found in records.find_shards(path).items()]:
+        totals = records.merge_shards(folder, files)
         first = totals.first
         printed.append(result_json(totals, folder))
         if as_json:

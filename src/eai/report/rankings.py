@@ -38,22 +38,10 @@ from eai.report.table_specs import (
     place_of_column,
     tables_of,
 )
+from eai.results import paper_tables
 from eai.results.certainty import Cases, certainty_of_mean
 from eai.results.coverage import together
-from eai.results.paper_tables import (
-    NULL_MODELS,
-    OTHER_TABLES,
-    PaperColumn,
-    PaperTable,
-    PublishedSuite,
-    is_null_model,
-    null_scores,
-    paper_models,
-    paper_setting,
-    paper_table,
-    published_scores,
-    published_scores_sha256,
-)
+from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.summary import AVERAGE, Place, average_performance, average_weights
 
 _PUBLISHED = (
@@ -94,7 +82,7 @@ def run_rows(
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             model, experiment = shown[0].key.model, shown[0].key.experiment or Experiment()
-            source: RowSource = "floor" if is_null_model(model) else "run"
+            source: RowSource = "floor" if paper_tables.is_null_model(model) else "run"
             yield Row(
                 model,
                 source,
@@ -171,13 +159,13 @@ def published_rows(
         domain: the domain of the table.
         runs: the runs beside which they stand.
     """
-    table = published_scores()
+    table = paper_tables.published_scores()
     if table.protocol != protocol.value:
         return
     suites = _suites(table.suites, columns, domain)
     known = len({model for suite in suites.values() for model in suite.models})
-    everyone = len(set(paper_models().values()))
-    text = _PUBLISHED.format(sha256=published_scores_sha256(), known=known, all=everyone)
+    everyone = len(set(paper_tables.paper_models().values()))
+    text = _PUBLISHED.format(sha256=paper_tables.published_scores_sha256(), known=known, all=everyone)
     yield from _scored_rows(suites, columns, runs, "published", text)
 
 
@@ -185,8 +173,8 @@ def floor_rows(
     columns: Sequence[MetricColumn], protocol: Protocol, domain: str, runs: Sequence[RunSummary]
 ) -> Iterator[Row]:
     """The null models in the suites that come with the package; arguments as for `published_rows`."""
-    suites = _suites(null_scores(protocol.value).suites, columns, domain)
-    names = "; ".join(f"{model} {what}" for model, what in NULL_MODELS.items())
+    suites = _suites(paper_tables.null_scores(protocol.value).suites, columns, domain)
+    names = "; ".join(f"{model} {what}" for model, what in paper_tables.NULL_MODELS.items())
     return _scored_rows(suites, columns, runs, "floor", _FLOOR.format(names=names))
 
 
@@ -286,8 +274,8 @@ def make_ranking(
     ours = [_with_missing(row, by, columns) for row in run_rows(columns, runs, known, with_paper=with_paper)]
     places = [place_of_column(column, domain) for column in columns]
     papers, others = [], list[Row]()
-    if with_paper and protocol.value == paper_setting().protocol:
-        papers = [paper_table(name) for name in paper_setting().tables[spec.name]]
+    if with_paper and protocol.value == paper_tables.paper_setting().protocol:
+        papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
     elif with_paper:
         others += published_rows(columns, protocol, domain, runs)
     others += [*paper_rows(places, papers), *floor_rows(columns, protocol, domain, runs)]
@@ -368,7 +356,7 @@ def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
     Args:
         runs: the runs, sorted by the order of their keys.
     """
-    papers = map(paper_table, OTHER_TABLES)
+    papers = map(paper_tables.paper_table, paper_tables.OTHER_TABLES)
     return [
         _besides(paper, domain, runs)
         for paper in papers
@@ -383,14 +371,14 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     if paper.name in _OTHER_SUBSET:
         alike = []
     places = [place_of_column(column, domain) for column in columns]
-    ours = [item for item in alike if item.key.protocol.value == paper_setting().protocol]
+    ours = [item for item in alike if item.key.protocol.value == paper_tables.paper_setting().protocol]
     remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
     on_columns = tuple((*remarks, *_notes_on(place, [paper])) for place in places)
     rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
     return Ranking(
         f"paper_{paper.name}",
         paper.title,
-        Protocol(paper_setting().protocol),
+        Protocol(paper_tables.paper_setting().protocol),
         domain,
         columns,
         on_columns,
