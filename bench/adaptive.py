@@ -21,7 +21,7 @@ import numpy as np
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
-from eai.cli.order import ROUND
+from eai.cli.run import ROUND
 from eai.results.lines import by_suite
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between

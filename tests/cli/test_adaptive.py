@@ -9,6 +9,7 @@ from typing import Any, cast
 
 import pytest
 
+import eai.cli.run
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
@@ -16,8 +17,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli import order
-from eai.cli.order import Order
+from eai.cli.run import _Order
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.run.spec import RunSpec
@@ -49,17 +49,17 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
     odd = min(known := item_difficulties(*SUITE), key=lambda task: (abs(known[task]), task))
     rounds: list[list[str]] = []
 
-    def obtained(_: Order, endpoint: Endpoint, prompts: Mapping[str, Any], of: Suite) -> Result:
+    def obtained(_: _Order, endpoint: Endpoint, prompts: Mapping[str, Any], of: Suite) -> Result:
         rounds.append(list(prompts))
         records = [record(task, SUCCEEDED, domain=of.domain) for task in prompts]
         changes = {"verdict": PlanVerdict(excluded="no solution")} if excluded else {"unanswered": "timeout"}
         records = [replace(each, **changes) if each.task_id == odd else each for each in records]
         return Result(tmp_path, of, records, {} if excluded else {"timeout": [odd]})
 
-    monkeypatch.setattr(order, "obtain_and_score", obtained)
+    monkeypatch.setattr(eai.cli.run, "_obtain_and_score", obtained)
     prompts = dict.fromkeys(suite.task_ids)
-    run = Order(RunSpec(), tmp_path, quiet=True)
-    order.obtain_adaptively(run, cast(Any, None), cast(Any, prompts), suite, 0.6)
+    run = _Order(RunSpec(), tmp_path, quiet=True)
+    eai.cli.run._obtain_adaptively(run, cast(Any, None), cast(Any, prompts), suite, 0.6)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]
     assert sizes == [5 * number for number in range(1, len(rounds) + 1)]
@@ -91,14 +91,14 @@ def answer_of(suite: Suite, task_id: str) -> str:
 
 def test_runs_of_several_models_tell_how_difficult_tasks_are(runs: Path, tmp_path: Path) -> None:
     suite = open_suite("envs.switches:SWITCHES", ACTING)
-    assert order.adaptive_suites([suite], [ACTING], runs) == [suite]
-    known, _, models = order._difficulties(suite, runs)
+    assert eai.cli.run._adaptive_suites([suite], [ACTING], runs) == [suite]
+    known, _, models = eai.cli.run._difficulties(suite, runs)
     assert models == f"the 3 models in {runs}"
     easy, hard = known["both"], known["half"]
     assert [*known] == [task_id for task_id in suite.task_ids if task_id != "none"]
     assert easy == known["greet"] < hard
     rmtree(runs / "fair")
     with pytest.raises(InputError, match="whole runs of 3 models in switches acting, strict; found 2"):
-        order.adaptive_suites([suite], [ACTING], runs)
+        eai.cli.run._adaptive_suites([suite], [ACTING], runs)
     with pytest.raises(InputError, match="acting have no known difficulties; --with tasks"):
-        order.adaptive_suites([suite], [ACTING], None)
+        eai.cli.run._adaptive_suites([suite], [ACTING], None)

@@ -1,36 +1,70 @@
-"""``eai run``: obtain a model's answers and score them."""
+"""``eai run``: obtain a model's answers and score them.
+
+With ``--adaptive``, tasks are chosen as answers come, until the ability is known well enough.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
+from eai.abilities.responses import file_name
+from eai.abilities.verdict import PlanVerdict
+from eai.acting.declaration import ActingVerdict
+from eai.acting.setting import ACTING, STANDARD
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, of_the_paper
 from eai.benchmark.suite import Suite, open_suite
 from eai.cli import console, flags, options
 from eai.cli.flags import run_flag
 from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
-from eai.cli.order import Order, adaptive_suites, obtain_adaptively, obtain_and_score, tell
-from eai.cli.progress import resumable
+from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import chosen_prompts, tasks_of
-from eai.cli.table import print_results, suite_title
+from eai.cli.table import print_results, result_json, suite_title
+from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.repeats import passes_table
+from eai.results.table_files import write_files
 from eai.results.terminal import print_table
-from eai.run.job import answers
+from eai.results.tidy import Tables
+from eai.results.totals import Totals
+from eai.run.job import Job, answers
+from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
-from eai.scoring.epochs import SuiteResult
-from eai.scoring.trials import open_trials
-from eai.studies.variation import Stage
+from eai.scoring.epochs import SuiteResult, settle
+from eai.scoring.runs import read_runs, write_log_place
+from eai.scoring.trials import Trials, open_trials
+from eai.studies.variation import Endpoint, Stage
+from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
+
+LOGS = "logs"
+SHOWN_TASKS = 5
+
+ROUND = 5
+"""How many tasks an adaptive run asks at a time, which costs hardly a task more than one by one."""
+
+ADAPTIVE_FILE = "adaptive.json"
+
+
+@dataclass(frozen=True, slots=True)
+class _Order:
+    """A run of all suites: its specification, the folder of its results, and whether it prints none."""
+
+    spec: RunSpec
+    out: Path
+    quiet: bool
+
 
 _WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
 """Panels of the help."""
@@ -100,7 +134,7 @@ def run(
     target, scoring = spec.tasks.adaptive, spec.scoring
     wanted = spec.variation.abilities(spec.tasks.ability)
     flags.check_models(spec.model.name, wanted)
-    order = Order(spec, out, quiet or as_json)
+    order = _Order(spec, out, quiet or as_json)
     terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
     with options.opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
@@ -111,7 +145,7 @@ def run(
             )
         ]
         if target is not None:
-            suites = adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
+            suites = _adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         chosen = []
         for suite, named in zip(suites, tasks_of(spec.tasks.ids, suites), strict=True):
@@ -131,9 +165,9 @@ def run(
             asker = library.asker(suite.benchmark, suite.ability, asked)
             trials = open_trials(suite, experiment, asker, asked)
         of_suite = [
-            obtain_and_score(order, endpoint, asked, suite, trials, first)
+            _obtain_and_score(order, endpoint, asked, suite, trials, first)
             if target is None
-            else obtain_adaptively(order, endpoint, asked, suite, target)
+            else _obtain_adaptively(order, endpoint, asked, suite, target)
             for endpoint in endpoints
             if answers(endpoint.model, suite.ability)
         ]
@@ -147,7 +181,7 @@ def run(
             _print(spec, [outcome], wide=wide)
     for remark in remarks:
         console.note(remark)
-    tell([*before, *outcomes], order, as_json=as_json)
+    _tell([*before, *outcomes], order, as_json=as_json)
 
 
 def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
@@ -162,13 +196,13 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
 
 
 def _first_stage(
-    library: Library, order: Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
+    library: Library, order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
 ) -> Stage | None:
     """The stage before the questions, if there is one: goals are interpreted, or scenes are seen."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
-    ask, variation = partial(obtain_and_score, order), order.spec.variation
+    ask, variation = partial(_obtain_and_score, order), order.spec.variation
     if variation.captioner is not None:
         flags.check_captioner(variation.captioner)
     return variation.stage(library, wanted, ask)
@@ -180,3 +214,195 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
     if corrected:
         rest = "asked as corrected by errata; --errata none asks as published."
         console.say(f"{console.counted(corrected, 'question')} {rest}")
+
+
+def _obtain_and_score(
+    order: _Order,
+    endpoint: Endpoint,
+    prompts: Mapping[str, Prompt],
+    suite: Suite,
+    trials: Trials | None = None,
+    first: Stage | None = None,
+    epochs: int | None = None,
+) -> SuiteResult:
+    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
+
+    In a pipeline, and where a scene is perceived, they are answers to other prompts about the same tasks; a
+    task without a first stage has no second one. There are as many answers to each task as the order asks
+    for, or ``epochs``.
+    """
+    from eai.run.evaluation import obtain_answers, write_scores
+
+    spec, epochs = order.spec, epochs or order.spec.tasks.epochs
+    asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
+    about = {} if believed is None else believed.about
+    prompt_name, harness, effort = spec.prompts.name, None, spec.generation.reasoning_effort
+    if suite.ability is ACTING:
+        from eai.acting.play import in_setting
+
+        asked, about = in_setting(spec.agent, asked, suite)
+        prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
+        harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
+    job = Job(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about)
+    experiments = [each.experiment for each in (trials, believed) if each is not None]
+    experiments += [Experiment(prompt_name=prompt_name), Experiment(harness=harness, effort=effort)]
+    place = suite.domain, suite.ability.value, file_name(endpoint.model)
+    folder = order.out.joinpath(*place, *(each.label for each in experiments))
+    title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
+    with sole_run(folder):
+        with run_progress(title, quiet=order.quiet) as watch:
+            answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+        unasked = [(task, epoch + 1) for task in prompts if task not in asked for epoch in range(epochs)]
+        lacking = dict.fromkeys(unasked, "" if believed is None else believed.lacking)
+        obtained = replace(
+            answers,
+            failures={**answers.failures, **lacking},
+            believed=believed,
+            prompt_name=prompt_name,
+            effort=effort,
+        )
+        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
+            result = settle(obtained, folder, suite, spec.scoring, report)
+        write_scores(answers.log, result.by_place(), suite.source)
+        for epoch, one in enumerate(result.of_epochs or (result,), 1):
+            write_log_place(one.folder, answers.log, epoch)
+        if result.of_epochs:
+            write_log_place(folder, answers.log, result.epochs_shown())
+    return result
+
+
+def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
+    """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
+    if as_json:
+        known = [(each, result_json(each.totals, each.folder)) for each in outcomes]
+        console.print_json([{**found, "model": each.model, **each.effort()} for each, found in known])
+    for outcome in outcomes:
+        for why, task_ids in outcome.failures.items():
+            shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
+            console.note(
+                f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
+                f"{console.counted(len(task_ids), 'task')} not answered ({shown}): {why}"
+            )
+        verdicts = [record.verdict for record in outcome.records]
+        again = sum(isinstance(verdict, ActingVerdict) and verdict.begun > 1 for verdict in verdicts)
+        if again:
+            console.note(
+                f"{outcome.model}: {console.counted(again, 'episode')} had been interrupted and began anew"
+            )
+    if not order.quiet:
+        for line in map(_effort, outcomes):
+            console.say(line)
+    if any(outcome.failures for outcome in outcomes):
+        raise typer.Exit(1)
+
+
+def _effort(outcome: SuiteResult) -> str:
+    """One line on what an outcome took and where it is."""
+    usage = outcome.usage
+    parts = [
+        console.counted(outcome.totals.coverage.answered, "answer"),
+        f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens",
+    ]
+    if usage.cost is not None:
+        parts.append(console.dollars(usage.cost))
+    if outcome.truncated:
+        parts.append(f"{outcome.truncated} cut off")
+    empty = sum(record.unanswered is None and not record.response.strip() for record in outcome.records)
+    if empty:
+        parts.append(f"{empty} empty")
+    return f"{', '.join(parts)}; records in {outcome.folder}"
+
+
+def _adaptive_suites(
+    suites: Sequence[Suite], named: Sequence[Ability] | None, folder: Path | None
+) -> list[Suite]:
+    """The suites whose tasks have known difficulties.
+
+    Args:
+        suites: those that are asked for.
+        named: the abilities that the user named, if any.
+        folder: runs that tell them; the published ones if None.
+
+    Raises:
+        InputError: one that was named has none, or none has any.
+    """
+    if folder is None and any(suite.protocol is not DEFAULT_PROTOCOL for suite in suites):
+        raise InputError(f"--adaptive: difficulties are known under {DEFAULT_PROTOCOL.value} alone")
+    known = [suite for suite in suites if suite.has_plans and _difficulties(suite, folder)[0]]
+    unknown = [suite for suite in suites if suite not in known]
+    if unknown and (named or not known):
+        asked = f"{unknown[0].domain} {unknown[0].ability.value}"
+        hint = "; --with tasks.calibration=DIR takes them from runs of several models"
+        raise InputError(f"--adaptive: the tasks of {asked} have no known difficulties{hint}")
+    return known
+
+
+def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float], float, str]:
+    """The difficulties of the tasks of a suite: the published ones, or by whole runs in a folder.
+
+    Returns:
+        By task how difficult it is, in logits from the mean ability of some models, empty where that is not
+        known; how much a model's ability varies from name to name, in squared logits; which models these are.
+
+    Raises:
+        InputError: too few runs of the suite are there.
+    """
+    if folder is None:
+        of = suite.domain, suite.ability
+        return item_difficulties(*of), variance_between_names(*of), "nine models of 2024"
+    from eai.studies.items.analysis import FEWEST_MODELS, scores_of
+    from eai.studies.items.rasch import fit_rasch, variance_between
+
+    tables, place = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
+    for run in read_runs([folder]):
+        if run.key[:3] == place and run.key.is_plain and Totals.of(run.records).coverage.ranked:
+            tables.add(run.records)
+    scores = scores_of(tables.answers)
+    if len(scores.models) < FEWEST_MODELS:
+        wanted = f"{FEWEST_MODELS} models in {suite.domain} {suite.ability.value}, {suite.protocol.value}"
+        raise InputError(f"{folder}: expected whole runs of {wanted}; found {len(scores.models)}")
+    fitted = fit_rasch(scores.matrix)
+    values = map(float, fitted.difficulties - fitted.abilities.mean())
+    of_tasks = dict(zip(scores.tasks, values, strict=True))
+    variance = variance_between(scores.matrix, fitted, scores.names)
+    return of_tasks, variance, f"the {len(scores.models)} models in {folder}"
+
+
+def _obtain_adaptively(
+    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, target: float
+) -> SuiteResult:
+    """Ask the most informative tasks, until the standard error of the ability is at most the target.
+
+    Every round is a run of all tasks so far, of which what is answered is not asked again, so that a run that
+    was interrupted resumes. It ends early where a task cannot be answered, and where there is none left.
+    """
+    known, variance, models = _difficulties(suite, order.spec.tasks.calibration)
+    difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
+    tasks = suite.benchmark.tasks(suite.source)
+    names = {task_id: tasks[task_id].title for task_id in difficulties}
+    chosen: list[str] = []
+    scores: dict[str, float] = {}
+    while True:
+        left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
+        chosen += next_tasks(ROUND, scores, left, names)
+        asked = {task_id: prompts[task_id] for task_id in prompts if task_id in chosen}
+        result = _obtain_and_score(order, endpoint, asked, suite)
+        scores = {
+            record.task_id: float(bool(record.verdict.success))
+            for record in result.records
+            if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
+            if record.verdict.excluded is None
+        }
+        ability, error = ability_of(scores, difficulties, names, variance)
+        if error <= target or result.failures or len(chosen) == len(difficulties):
+            break
+    content = {"ability": ability, "error": error, "target": target, "tasks": chosen, "zero": models}
+    write_files(result.folder, {ADAPTIVE_FILE: json.dumps(content, indent=1) + "\n"})
+    if not order.quiet:
+        console.say(
+            f"{result.model}, {suite.domain} {suite.ability.value}: ability {ability:+.2f} logits, "
+            f"standard error {error:.2f}, from {len(chosen)} of {len(suite.task_ids)} tasks. 0 is the mean "
+            f"of {models}; percentages are of tasks that were chosen to be neither easy nor hard for this "
+            "model."
+        )
+    return result
