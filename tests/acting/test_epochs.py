@@ -16,11 +16,10 @@ from eai.acting.play import Arena
 from eai.acting.setting import ACTING
 from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import Prompt
-from eai.results.breakdown import break_down
 from eai.results.certainty import certainty_of_rate
 from eai.results.comparison import compare
 from eai.results.rate import Rate
-from eai.results.summary import cases_of, summarise
+from eai.results.summary import break_down, cases_of, summarise
 from eai.results.tidy import Tables
 from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.options import ScoringOptions

@@ -19,9 +19,9 @@ from eai.abilities.verdict import Confusion, PlanVerdict, Share
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.results.breakdown import break_down, outcome
 from eai.results.certainty import Case
 from eai.results.rate import Rate, rate_of
+from eai.results.summary import break_down, outcome
 from eai.world.fault import FaultKind
 from oracle import read_oracle
 from results.verdicts import SUCCEEDED, failed, record

@@ -20,9 +20,8 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite
 from eai.data.store import Store
-from eai.results.breakdown import outcome
 from eai.results.rate import Rate
-from eai.results.summary import summarise
+from eai.results.summary import outcome, summarise
 from eai.run.evaluation import read_answers
 from eai.scoring.batch import Scoring
 from eai.tasks.source import ErrataChoice, Source

@@ -39,7 +39,7 @@ from eai.pictures.course import film_name, states_of
 from eai.pictures.rendered import film_of
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
-from eai.results.breakdown import outcome
+from eai.results.summary import outcome
 from eai.scoring.records import read_records
 from eai.scoring.runs import find_record_files
 from eai.tasks.source import ErrataChoice, Source

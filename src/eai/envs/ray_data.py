@@ -10,7 +10,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import COLUMNS, Response
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
-from eai.results.breakdown import outcome as outcome_of
+from eai.results.summary import outcome as outcome_of
 from eai.scoring.batch import Scoring
 from eai.scoring.records import line_of
 

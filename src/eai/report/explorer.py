@@ -23,9 +23,8 @@ from eai.acting.declaration import ActingVerdict
 from eai.benchmark.registry import title_of
 from eai.pictures.course import Course
 from eai.pictures.tiles import Tile
-from eai.results.breakdown import outcome
 from eai.results.page import build_page, for_script
-from eai.results.summary import after
+from eai.results.summary import after, outcome
 from eai.scoring.runs import Run, RunKey
 
 if TYPE_CHECKING:

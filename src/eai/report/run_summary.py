@@ -7,12 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declaration import declaration_of
-from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
 from eai.results.cost import Spent, per_success, spent
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import Rate
-from eai.results.summary import cases_of
+from eai.results.summary import Breakdown, break_down, cases_of
 from eai.results.totals import Totals
 from eai.scoring.runs import Run, RunKey
 

@@ -16,10 +16,9 @@ from eai.abilities.record import Record, Usage
 from eai.abilities.verdict import Json, Share
 from eai.data.files import parse_toml
 from eai.data.grouping import grouped
-from eai.results.breakdown import outcome
 from eai.results.certainty import Case, Cases, interval_of_ratio
 from eai.results.rate import rate_of
-from eai.results.summary import name_of
+from eai.results.summary import name_of, outcome
 
 _MILLION = 1_000_000
 

@@ -13,9 +13,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
 from eai.benchmark.registry import find_benchmark, registered
-from eai.results.breakdown import goals_of, outcome, steps_of
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
-from eai.results.summary import contributions, name_of
+from eai.results.summary import contributions, goals_of, name_of, outcome, steps_of
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.declaration import GoalVerdict

@@ -43,8 +43,7 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.data.grouping import grouped
 from eai.pddl.planning import PlannerChoice
 from eai.pictures.scene_graph import SCENE
-from eai.results.breakdown import outcome
-from eai.results.summary import summarise
+from eai.results.summary import outcome, summarise
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
 from eai.scoring.batch import Scoring, score_run

@@ -15,8 +15,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.results.breakdown import outcome
-from eai.results.summary import summarise
+from eai.results.summary import outcome, summarise
 from eai.scoring.batch import Scoring
 from eai.studies.perception.scenes import SCENE_GRAPH
 from processes import eai as run_eai

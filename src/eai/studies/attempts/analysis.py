@@ -18,10 +18,9 @@ from eai.abilities.declaration import COLUMNS, GRAMMAR, RUNTIME, AnswerOutcome
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.record import Record
 from eai.data.grouping import grouped
-from eai.results.breakdown import outcome
 from eai.results.certainty import Case
 from eai.results.rate import rate_of
-from eai.results.summary import after, cases_of, share_of
+from eai.results.summary import after, cases_of, outcome, share_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.world.fault import FaultKind
 

@@ -18,11 +18,10 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.record import Record
 from eai.data.grouping import grouped
 from eai.errors import InputError
-from eai.results.breakdown import outcome
 from eai.results.certainty import Cases
 from eai.results.comparison import compare
 from eai.results.rate import Rate, rate_of
-from eai.results.summary import cases_of, share_of
+from eai.results.summary import cases_of, outcome, share_of
 from eai.results.table import Estimate, Row, Table, table_of
 
 _ROUNDING = 1e-9

@@ -10,9 +10,8 @@ from eai.abilities.options import Options
 from eai.abilities.record import Record
 from eai.abilities.repair import Repair
 from eai.errors import InputError
-from eai.results.breakdown import outcome
 from eai.results.lines import MODEL, SUITE
-from eai.results.summary import share_of
+from eai.results.summary import outcome, share_of
 from eai.results.table import Estimate, Row, table_of
 from eai.scoring.runs import Run, RunKey
 from eai.studies.records import Records
