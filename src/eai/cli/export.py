@@ -364,9 +364,7 @@ def harbor(
     image: Annotated[
         str | None, flag("The image of the agent's box, for readers that build none.", metavar="REF")
     ] = None,
-    shared: Annotated[
-        bool, flag("Score in the agent's box, for readers that know no other way.", "--shared")
-    ] = False,
+    shared: Annotated[bool, flag("Score in the agent's box, for readers that know no other way.")] = False,
     prompt_set: OfSet = "official",
     as_json: AsJson = False,
     data: DataFolder = None,

@@ -41,7 +41,7 @@ def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]
 def generate_tasks(
     like: Annotated[str, flag(f"Whose world the tasks are in. {DOMAIN_HELP}")],
     out: Annotated[Path, flag("The folder to write to.")],
-    n: Annotated[int, flag("How many tasks.", "--n", min=1)] = 100,
+    n: Annotated[int, flag("How many tasks.", min=1)] = 100,
     seed: Seed = 0,
     split: Annotated[
         Split,
@@ -70,9 +70,7 @@ def generate_tasks(
         ),
     ] = Tier.DATA,
     forms: Annotated[Forms, flag("Shapes of goals: those of the data set, or all equally often.")] = "data",
-    actions: Annotated[
-        bool, flag("Also ask for actions to be taken, where the data set does.", "--actions")
-    ] = False,
+    actions: Annotated[bool, flag("Also ask for actions to be taken, where the data set does.")] = False,
     kind: Annotated[
         TaskKind,
         flag(
@@ -81,9 +79,7 @@ def generate_tasks(
             "ambiguous: N pairs, the words of one of each fit two things."
         ),
     ] = TaskKind.PLAIN,
-    by_place: Annotated[
-        bool, flag("Instructions tell things by where they are, not by names.", "--by-place")
-    ] = False,
+    by_place: Annotated[bool, flag("Instructions tell things by where they are, not by names.")] = False,
     objects: Annotated[
         int, flag("How many objects a scene has at most; VirtualHome needs 40 for --tier XL.", min=2)
     ] = 30,
@@ -100,9 +96,7 @@ def generate_tasks(
             metavar="NAME=N",
         ),
     ] = None,
-    val: Annotated[
-        bool, flag("Also have VAL check every certificate; it must be installed.", "--val")
-    ] = False,
+    val: Annotated[bool, flag("Also have VAL check every certificate; it must be installed.")] = False,
     compress: Annotated[bool, flag("Write FILE.jsonl.gz.", "--gzip")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,

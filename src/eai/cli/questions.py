@@ -31,7 +31,7 @@ def questions(
     out: Annotated[Path, flag("The file to write, JSON lines.", metavar="FILE")],
     kind: Annotated[list[Kind] | None, flag(f"{', '.join(Kind)}. All if not given.", metavar="KIND")] = None,
     form: Annotated[list[Form] | None, flag(f"{', '.join(Form)}. All if not given.", metavar="FORM")] = None,
-    n: Annotated[int, flag("How many, evenly of all kinds and forms.", "--n", min=1)] = 500,
+    n: Annotated[int, flag("How many, evenly of all kinds and forms.", min=1)] = 500,
     seed: Seed = 0,
     rules: Annotated[
         bool, flag("Tell the rules. Without them the same questions are a closed-book test.")

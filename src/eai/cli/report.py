@@ -57,13 +57,11 @@ def report(
     out: Annotated[
         Path | None, flag("The folder of the report; without it the main results are printed.")
     ] = None,
-    paper: Annotated[bool, flag("Show the paper's models beside the runs.", "--paper")] = False,
+    paper: Annotated[bool, flag("Show the paper's models beside the runs.")] = False,
     plots: Annotated[bool, flag("Draw plots (needs the extra 'plots').")] = True,
-    summary: Annotated[bool, flag("Draw each model on one page, too.", "--summary")] = False,
+    summary: Annotated[bool, flag("Draw each model on one page, too.")] = False,
     prompts: Annotated[bool, flag("Put prompts and the data set's operators into the explorer.")] = True,
-    pictures: Annotated[
-        bool, flag("Put a picture of each step's state into the explorer.", "--pictures")
-    ] = False,
+    pictures: Annotated[bool, flag("Put a picture of each step's state into the explorer.")] = False,
     models: Annotated[str | None, flag("Only these, in LaTeX.", panel=_LATEX, metavar="NAME,...")] = None,
     columns: Annotated[str | None, flag("Only these, in LaTeX.", panel=_LATEX, metavar="HEADING,...")] = None,
     intervals: Annotated[bool, flag("95 % intervals below the numbers, in LaTeX.", panel=_LATEX)] = True,
@@ -79,7 +77,7 @@ def report(
         ),
     ] = None,
     board: Annotated[
-        bool, flag("RECORDS are submissions: score them, and write OUT/index.html of them.", "--board")
+        bool, flag("RECORDS are submissions: score them, and write OUT/index.html of them.")
     ] = False,
     as_json: AsJson = False,
     wide: Wide = False,

@@ -108,7 +108,7 @@ def run(
     errata: Annotated[ErrataChoice | None, run_flag("errata", SCORING, parser=errata_choice)] = None,
     workers: Annotated[int | None, run_flag("workers", SCORING)] = None,
     out: Annotated[Path, flag("Where answers, logs, records, summaries go.", panel=OUTPUT)] = Path("runs"),
-    quiet: Annotated[bool, flag("Print nothing but what went wrong.", "--quiet", panel=OUTPUT)] = False,
+    quiet: Annotated[bool, flag("Print nothing but what went wrong.", panel=OUTPUT)] = False,
     as_json: AsJson = False,
     wide: Wide = False,
     data: DataFolder = None,

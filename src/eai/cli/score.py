@@ -62,13 +62,11 @@ def score(
             metavar="PATH",
         ),
     ],
-    domain: Annotated[str | None, flag(DOMAIN_HELP, "--domain", panel=ANSWERS)] = None,
+    domain: Annotated[str | None, flag(DOMAIN_HELP, panel=ANSWERS)] = None,
     ability: Annotated[
         Ability | None, flag(f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.named)
     ] = None,
-    protocol: Annotated[
-        Protocol, scoring("protocol", "--protocol", parser=Protocol.named)
-    ] = DEFAULT_PROTOCOL,
+    protocol: Annotated[Protocol, scoring("protocol", parser=Protocol.named)] = DEFAULT_PROTOCOL,
     planner: options.Planner = PlannerChoice.AUTO,
     errata: options.Errata = ErrataChoice.CURRENT,
     planner_seconds: Annotated[int | None, scoring("planner_seconds")] = None,
@@ -83,7 +81,7 @@ def score(
         ),
     ] = None,
     explanations: Annotated[bool, scoring("explanations")] = True,
-    allow_missing: Annotated[bool, scoring("allow_missing", "--allow-missing")] = False,
+    allow_missing: Annotated[bool, scoring("allow_missing")] = False,
     look_back: Annotated[int | None, scoring("look_back", metavar="STATES")] = None,
     goals: Annotated[
         Path | None,
@@ -106,7 +104,6 @@ def score(
         bool,
         flag(
             "Put the shards in the folders PATH together, as one process writes them.",
-            "--merge",
             panel=SCORING,
         ),
     ] = False,

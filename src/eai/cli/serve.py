@@ -42,7 +42,7 @@ def mcp(
     ] = None,
     tickets: Annotated[int, flag("Episodes of each task.", panel=_HTTP, metavar="N", min=1)] = 1,
     trust_network: Annotated[
-        bool, flag("No tickets: one task, for whoever reaches the port.", "--trust-network", panel=_HTTP)
+        bool, flag("No tickets: one task, for whoever reaches the port.", panel=_HTTP)
     ] = False,
     data: DataFolder = None,
 ) -> None:

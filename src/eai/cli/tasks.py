@@ -34,9 +34,7 @@ def check(
         str | None, flag("The set of a folder by eai generate to be proven by its --secret.")
     ] = None,
     secret: Annotated[str, flag("What the set was made with.", envvar="EAI_SECRET")] = "",
-    schema: Annotated[
-        bool, flag("Print the JSON Schema of a line of a task file instead.", "--schema")
-    ] = False,
+    schema: Annotated[bool, flag("Print the JSON Schema of a line of a task file instead.")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -101,7 +99,7 @@ def tasks(
         typer.Argument(help="Problems, *.bddl or *.pddl, or folders of them, in place of its own tasks."),
     ] = None,
     croissant: Annotated[
-        bool, flag("With gold operators and metadata (needs the extra 'croissant').", "--croissant")
+        bool, flag("With gold operators and metadata (needs the extra 'croissant').")
     ] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
