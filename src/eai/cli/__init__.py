@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import sys
 from collections import UserDict
@@ -75,6 +76,9 @@ _METAVARS: Mapping[str, str] = {
     for option in options.split()
 }
 """The name of an option's value where the option does not say it itself."""
+
+_MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+"""The meaning of an option, after the name of its parameter."""
 
 _PANELS = 80
 """How many columns help in panels takes; where there are fewer, it would cut the names of options."""
@@ -256,10 +260,13 @@ def _with_those_below(command: Any) -> Iterator[Any]:
 def _label(command: Any) -> None:
     """Have the help of a command name values by their metavars alone, and fill its paragraphs.
 
-    Typer would say of each value what Python reads it as, and break lines where the docstring does. It would
-    also take ``--no-paper`` beside ``--paper``, which is off if it is not given.
+    What each option means is told below ``Options:`` in the docstring. Typer would say of each value what
+    Python reads it as, and break lines where the docstring does. It would also take ``--no-paper`` beside
+    ``--paper``, which is off if it is not given.
     """
-    command.help = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
+    text, _, options = (command.help or "").partition("\n\nOptions:\n")
+    meanings = {name: " ".join(meaning.split()) for name, meaning in _MEANING.findall(options)}
+    command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":
             parameter.metavar = parameter.metavar or parameter.name.upper()
@@ -267,6 +274,7 @@ def _label(command: Any) -> None:
         elif parameter.metavar is None:
             name = max(parameter.opts, key=len)
             parameter.metavar = "" if parameter.is_flag else _METAVARS.get(name)
+        parameter.help = meanings.get(parameter.name, parameter.help)
         if parameter.default is False:
             parameter.secondary_opts = []
         if "--protocol" in parameter.opts:

@@ -53,15 +53,11 @@ def refuse_old_flags(args: Sequence[str]) -> None:
 
 
 def analyze(
-    name: Annotated[str, typer.Argument(metavar="STUDY", help="Its name; all; or table.")] = "",
+    name: Annotated[str, typer.Argument(metavar="STUDY")] = "",
     records: Annotated[list[Path] | None, typer.Argument(help=options.RECORDS)] = None,
-    out: Annotated[
-        Path | None, flag("The folder for the results; the name if not given.", panel=OUTPUT)
-    ] = None,
-    settings: Annotated[
-        list[str] | None, flag("An option of the study.", options.SETTING, metavar="OPTION=VALUE")
-    ] = None,
-    plots: Annotated[bool, flag("Draw plots (needs the extra 'plots').", panel=OUTPUT)] = True,
+    out: Annotated[Path | None, flag(panel=OUTPUT)] = None,
+    settings: Annotated[list[str] | None, flag(options.SETTING, metavar="OPTION=VALUE")] = None,
+    plots: Annotated[bool, flag(panel=OUTPUT)] = True,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -71,6 +67,12 @@ def analyze(
     line an answer, with what its task is like; a step, goal, atom, clause.
 
     Example: eai analyze errors scores --out errors
+
+    Options:
+        name: Its name; all; or table.
+        out: The folder for the results; the name if not given.
+        settings: An option of the study.
+        plots: Draw plots (needs the extra 'plots').
     """
     if not name:
         print_markdown("\n".join(_listing()))

@@ -36,20 +36,20 @@ from eai.tasks.task_lines import written
 
 app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)
 
-OfTitle = Annotated[str | None, flag("Demonstrations of this title alone.", "--title", metavar="TITLE")]
+OfTitle = Annotated[str | None, flag("--title", help="Demonstrations of this title alone.", metavar="TITLE")]
 DecisionFile = Annotated[
-    Path, flag("The decisions, a TOML file that choose writes.", "--decisions", metavar="FILE")
+    Path, flag("--decisions", help="The decisions, a TOML file that choose writes.", metavar="FILE")
 ]
 Demonstrations = Annotated[
     Path | None,
     flag(
-        "An archive with more demonstrations than the benchmark has tasks, where it can read one.",
         "--demonstrations",
+        help="An archive with more demonstrations than the benchmark has tasks, where it can read one.",
     ),
 ]
 Without = Annotated[
     list[str] | None,
-    flag("Do not count this; with choose, kept in the file.", "--without", metavar="PREDICATE"),
+    flag("--without", help="Do not count this; with choose, kept in the file.", metavar="PREDICATE"),
 ]
 _SHOWN = 20
 """How many lines of a title are shown where nobody asked for all."""
@@ -90,8 +90,8 @@ def show_differences(
     domain: OfDomain,
     title: OfTitle = None,
     without: Without = None,
-    count: Annotated[bool, flag("Count what the demonstrations of a title share instead.")] = False,
-    everything: Annotated[bool, flag("With --count, show also what is rare.", "--all")] = False,
+    count: bool = False,
+    everything: Annotated[bool, flag("--all")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -101,6 +101,10 @@ def show_differences(
     With --count, by class, and with one end by its properties, how many of a title share it.
 
     Example: eai data annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
+
+    Options:
+        count: Count what the demonstrations of a title share instead.
+        everything: With --count, show also what is rare.
     """
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
     found = {name: differences(tasks, benchmark.domain) for name, tasks in titles.items()}
@@ -139,7 +143,7 @@ def _count(
 @app.command()
 def choose(
     domain: OfDomain,
-    title: Annotated[str, flag("Whose goal is to be decided.", metavar="TITLE")],
+    title: Annotated[str, flag(metavar="TITLE")],
     decisions: DecisionFile = Path("decisions.toml"),
     without: Without = None,
     demonstrations: Demonstrations = None,
@@ -151,6 +155,9 @@ def choose(
     is in the file at once; the same command resumes where it was interrupted.
 
     Example: eai data annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
+
+    Options:
+        title: Whose goal is to be decided.
     """
     not_counted, known = annotation.read_decisions(decisions)
     if without:
@@ -226,9 +233,9 @@ def goals(
     domain: OfDomain,
     decisions: DecisionFile = Path("decisions.toml"),
     title: OfTitle = None,
-    out: Annotated[Path | None, flag("Write the tasks with these goals: FILE.jsonl.", metavar="FILE")] = None,
-    assigned: Annotated[bool, flag("Say instead which candidate each demonstration meets.")] = False,
-    checked: Annotated[bool, flag("Name instead every task whose goals do not follow.", "--check")] = False,
+    out: Annotated[Path | None, flag(metavar="FILE")] = None,
+    assigned: bool = False,
+    checked: Annotated[bool, flag("--check")] = False,
     demonstrations: Demonstrations = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -239,6 +246,11 @@ def goals(
     goals of a task do not follow.
 
     Example: eai data annotate goals --domain virtualhome --decisions decisions.toml --title "Turn on light"
+
+    Options:
+        out: Write the tasks with these goals: FILE.jsonl.
+        assigned: Say instead which candidate each demonstration meets.
+        checked: Name instead every task whose goals do not follow.
     """
     benchmark, titles = _open(domain, title, demonstrations, data)
     found = _annotations(benchmark, titles, decisions)
@@ -275,10 +287,10 @@ def _assignments(found: Sequence[Annotation]) -> Iterator[str]:
 @app.command(no_args_is_help=True)
 def problems(
     domain: OfDomain,
-    out: Annotated[Path, flag("Where domain and problems go.")],
-    conditions: Annotated[int, flag("The most conditions of a goal.", min=1)] = 4,
-    seed: Annotated[int, flag("Of what is drawn.")] = 0,
-    limit: Annotated[int | None, flag("Tasks, at most.", min=1)] = None,
+    out: Annotated[Path, flag()],
+    conditions: Annotated[int, flag(min=1)] = 4,
+    seed: int = 0,
+    limit: Annotated[int | None, flag(min=1)] = None,
     planner: Planner = PlannerChoice.AUTO,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -289,6 +301,12 @@ def problems(
     status 1 if a task is left without a problem that can be solved.
 
     Example: eai data annotate problems --domain behavior --out problems --limit 5
+
+    Options:
+        out: Where domain and problems go.
+        conditions: The most conditions of a goal.
+        seed: Of what is drawn.
+        limit: Tasks, at most.
     """
     benchmark = find_benchmark(domain)
     with opened_source(data) as source:

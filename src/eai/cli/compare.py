@@ -35,9 +35,9 @@ _UNNAMED = (
 
 
 def compare(
-    first: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="A")],
-    second: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="B")],
-    tasks: Annotated[int, flag("How many of the differing tasks to list.", min=0, metavar="N")] = 10,
+    first: Annotated[Path, typer.Argument(metavar="A")],
+    second: Annotated[Path, typer.Argument(metavar="B")],
+    tasks: Annotated[int, flag(min=0, metavar="N")] = 10,
     as_json: AsJson = False,
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
@@ -49,6 +49,11 @@ def compare(
     them as independent.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
+
+    Options:
+        first: Records, or a folder of them.
+        second: Records, or a folder of them.
+        tasks: How many of the differing tasks to list.
     """
     before, after = _runs(first), _runs(second)
     if not before.keys() & after.keys():

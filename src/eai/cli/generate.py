@@ -39,65 +39,31 @@ def verdict_of_val(val: Path, domain: Domain, task: Task, plan: Sequence[Action]
 
 
 def generate_tasks(
-    like: Annotated[str, flag(f"Whose world the tasks are in. {DOMAIN_HELP}")],
-    out: Annotated[Path, flag("The folder to write to.")],
-    n: Annotated[int, flag("How many tasks.", min=1)] = 100,
+    like: Annotated[str, flag(help=f"Whose world the tasks are in. {DOMAIN_HELP}")],
+    out: Annotated[Path, flag()],
+    n: Annotated[int, flag(min=1)] = 100,
     seed: Seed = 0,
-    split: Annotated[
-        Split,
-        flag("Name of the file. train, validation and test have no goals in common; tasks is no split."),
-    ] = Split.ALL,
-    held_out: Annotated[
-        HeldOut,
-        flag("What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes."),
-    ] = "goals",
-    against: Annotated[
-        list[Path] | None,
-        flag(
-            "Task files elsewhere, say those of train: what is in them, or is solved by looking it up "
-            "there, is refused. Repeatable.",
-            metavar="PATH",
-        ),
-    ] = None,
-    secret: Annotated[
-        str | None, flag("A secret without which nobody can make the same tasks.", envvar="EAI_SECRET")
-    ] = None,
-    tier: Annotated[
-        Tier,
-        flag(
-            "Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.",
-            metavar="SIZE",
-        ),
-    ] = Tier.DATA,
-    forms: Annotated[Forms, flag("Shapes of goals: those of the data set, or all equally often.")] = "data",
-    actions: Annotated[bool, flag("Also ask for actions to be taken, where the data set does.")] = False,
-    kind: Annotated[
-        TaskKind,
-        flag(
-            "order: also ask for an order, or that something never be so. hazards: the shortest way is "
-            "not safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan. "
-            "ambiguous: N pairs, the words of one of each fit two things."
-        ),
-    ] = TaskKind.PLAIN,
-    by_place: Annotated[bool, flag("Instructions tell things by where they are, not by names.")] = False,
-    objects: Annotated[
-        int, flag("How many objects a scene has at most; VirtualHome needs 40 for --tier XL.", min=2)
-    ] = 30,
-    depth: Annotated[
-        int, flag("Try all plans of so many actions, as a lower bound of plan lengths.", min=1)
-    ] = 1,
-    difficulty: Annotated[
-        str | None, flag("Expected difficulty in logits, as in 0:2; a rough guide.", metavar="LOW:HIGH")
-    ] = None,
+    split: Split = Split.ALL,
+    held_out: HeldOut = "goals",
+    against: Annotated[list[Path] | None, flag(metavar="PATH")] = None,
+    secret: Annotated[str | None, flag(envvar="EAI_SECRET")] = None,
+    tier: Annotated[Tier, flag(metavar="SIZE")] = Tier.DATA,
+    forms: Forms = "data",
+    actions: bool = False,
+    kind: TaskKind = TaskKind.PLAIN,
+    by_place: bool = False,
+    objects: Annotated[int, flag(min=2)] = 30,
+    depth: Annotated[int, flag(min=1)] = 1,
+    difficulty: Annotated[str | None, flag(metavar="LOW:HIGH")] = None,
     at_least: Annotated[
         list[str] | None,
         flag(
-            f"Only tasks with so many of {', '.join(measure.value for measure in Measure)}. Repeatable.",
+            help=f"Only tasks with so many of {', '.join(measure.value for measure in Measure)}. Repeatable.",
             metavar="NAME=N",
         ),
     ] = None,
-    val: Annotated[bool, flag("Also have VAL check every certificate; it must be installed.")] = False,
-    compress: Annotated[bool, flag("Write FILE.jsonl.gz.", "--gzip")] = False,
+    val: bool = False,
+    compress: Annotated[bool, flag("--gzip")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -106,6 +72,27 @@ def generate_tasks(
     OUT/SPLIT.jsonl is a task file; OUT/generated.json says how it was made and what the tasks are like.
 
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
+
+    Options:
+        out: The folder to write to.
+        n: How many tasks.
+        split: Name of the file. train, validation and test have no goals in common; tasks is no split.
+        held_out: What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes.
+        against: Task files elsewhere, say those of train: what is in them, or is solved by looking it up
+            there, is refused. Repeatable.
+        secret: A secret without which nobody can make the same tasks.
+        tier: Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.
+        forms: Shapes of goals: those of the data set, or all equally often.
+        actions: Also ask for actions to be taken, where the data set does.
+        kind: order: also ask for an order, or that something never be so. hazards: the shortest way is not
+            safe; untold-hazards: and nothing says so. pairs: N pairs, one of each without a plan. ambiguous:
+            N pairs, the words of one of each fit two things.
+        by_place: Instructions tell things by where they are, not by names.
+        objects: How many objects a scene has at most; VirtualHome needs 40 for --tier XL.
+        depth: Try all plans of so many actions, as a lower bound of plan lengths.
+        difficulty: Expected difficulty in logits, as in 0:2; a rough guide.
+        val: Also have VAL check every certificate; it must be installed.
+        compress: Write FILE.jsonl.gz.
     """
     validator = installed_val() if val else None
     if kind.is_over_time and val:

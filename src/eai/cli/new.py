@@ -6,9 +6,6 @@ from importlib.resources import files
 from importlib.util import find_spec
 from keyword import iskeyword
 from pathlib import Path
-from typing import Annotated
-
-import typer
 
 from eai.cli.console import tell
 from eai.cli.options import AsJson
@@ -20,12 +17,15 @@ _FILES = {"{name}.py": "domain.txt", "README.md": "readme.txt"}
 
 
 def new(
-    name: Annotated[str, typer.Argument(help="The domain's name, and its folder's: a name in Python.")],
+    name: str,
     as_json: AsJson = False,
 ) -> None:
     """Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.
 
     Example: eai new warehouse
+
+    Options:
+        name: The domain's name, and its folder's: a name in Python.
     """
     if not name.isidentifier() or iskeyword(name):
         raise InputError(f"{name}: expected a name in Python: letters, digits and underscores")

@@ -34,14 +34,17 @@ RECORDS = "Files of records, or folders with records.jsonl somewhere below."
 """The help of an argument that names records."""
 
 
-def flag(meaning: str, *names: str, panel: str | None = None, **more: Any) -> Any:
-    """An option of a command: what it means, its names if not its parameter's, and its panel in the help."""
-    return typer.Option(*names, help=meaning, rich_help_panel=panel, **more)
+def flag(*names: str, panel: str | None = None, **more: Any) -> Any:
+    """An option of a command: its names if not its parameter's, and its panel in the help.
+
+    What it means is said by ``help``, or by the docstring of the command (`Options`).
+    """
+    return typer.Option(*names, rich_help_panel=panel, **more)
 
 
-OfDomain = Annotated[str, flag(DOMAIN_HELP, "--domain")]
-OfAbility = Annotated[Ability, flag(f"{ABILITIES}.", "--ability", parser=Ability.named)]
-Seed = Annotated[int, flag("Of all that is random.", "--seed")]
+OfDomain = Annotated[str, flag("--domain", help=DOMAIN_HELP)]
+OfAbility = Annotated[Ability, flag("--ability", help=f"{ABILITIES}.", parser=Ability.named)]
+Seed = Annotated[int, flag("--seed", help="Of all that is random.")]
 
 
 def flag_of(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
@@ -49,7 +52,7 @@ def flag_of(options: type[Options], option: str, panel: str, *names: str, **more
     field = options.model_fields[option]
     for end, name in (("min", "ge"), ("max", "le")):
         more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
-    return flag(field.description or "", *names, panel=panel, **more)
+    return flag(*names, help=field.description, panel=panel, **more)
 
 
 def scoring(option: str, *names: str, **more: Any) -> Any:
@@ -60,8 +63,8 @@ def scoring(option: str, *names: str, **more: Any) -> Any:
 Planner = Annotated[PlannerChoice, scoring("planner", parser=planner_choice)]
 Errata = Annotated[ErrataChoice, scoring("errata", parser=errata_choice)]
 
-AsJson = Annotated[bool, flag("Print the results as JSON, and nothing else.", "--json", panel=OUTPUT)]
-Wide = Annotated[bool, flag("All columns in one table, however wide.", "--wide", panel=OUTPUT)]
+AsJson = Annotated[bool, flag("--json", help="Print the results as JSON, and nothing else.", panel=OUTPUT)]
+Wide = Annotated[bool, flag("--wide", help="All columns in one table, however wide.", panel=OUTPUT)]
 
 
 def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
@@ -81,7 +84,9 @@ def _data_of(command: typer.Context, folder: Path | None) -> Path | None:
 DataFolder = Annotated[
     Path | None,
     flag(
-        "Where the data set is; EAI_DATA_DIR or the user's cache if not given.", "--data", callback=_data_of
+        "--data",
+        help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
+        callback=_data_of,
     ),
 ]
 
@@ -138,7 +143,7 @@ def setting(text: str, flag: str = SETTING, form: str = "OPTION=VALUE") -> tuple
 
 
 AgentSettings = Annotated[
-    list[str] | None, flag("An option of agent, as in eai run.", SETTING, metavar="OPTION=VALUE")
+    list[str] | None, flag(SETTING, help="An option of agent, as in eai run.", metavar="OPTION=VALUE")
 ]
 
 

@@ -38,16 +38,8 @@ def play(
     sample: Sample = None,
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
-    page: Annotated[
-        int | None,
-        flag(
-            "Play on a page in a browser on this machine, not in the terminal; 0: at any free port.",
-            metavar="PORT",
-            min=0,
-            max=65_535,
-        ),
-    ] = None,
-    out: Annotated[Path, flag(f"Where episodes go: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")] = Path(
+    page: Annotated[int | None, flag(metavar="PORT", min=0, max=65_535)] = None,
+    out: Annotated[Path, flag(help=f"Where episodes go: NAME{SUFFIX}.", panel=OUTPUT, metavar="FILE")] = Path(
         f"person{SUFFIX}"
     ),
     data: DataFolder = None,
@@ -60,6 +52,9 @@ def play(
     when all tasks are over.
 
     Example: eai play --domain virtualhome --sample 5 --out ann_outputs.json
+
+    Options:
+        page: Play on a page in a browser on this machine, not in the terminal; 0: at any free port.
     """
     setting = setting_of_others(settings or ())
     if page is None and setting.feedback == PICTURES:

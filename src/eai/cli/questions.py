@@ -28,21 +28,29 @@ from eai.results.terminal import print_table
 
 def questions(
     domain: OfDomain,
-    out: Annotated[Path, flag("The file to write, JSON lines.", metavar="FILE")],
-    kind: Annotated[list[Kind] | None, flag(f"{', '.join(Kind)}. All if not given.", metavar="KIND")] = None,
-    form: Annotated[list[Form] | None, flag(f"{', '.join(Form)}. All if not given.", metavar="FORM")] = None,
-    n: Annotated[int, flag("How many, evenly of all kinds and forms.", min=1)] = 500,
+    out: Annotated[Path, flag(metavar="FILE")],
+    kind: Annotated[
+        list[Kind] | None, flag(help=f"{', '.join(Kind)}. All if not given.", metavar="KIND")
+    ] = None,
+    form: Annotated[
+        list[Form] | None, flag(help=f"{', '.join(Form)}. All if not given.", metavar="FORM")
+    ] = None,
+    n: Annotated[int, flag(min=1)] = 500,
     seed: Seed = 0,
-    rules: Annotated[
-        bool, flag("Tell the rules. Without them the same questions are a closed-book test.")
-    ] = True,
-    prompts: Annotated[Path | None, flag("Texts of your own in place of single ones of ours.")] = None,
+    rules: bool = True,
+    prompts: Path | None = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write questions about the world of a benchmark. Equal arguments give equal bytes.
 
     Example: eai export questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
+
+    Options:
+        out: The file to write, JSON lines.
+        n: How many, evenly of all kinds and forms.
+        rules: Tell the rules. Without them the same questions are a closed-book test.
+        prompts: Texts of your own in place of single ones of ours.
     """
     with opened_source(data) as source:
         writer = Writer(find_benchmark(domain), source, Templates(prompts))

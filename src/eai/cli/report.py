@@ -54,31 +54,19 @@ _LATEX = "For a paper"
 
 def report(
     records: Annotated[list[Path], typer.Argument(help=RECORDS)],
-    out: Annotated[
-        Path | None, flag("The folder of the report; without it the main results are printed.")
-    ] = None,
-    paper: Annotated[bool, flag("Show the paper's models beside the runs.")] = False,
-    plots: Annotated[bool, flag("Draw plots (needs the extra 'plots').")] = True,
-    summary: Annotated[bool, flag("Draw each model on one page, too.")] = False,
-    prompts: Annotated[bool, flag("Put prompts and the data set's operators into the explorer.")] = True,
-    pictures: Annotated[bool, flag("Put a picture of each step's state into the explorer.")] = False,
-    models: Annotated[str | None, flag("Only these, in LaTeX.", panel=_LATEX, metavar="NAME,...")] = None,
-    columns: Annotated[str | None, flag("Only these, in LaTeX.", panel=_LATEX, metavar="HEADING,...")] = None,
-    intervals: Annotated[bool, flag("95 % intervals below the numbers, in LaTeX.", panel=_LATEX)] = True,
-    formats: Annotated[str, flag("Files of each plot.", panel=_LATEX, metavar="svg,png,pdf")] = FORMATS[0],
-    prices: Annotated[
-        Path | None, flag("Prices of tokens for answers that have none: TOML with date, source and models.")
-    ] = None,
-    publish: Annotated[
-        Path | None,
-        flag(
-            "Also write OUT/published, for Every Eval Ever and Hugging Face, as FILE.toml says.",
-            metavar="FILE",
-        ),
-    ] = None,
-    board: Annotated[
-        bool, flag("RECORDS are submissions: score them, and write OUT/index.html of them.")
-    ] = False,
+    out: Path | None = None,
+    paper: bool = False,
+    plots: bool = True,
+    summary: bool = False,
+    prompts: bool = True,
+    pictures: bool = False,
+    models: Annotated[str | None, flag(panel=_LATEX, metavar="NAME,...")] = None,
+    columns: Annotated[str | None, flag(panel=_LATEX, metavar="HEADING,...")] = None,
+    intervals: Annotated[bool, flag(panel=_LATEX)] = True,
+    formats: Annotated[str, flag(panel=_LATEX, metavar="svg,png,pdf")] = FORMATS[0],
+    prices: Path | None = None,
+    publish: Annotated[Path | None, flag(metavar="FILE")] = None,
+    board: bool = False,
     as_json: AsJson = False,
     wide: Wide = False,
     data: DataFolder = None,
@@ -96,6 +84,21 @@ def report(
     Example: eai report scores --out report --paper
 
     Example: eai report submissions --board --out site
+
+    Options:
+        out: The folder of the report; without it the main results are printed.
+        paper: Show the paper's models beside the runs.
+        plots: Draw plots (needs the extra 'plots').
+        summary: Draw each model on one page, too.
+        prompts: Put prompts and the data set's operators into the explorer.
+        pictures: Put a picture of each step's state into the explorer.
+        models: Only these, in LaTeX.
+        columns: Only these, in LaTeX.
+        intervals: 95 % intervals below the numbers, in LaTeX.
+        formats: Files of each plot.
+        prices: Prices of tokens for answers that have none: TOML with date, source and models.
+        publish: Also write OUT/published, for Every Eval Ever and Hugging Face, as FILE.toml says.
+        board: RECORDS are submissions: score them, and write OUT/index.html of them.
     """
     if board:
         _write_board(records, out, data, as_json=as_json)

@@ -73,13 +73,9 @@ _WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
 @resumable
 def run(
     context: typer.Context,
-    file: Annotated[
-        Path | None, typer.Argument(metavar="FILE.toml", help="Options from a file; flags replace them.")
-    ] = None,
+    file: Annotated[Path | None, typer.Argument(metavar="FILE.toml")] = None,
     model: Annotated[list[str] | None, run_flag("model", _WHO)] = None,
-    model_arg: Annotated[
-        list[str] | None, flag("An argument of the model.", "-M", panel=_WHO, metavar="KEY=VALUE")
-    ] = None,
+    model_arg: Annotated[list[str] | None, flag("-M", panel=_WHO, metavar="KEY=VALUE")] = None,
     model_base_url: Annotated[str | None, run_flag("model_base_url", _WHO)] = None,
     temperature: Annotated[float | None, run_flag("temperature", _WHO, metavar="T")] = None,
     max_tokens: Annotated[int | None, run_flag("max_tokens", _WHO)] = None,
@@ -96,9 +92,9 @@ def run(
     settings: Annotated[
         list[str] | None,
         flag(
-            "Any option of a run, such as attempts.replans=3 or generation.top_p=0.9; "
-            f"{options.SETTING} {flags.HELP} lists them all.",
             options.SETTING,
+            help="Any option of a run, such as attempts.replans=3 or generation.top_p=0.9; "
+            f"{options.SETTING} {flags.HELP} lists them all.",
             panel=_ALL,
             metavar="OPTION=VALUE",
         ),
@@ -107,8 +103,8 @@ def run(
     planner: Annotated[PlannerChoice | None, run_flag("planner", SCORING, parser=planner_choice)] = None,
     errata: Annotated[ErrataChoice | None, run_flag("errata", SCORING, parser=errata_choice)] = None,
     workers: Annotated[int | None, run_flag("workers", SCORING)] = None,
-    out: Annotated[Path, flag("Where answers, logs, records, summaries go.", panel=OUTPUT)] = Path("runs"),
-    quiet: Annotated[bool, flag("Print nothing but what went wrong.", panel=OUTPUT)] = False,
+    out: Annotated[Path, flag(panel=OUTPUT)] = Path("runs"),
+    quiet: Annotated[bool, flag(panel=OUTPUT)] = False,
     as_json: AsJson = False,
     wide: Wide = False,
     data: DataFolder = None,
@@ -123,6 +119,12 @@ def run(
     With --limit, --tasks or --adaptive the numbers are of these tasks alone, and the run is not ranked.
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
+
+    Options:
+        file: Options from a file; flags replace them.
+        model_arg: An argument of the model.
+        out: Where answers, logs, records, summaries go.
+        quiet: Print nothing but what went wrong.
     """
     if settings == [flags.HELP]:
         console.print_markdown("\n".join(flags.listing()))

@@ -55,16 +55,10 @@ class _Share:
 
 def score(
     context: typer.Context,
-    paths: Annotated[
-        list[Path],
-        typer.Argument(
-            help="Response files (JSON, JSONL, Parquet), folders or zips of them, or logs of Inspect's.",
-            metavar="PATH",
-        ),
-    ],
-    domain: Annotated[str | None, flag(DOMAIN_HELP, panel=ANSWERS)] = None,
+    paths: Annotated[list[Path], typer.Argument(metavar="PATH")],
+    domain: Annotated[str | None, flag(help=DOMAIN_HELP, panel=ANSWERS)] = None,
     ability: Annotated[
-        Ability | None, flag(f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.named)
+        Ability | None, flag(help=f"{options.ABILITIES}.", panel=ANSWERS, parser=Ability.named)
     ] = None,
     protocol: Annotated[Protocol, scoring("protocol", parser=Protocol.named)] = DEFAULT_PROTOCOL,
     planner: options.Planner = PlannerChoice.AUTO,
@@ -72,42 +66,15 @@ def score(
     planner_seconds: Annotated[int | None, scoring("planner_seconds")] = None,
     planner_memory: Annotated[int | None, scoring("planner_memory", metavar="MIB")] = None,
     workers: Annotated[int, scoring("workers")] = 1,
-    ray: Annotated[
-        str | None,
-        flag(
-            "Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
-            panel=SCORING,
-            metavar="ADDRESS",
-        ),
-    ] = None,
+    ray: Annotated[str | None, flag(panel=SCORING, metavar="ADDRESS")] = None,
     explanations: Annotated[bool, scoring("explanations")] = True,
     allow_missing: Annotated[bool, scoring("allow_missing")] = False,
     look_back: Annotated[int | None, scoring("look_back", metavar="STATES")] = None,
-    goals: Annotated[
-        Path | None,
-        flag(
-            "Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
-            panel=ANSWERS,
-        ),
-    ] = None,
-    prompt_name: Annotated[str | None, flag("What their prompts were called.", panel=ANSWERS)] = None,
-    shard: Annotated[
-        Shard | None,
-        flag(
-            "Score the I-th of N parts, as a job of its own; --merge puts them together.",
-            panel=SCORING,
-            parser=Shard.parse,
-            metavar="I/N",
-        ),
-    ] = None,
-    merge: Annotated[
-        bool,
-        flag(
-            "Put the shards in the folders PATH together, as one process writes them.",
-            panel=SCORING,
-        ),
-    ] = False,
-    out: Annotated[Path | None, flag("Where records and summaries go.", panel=OUTPUT)] = None,
+    goals: Annotated[Path | None, flag(panel=ANSWERS)] = None,
+    prompt_name: Annotated[str | None, flag(panel=ANSWERS)] = None,
+    shard: Annotated[Shard | None, flag(panel=SCORING, parser=Shard.parse, metavar="I/N")] = None,
+    merge: Annotated[bool, flag(panel=SCORING)] = False,
+    out: Annotated[Path | None, flag(panel=OUTPUT)] = None,
     as_json: options.AsJson = False,
     wide: options.Wide = False,
     data: options.DataFolder = None,
@@ -124,6 +91,15 @@ def score(
     Example: eai score submission.zip --out scores
 
     Example: eai score answers --shard $SLURM_ARRAY_TASK_ID/8 --out scores; eai score scores --merge
+
+    Options:
+        paths: Response files (JSON, JSONL, Parquet), folders or zips of them, or logs of Inspect's.
+        ray: Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.
+        goals: Of a pipeline: the answers to goal interpretation whose goals the questions stated.
+        prompt_name: What their prompts were called.
+        shard: Score the I-th of N parts, as a job of its own; --merge puts them together.
+        merge: Put the shards in the folders PATH together, as one process writes them.
+        out: Where records and summaries go.
     """
     if merge:
         _merge(paths, wide=wide, as_json=as_json)

@@ -27,23 +27,17 @@ _LOOPBACK = {"127.0.0.1": "127.0.0.1", "localhost": "localhost", "::1": "[::1]"}
 @resumable
 def mcp(
     domain: OfDomain,
-    out: Annotated[Path, flag("Where journals and answers go.", panel=OUTPUT)],
+    out: Annotated[Path, flag(panel=OUTPUT)],
     tasks: TaskIds = "",
     sample: Sample = None,
     seed: SampleSeed = 0,
     settings: AgentSettings = None,
-    agent: Annotated[str, flag("Who acts, as tables name it.", panel=OUTPUT, metavar="NAME")] = "agent",
-    port: Annotated[
-        int | None, flag("Serve over HTTP at /mcp.", panel=_HTTP, metavar="N", min=1, max=65_535)
-    ] = None,
-    host: Annotated[str, flag("Where to listen.", panel=_HTTP, metavar="ADDRESS")] = "127.0.0.1",
-    allow_host: Annotated[
-        list[str] | None, flag("What requests may call this host.", panel=_HTTP, metavar="NAME")
-    ] = None,
-    tickets: Annotated[int, flag("Episodes of each task.", panel=_HTTP, metavar="N", min=1)] = 1,
-    trust_network: Annotated[
-        bool, flag("No tickets: one task, for whoever reaches the port.", panel=_HTTP)
-    ] = False,
+    agent: Annotated[str, flag(panel=OUTPUT, metavar="NAME")] = "agent",
+    port: Annotated[int | None, flag(panel=_HTTP, metavar="N", min=1, max=65_535)] = None,
+    host: Annotated[str, flag(panel=_HTTP, metavar="ADDRESS")] = "127.0.0.1",
+    allow_host: Annotated[list[str] | None, flag(panel=_HTTP, metavar="NAME")] = None,
+    tickets: Annotated[int, flag(panel=_HTTP, metavar="N", min=1)] = 1,
+    trust_network: Annotated[bool, flag(panel=_HTTP)] = False,
     data: DataFolder = None,
 ) -> None:
     """Offer tasks over the Model Context Protocol, by the tools act, look and done.
@@ -56,6 +50,15 @@ def mcp(
     must not be able to read or write OUT.
 
     Example: eai serve mcp --domain virtualhome --tasks 27_2 --out runs/mine
+
+    Options:
+        out: Where journals and answers go.
+        agent: Who acts, as tables name it.
+        port: Serve over HTTP at /mcp.
+        host: Where to listen.
+        allow_host: What requests may call this host.
+        tickets: Episodes of each task.
+        trust_network: No tickets: one task, for whoever reaches the port.
     """
     setting = setting_of_others(settings or ())
     with needing("mcp", "eai serve mcp needs"):

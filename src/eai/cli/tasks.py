@@ -27,14 +27,10 @@ from eai.tasks.task_lines import json_schema, written
 
 def check(
     path: Annotated[str, typer.Argument(metavar="REFERENCE", help=DOMAIN_HELP)] = "",
-    against: Annotated[
-        str | None, flag("Count what this benchmark gives away, say what was trained on.", metavar="NAME")
-    ] = None,
-    split: Annotated[
-        str | None, flag("The set of a folder by eai generate to be proven by its --secret.")
-    ] = None,
-    secret: Annotated[str, flag("What the set was made with.", envvar="EAI_SECRET")] = "",
-    schema: Annotated[bool, flag("Print the JSON Schema of a line of a task file instead.")] = False,
+    against: Annotated[str | None, flag(metavar="NAME")] = None,
+    split: str | None = None,
+    secret: Annotated[str, flag(envvar="EAI_SECRET")] = "",
+    schema: bool = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -48,6 +44,12 @@ def check(
     its plans (eai/lookup). With --split, check that the set was made with the secret whose digest is known.
 
     Example: eai check tasks/
+
+    Options:
+        against: Count what this benchmark gives away, say what was trained on.
+        split: The set of a folder by eai generate to be proven by its --secret.
+        secret: What the set was made with.
+        schema: Print the JSON Schema of a line of a task file instead.
     """
     if schema:
         print(json.dumps(json_schema(), indent=2))
@@ -90,17 +92,12 @@ def _count_overlap(known: str, asked: str, data: Path | None, *, as_json: bool) 
 
 
 def tasks(
-    out: Annotated[Path, flag("FILE.jsonl or FILE.jsonl.gz; of --croissant the folder.", metavar="FILE")],
+    out: Annotated[Path, flag(metavar="FILE")],
     domain: Annotated[
-        list[str] | None, flag(f"{DOMAIN_HELP} With --croissant several, the paper's two if not given.")
+        list[str] | None, flag(help=f"{DOMAIN_HELP} With --croissant several, the paper's two if not given.")
     ] = None,
-    problems: Annotated[
-        list[Path] | None,
-        typer.Argument(help="Problems, *.bddl or *.pddl, or folders of them, in place of its own tasks."),
-    ] = None,
-    croissant: Annotated[
-        bool, flag("With gold operators and metadata (needs the extra 'croissant').")
-    ] = False,
+    problems: Annotated[list[Path] | None, typer.Argument()] = None,
+    croissant: bool = False,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -110,6 +107,11 @@ def tasks(
     written as tasks of the benchmark. With --croissant, tasks and gold operators with Croissant metadata.
 
     Example: eai export tasks --domain pddl:domain.pddl,problems --out problems.jsonl
+
+    Options:
+        out: FILE.jsonl or FILE.jsonl.gz; of --croissant the folder.
+        problems: Problems, *.bddl or *.pddl, or folders of them, in place of its own tasks.
+        croissant: With gold operators and metadata (needs the extra 'croissant').
     """
     if croissant:
         _write_croissant(domain or of_the_paper(), out, data, as_json=as_json)
