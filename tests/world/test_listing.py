@@ -3,7 +3,7 @@ from __future__ import annotations
 from itertools import product
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from eai.errors import DomainError
@@ -57,6 +57,7 @@ def states(draw: st.DrawFn) -> State:
     st.booleans(),
     st.none() | st.lists(indices),
 )
+@example(SCENE.state([("between", (0, 1, 2)), ("between", (1, 2, 3))]), [0, 1, 2, 3], "between", False, [3])
 def test_all_facts_about_objects_are_listed_by_their_order(
     state: State, objects: list[int], predicate: str, repeated: bool, about: list[int] | None
 ) -> None:

@@ -36,5 +36,9 @@ def test_a_declaration_that_contradicts_itself_is_an_error(
         declare()
 
 
+def test_of_a_predicate_nothing_is_taken_for_granted() -> None:
+    assert (P.static, P.visible, P.single) == (False, True, False)
+
+
 def test_a_term_may_be_the_name_of_an_object() -> None:
     assert Q("a", Variable("x")) == Atom("Q", (Constant("a"), Variable("x")))
