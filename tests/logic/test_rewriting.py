@@ -28,7 +28,7 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import rename_objects, rename_variables, rewrite, substitute
+from eai.logic.rewriting import rename_objects, rename_variables, rewrite, rewrite_in_time, substitute
 
 X, Y = Variable("x", "cup"), Variable("y", "cup")
 OLD, NEW, OTHER = Constant("old"), Constant("new"), Constant("other")
@@ -122,3 +122,19 @@ def test_other_temporal_operators_are_rejected() -> None:
     with pytest.raises(InputError, match="Always"):
         substitute(formula("always p(x)"), {})
     assert substitute(Occurs("A"), {}) == Occurs("A")
+
+
+def test_over_time_the_largest_parts_about_one_state_are_changed() -> None:
+    parts = []
+
+    def change(part: Formula) -> Formula:
+        parts.append(part)
+        return rename_objects(part, {"old": "new"})
+
+    def over_time(thing: Constant) -> Formula:
+        return And((Eventually(And((Atom("p", (thing,)), Atom("q", (OTHER,))))), Always(Atom("r", (thing,)))))
+
+    assert rewrite_in_time(over_time(OLD), change) == over_time(NEW)
+    assert len(parts) == 2
+    with pytest.raises(InputError, match="temporal operators outside of quantifiers"):
+        rewrite_in_time(Exists(X, Eventually(Atom("p", (X,)))), change)
