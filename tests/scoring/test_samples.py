@@ -110,8 +110,13 @@ def test_who_takes_one_answer_a_task_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="row 7: identifier '1_1' stands there twice"):
         read_responses(file, TASK_IDS)
     scored(read(file), tmp_path)
-    with pytest.raises(InputError, match="has several samples a task; reports take one answer a task"):
+    several = "has several samples a task; reports take one answer a task"
+    with pytest.raises(InputError, match=several):
         list(read_runs([tmp_path]))
+    twice = tmp_path / "twice"
+    scored(read(written(tmp_path, [{**ROWS[0], "sample": number} for number in range(2)])), twice)
+    with pytest.raises(InputError, match=several):
+        list(read_runs([twice]))
 
 
 def test_parts_add_up_to_the_whole() -> None:

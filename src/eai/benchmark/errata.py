@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar, TypeVar
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from eai.abilities.options import misfit
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
 from eai.data.files import parse_toml
@@ -137,11 +137,11 @@ class Errata:
     @cached_property
     def _deciding(self) -> Mapping[Ability, Mapping[str, tuple[str, ...]]]:
         """Ability -> task -> ids of errata that decide verdicts: neither questions nor plans do."""
-        found: dict[Ability, dict[str, tuple[str, ...]]] = {ability: {} for ability in FOUR}
+        found: dict[Ability, dict[str, tuple[str, ...]]] = {}
         for entry in self.entries:
             if not entry.about_questions and not entry.plan:
                 for ability in entry.abilities:
-                    named = found[ability]
+                    named = found.setdefault(ability, {})
                     named.update({task_id: (*named.get(task_id, ()), entry.id) for task_id in entry.tasks})
         return found
 
