@@ -14,7 +14,9 @@ from report.samples import action_run, write_runs
 from studies.told import read_table
 
 STRANGER = """
-from eai.abilities.options import Options, option
+from pydantic import Field
+
+from eai.abilities.options import Options
 from eai.results.table import Estimate, Table
 from eai.results.lines import case_of
 from eai.abilities.verdict import of_all
@@ -22,7 +24,13 @@ from eai.studies.study import Analysis, Study
 
 
 class Words(Options):
-    most: int = option("The most characters of a short answer.", 40, ge=1)
+    \"\"\"How short answers are.
+
+    Attributes:
+        most: The most characters of a short answer.
+    \"\"\"
+
+    most: int = Field(default=40, ge=1)
 
 
 def analyze(records, chosen):

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from inspect import cleandoc
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, JsonValue, PlainSerializer, ValidationError
+from pydantic import BaseModel, ConfigDict, JsonValue, PlainSerializer, ValidationError
 from typing_extensions import Self
 
 from eai.data.files import read_toml
@@ -76,14 +77,21 @@ Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_without_secrets)]
 """Arguments of a model; its keys are in no file."""
 
 
-def option(meaning: str, default: object = None, **limits: float) -> Any:
-    """An option: what it means, its value if nothing is chosen, and limits (``ge``, ``le``)."""
-    field: Any = Field
-    return field(default=default, description=meaning, **limits)
+def meanings(docstring: str | None, heading: str) -> dict[str, str]:
+    """The meanings that a section of a docstring tells, by name; a long one goes on in indented lines."""
+    _, _, section = cleandoc(docstring or "").partition(f"\n\n{heading}:\n")
+    found = _MEANING.findall(section.partition("\n\n")[0])
+    return {name: " ".join(meaning.split()) for name, meaning in found}
+
+
+_MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
 class Options(BaseModel):
-    """A section of a run's specification; subclasses declare the options, with a description each."""
+    """A section of a run's specification; subclasses declare the options, with a meaning each.
+
+    It stands in the docstring, or is the description of the field where it has to be put together.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -121,7 +129,8 @@ class Options(BaseModel):
     @classmethod
     def about(cls, option: str) -> str:
         """The meaning of an option."""
-        return cls.model_fields[option].description or ""
+        described = cls.model_fields[option].description
+        return described or meanings(cls.__doc__, "Attributes").get(option, "")
 
     @classmethod
     def default_of(cls, option: str) -> str:

@@ -6,9 +6,9 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from pydantic import field_validator
+from pydantic import Field, field_validator
 
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.errors import InputError
 
@@ -27,28 +27,33 @@ PICTURES = "pictures"
 
 
 class Setting(Options):
-    """How an agent acts, and the world in which it does; by default the standard setting."""
+    """How an agent acts, and the world in which it does; by default the standard setting.
 
-    harness: str = option(
-        "How a model acts: react (it calls the tools act, look and done), text (a command a message), or "
-        "module:object, which makes an Inspect agent of the tools.",
-        REACT,
-    )
-    view: str = option("The objects that it may see: scene (all), or task (those that matter).", "scene")
-    observe: str = option("How much of them it sees: partial (from where it is), or full.", "partial")
-    feedback: str = option(
-        "What it is told of each action: changes, facts, outcome, or pictures (the outcome, and what holds "
-        "in rendered pictures alone).",
-        "changes",
-    )
-    slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
-    slip_seed: int = option("The seed of those draws.", 0)
-    budget: float = option(
-        "The most actions: so many times the shortest plan known and 8 more, or the reference's.", 2.0, ge=0
-    )
-    steps: int | None = option("The most actions whatever the plan.", ge=1)
-    tokens: int | None = option("The most tokens of an episode, those of all questions and replies.", ge=1)
-    seconds: int | None = option("The most seconds of an episode on the clock.", ge=1)
+    Attributes:
+        harness: How a model acts: react (it calls the tools act, look and done), text (a command a message),
+            or module:object, which makes an Inspect agent of the tools.
+        view: The objects that it may see: scene (all), or task (those that matter).
+        observe: How much of them it sees: partial (from where it is), or full.
+        feedback: What it is told of each action: changes, facts, outcome, or pictures (the outcome, and what
+            holds in rendered pictures alone).
+        slip: The probability that a possible action does not work.
+        slip_seed: The seed of those draws.
+        budget: The most actions: so many times the shortest plan known and 8 more, or the reference's.
+        steps: The most actions whatever the plan.
+        tokens: The most tokens of an episode, those of all questions and replies.
+        seconds: The most seconds of an episode on the clock.
+    """
+
+    harness: str = REACT
+    view: str = "scene"
+    observe: str = "partial"
+    feedback: str = "changes"
+    slip: float = Field(default=0.0, ge=0, le=1)
+    slip_seed: int = 0
+    budget: float = Field(default=2.0, ge=0)
+    steps: int | None = Field(default=None, ge=1)
+    tokens: int | None = Field(default=None, ge=1)
+    seconds: int | None = Field(default=None, ge=1)
 
     @field_validator("harness")
     @classmethod

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import signal
 import sys
 from collections import UserDict
@@ -76,9 +75,6 @@ _METAVARS: Mapping[str, str] = {
     for option in options.split()
 }
 """The name of an option's value where the option does not say it itself."""
-
-_MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
-"""The meaning of an option, after the name of its parameter."""
 
 _PANELS = 80
 """How many columns help in panels takes; where there are fewer, it would cut the names of options."""
@@ -265,7 +261,11 @@ def _label(command: Any) -> None:
     ``--paper``, which is off if it is not given.
     """
     text, _, options = (command.help or "").partition("\n\nOptions:\n")
-    meanings = {name: " ".join(meaning.split()) for name, meaning in _MEANING.findall(options)}
+    told: Mapping[str, str] = {}
+    if options:
+        from eai.abilities.options import meanings
+
+        told = meanings(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":
@@ -274,7 +274,7 @@ def _label(command: Any) -> None:
         elif parameter.metavar is None:
             name = max(parameter.opts, key=len)
             parameter.metavar = "" if parameter.is_flag else _METAVARS.get(name)
-        parameter.help = meanings.get(parameter.name, parameter.help)
+        parameter.help = told.get(parameter.name, parameter.help)
         if parameter.default is False:
             parameter.secondary_opts = []
         if "--protocol" in parameter.opts:

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import typer
 from pydantic import BeforeValidator
 
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.verdict import Json
 from eai.cli import options
 from eai.cli.console import counted, errors, note, output, print_markdown, say, tell
@@ -33,11 +33,13 @@ ALL, TABLE = "all", "table"
 
 
 class _Formats(Options):
-    """How tidy tables are written."""
+    """How tidy tables are written.
 
-    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(several)] = option(
-        "csv, or parquet, which needs the extra 'analysis'; both with a comma.", ("csv",)
-    )
+    Attributes:
+        formats: csv, or parquet, which needs the extra 'analysis'; both with a comma.
+    """
+
+    formats: Annotated[tuple[Literal["csv", "parquet"], ...], BeforeValidator(several)] = ("csv",)
 
 
 def refuse_old_flags(args: Sequence[str]) -> None:

@@ -52,7 +52,7 @@ def flag_of(options: type[Options], option: str, panel: str, *names: str, **more
     field = options.model_fields[option]
     for end, name in (("min", "ge"), ("max", "le")):
         more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
-    return flag(*names, help=field.description, panel=panel, **more)
+    return flag(*names, help=options.about(option), panel=panel, **more)
 
 
 def scoring(option: str, *names: str, **more: Any) -> Any:

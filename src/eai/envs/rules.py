@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from typing_extensions import Self
 
 from eai.abilities.experiment import Until
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
 
@@ -38,49 +38,37 @@ class Rules(Options):
 
     Raises:
         InputError: a partial view is to be told the outcome of actions alone.
+
+    Attributes:
+        slip: The probability that a possible action does not work.
+        view: Which objects observations are about: task (those that the task is about, a hint that prompts
+            give too), or scene (all).
+        observe: How much of the world is shown: full, or partial: what the agent can see, as the domain
+            declares it. Then actions may name only what has been seen.
+        reward: What is paid for: success, goals, progress, diagnosis or repair, as by eai.Reward. A turn pays
+            by how much it changes what the episode is worth.
+        gamma: The discount: a turn pays this share of what the episode is worth after it, less all of before.
+        until: When an episode ends: goal (in the first state in which all goals are reached), or done (when
+            the agent writes DONE, as a plan ends).
+        max_steps: After how many actions an episode is cut off; None for never.
+        budget: Cut an episode off after this many times the shortest plan known and 8 actions more, or after
+            the actions of the reference if these are more; None for no such limit.
+        admissible: List all actions that are possible now, about what has been seen.
+        feedback: What is told of each turn: all facts that are seen, changes alone, the outcome of the action
+            alone, or this and no facts even at first, for those who are shown pictures. In a partial view
+            changes say also what comes into sight, with its facts, and what goes.
     """
 
-    slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
-    view: View = option(
-        "Which objects observations are about: task (those that the task is about, a hint that prompts give "
-        "too), or scene (all).",
-        "task",
-    )
-    observe: Observe = option(
-        "How much of the world is shown: full, or partial: what the agent can see, as the domain declares "
-        "it. Then actions may name only what has been seen.",
-        "full",
-    )
-    reward: Shaping = option(
-        "What is paid for: success, goals, progress, diagnosis or repair, as by eai.Reward. A turn pays by "
-        "how much it changes what the episode is worth.",
-        Shaping.SUCCESS,
-    )
-    gamma: float = option(
-        "The discount: a turn pays this share of what the episode is worth after it, less all of before.",
-        1.0,
-        ge=0,
-        le=1,
-    )
-    until: Until = option(
-        "When an episode ends: goal (in the first state in which all goals are reached), or done (when the "
-        "agent writes DONE, as a plan ends).",
-        "goal",
-    )
-    max_steps: int | None = option("After how many actions an episode is cut off; None for never.", 100, ge=1)
-    budget: float | None = option(
-        "Cut an episode off after this many times the shortest plan known and 8 actions more, or after the "
-        "actions of the reference if these are more; None for no such limit.",
-        None,
-        ge=0,
-    )
-    admissible: bool = option("List all actions that are possible now, about what has been seen.", False)
-    feedback: Feedback = option(
-        "What is told of each turn: all facts that are seen, changes alone, the outcome of the action alone, "
-        "or this and no facts even at first, for those who are shown pictures. In a partial view changes say "
-        "also what comes into sight, with its facts, and what goes.",
-        "facts",
-    )
+    slip: float = Field(default=0.0, ge=0, le=1)
+    view: View = "task"
+    observe: Observe = "full"
+    reward: Shaping = Shaping.SUCCESS
+    gamma: float = Field(default=1.0, ge=0, le=1)
+    until: Until = "goal"
+    max_steps: int | None = Field(default=100, ge=1)
+    budget: float | None = Field(default=None, ge=0)
+    admissible: bool = False
+    feedback: Feedback = "facts"
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Literal, TypeAlias
 
+from pydantic import Field
+
 from eai.abilities.answer_schema import Schema
 from eai.abilities.codec import sha256_of
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.abilities.verdict import Json
 from eai.acting.setting import ACTING, AGENT
@@ -68,16 +70,27 @@ _Effort: TypeAlias = Literal["none", "minimal", "low", "medium", "high", "xhigh"
 
 
 class Decoding(Options):
-    """How models answer."""
+    """How models answer.
 
-    temperature: float = option("For sampling.", 0.0, ge=0)
-    max_tokens: int | None = option("The most tokens of an answer.", ge=1)
-    top_p: float | None = option("For sampling.", ge=0, le=1)
-    seed: int | None = option("For sampling, where a provider takes one.")
-    reasoning_effort: _Effort | None = option("none, minimal, low, medium, high, xhigh or max.")
-    reasoning_tokens: int | None = option("The most tokens of its reasoning.", ge=1)
-    stop: bool = option("Stop sequences as in the paper's runs.", True)
-    structured: bool = option("Hold answers to the task's form and words, where a provider can.", False)
+    Attributes:
+        temperature: For sampling.
+        max_tokens: The most tokens of an answer.
+        top_p: For sampling.
+        seed: For sampling, where a provider takes one.
+        reasoning_effort: none, minimal, low, medium, high, xhigh or max.
+        reasoning_tokens: The most tokens of its reasoning.
+        stop: Stop sequences as in the paper's runs.
+        structured: Hold answers to the task's form and words, where a provider can.
+    """
+
+    temperature: float = Field(default=0.0, ge=0)
+    max_tokens: int | None = Field(default=None, ge=1)
+    top_p: float | None = Field(default=None, ge=0, le=1)
+    seed: int | None = None
+    reasoning_effort: _Effort | None = None
+    reasoning_tokens: int | None = Field(default=None, ge=1)
+    stop: bool = True
+    structured: bool = False
 
     @property
     def sampling(self) -> dict[str, int | float | str]:
@@ -87,12 +100,19 @@ class Decoding(Options):
 
 
 class Pace(Options):
-    """How requests are made, which changes no answer."""
+    """How requests are made, which changes no answer.
 
-    max_connections: int | None = option("Requests at a time; of a built-in model there is one.", ge=1)
-    max_retries: int = option("How often a failed request is repeated.", 5, ge=0)
-    timeout: int | None = option("Seconds until a request has failed; the provider's if not given.", ge=1)
-    batch: bool = option("Use the provider's batch service, slower and cheaper.", False)
+    Attributes:
+        max_connections: Requests at a time; of a built-in model there is one.
+        max_retries: How often a failed request is repeated.
+        timeout: Seconds until a request has failed; the provider's if not given.
+        batch: Use the provider's batch service, slower and cheaper.
+    """
+
+    max_connections: int | None = Field(default=None, ge=1)
+    max_retries: int = Field(default=5, ge=0)
+    timeout: int | None = Field(default=None, ge=1)
+    batch: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple, TypeVar
 
 from inspect_ai.model import ChatMessage, GenerateConfig, ModelAPI, ModelOutput, ModelUsage, modelapi
 from inspect_ai.tool import ToolChoice, ToolInfo
+from pydantic import Field
 
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
 from eai.acting.play import Arena, commands_of
@@ -75,12 +76,19 @@ _NEEDED = frozenset({"domain", "ability", "task_id"})
 
 
 class _Arguments(Options):
-    """The arguments of a built-in model."""
+    """The arguments of a built-in model.
 
-    rate: float = option("The share of errors.", DEFAULT_NOISE, ge=0, le=1)
-    seed: int = option("Of random draws.", 0)
-    heed: float | None = option("The probability with which it mends what feedback says.", ge=0, le=1)
-    path: Path | None = option("A response file, or a folder of them.")
+    Attributes:
+        rate: The share of errors.
+        seed: Of random draws.
+        heed: The probability with which it mends what feedback says.
+        path: A response file, or a folder of them.
+    """
+
+    rate: float = Field(default=DEFAULT_NOISE, ge=0, le=1)
+    seed: int = 0
+    heed: float | None = Field(default=None, ge=0, le=1)
+    path: Path | None = None
 
 
 class _Question(NamedTuple):

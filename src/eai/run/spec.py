@@ -14,10 +14,10 @@ from itertools import count
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import BeforeValidator, JsonValue, model_validator
+from pydantic import BeforeValidator, Field, JsonValue, model_validator
 from typing_extensions import Self
 
-from eai.abilities.options import Arguments, Options, option
+from eai.abilities.options import Arguments, Options
 from eai.abilities.protocol import FOUR, Ability
 from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.registry import REFERENCES
@@ -78,17 +78,20 @@ Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_several)]
 
 
 class _Asked(Options):
-    """Who is asked."""
+    """Who is asked.
 
-    name: Texts = option(
-        "As Inspect names it, openai/gpt-4o say; built in, without key and network: eai/oracle (gold), "
-        "eai/planner (finds plans), eai/noisy (corrupted gold), eai/replay (from files); the null "
-        "models eai/copy (what the question says), eai/empty, eai/lookup (answers of similar public tasks), "
-        "eai/random (random possible actions).",
-        (),
-    )
-    args: Arguments = option("Arguments of the model, such as args.rate=0.2.", {})
-    base_url: str | None = option("The address of a local server.")
+    Attributes:
+        name: As Inspect names it, openai/gpt-4o say; built in, without key and network: eai/oracle (gold),
+            eai/planner (finds plans), eai/noisy (corrupted gold), eai/replay (from files); the null models
+            eai/copy (what the question says), eai/empty, eai/lookup (answers of similar public tasks),
+            eai/random (random possible actions).
+        args: Arguments of the model, such as args.rate=0.2.
+        base_url: The address of a local server.
+    """
+
+    name: Texts = ()
+    args: Arguments = Field(default={})
+    base_url: str | None = None
 
     @property
     def endpoints(self) -> list[Endpoint]:
@@ -97,27 +100,40 @@ class _Asked(Options):
 
 
 class _ChosenTasks(Options):
-    """The tasks."""
+    """The tasks.
 
-    domain: Texts = option(f"A benchmark: {REFERENCES}. The paper's two if not given.", ())
-    ability: Abilities = option(f"{', '.join(FOUR)}, which are all if none is given, or another one.", ())
-    ids: str = option("Only these, in suites that have them; short: forty that stand for a suite.", "")
-    limit: int | None = option("Tasks a suite, at most.", ge=1)
-    adaptive: float | None = option(
-        "Choose the most informative tasks, until the ability's standard error is at most S logits.", ge=0.05
+    Attributes:
+        ids: Only these, in suites that have them; short: forty that stand for a suite.
+        limit: Tasks a suite, at most.
+        adaptive: Choose the most informative tasks, until the ability's standard error is at most S logits.
+        calibration: A folder with whole runs of three models or more, which tell tasks.adaptive how difficult
+            tasks are.
+        epochs: Answers a task; the majority counts, in acting the mean.
+    """
+
+    domain: Texts = Field(default=(), description=f"A benchmark: {REFERENCES}. The paper's two if not given.")
+    ability: Abilities = Field(
+        default=(), description=f"{', '.join(FOUR)}, which are all if none is given, or another one."
     )
-    calibration: Path | None = option(
-        "A folder with whole runs of three models or more, which tell tasks.adaptive how difficult tasks are."
-    )
-    epochs: int = option("Answers a task; the majority counts, in acting the mean.", 1, ge=1)
+    ids: str = ""
+    limit: int | None = Field(default=None, ge=1)
+    adaptive: float | None = Field(default=None, ge=0.05)
+    calibration: Path | None = None
+    epochs: int = Field(default=1, ge=1)
 
 
 class _ChosenPrompts(Options):
-    """How it is asked."""
+    """How it is asked.
 
-    set: PromptSet = option("The prompts: the data set's (official), or ours (eai).", "official")
-    folder: Path | None = option("A folder with prompts of your own.")
-    name: str | None = option("A name for these prompts, in records and tables.")
+    Attributes:
+        set: The prompts: the data set's (official), or ours (eai).
+        folder: A folder with prompts of your own.
+        name: A name for these prompts, in records and tables.
+    """
+
+    set: PromptSet = "official"
+    folder: Path | None = None
+    name: str | None = None
 
 
 class RunSpec(Options):

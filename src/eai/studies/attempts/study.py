@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 from typing_extensions import Self
 
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, Until, World
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.benchmark.protocols import preset_experiment
@@ -43,31 +43,32 @@ class _Attempts(Variation):
 
     Raises:
         InputError: choices contradict each other.
+
+    Attributes:
+        replans: Further attempts at a task that fails.
+        world: Where further attempts begin: restart (in the initial state), or continue (where the one before
+            ended).
+        feedback: What a model is told of failures: explained (if not given), kind, state, or none: the same
+            question.
+        feedback_form: Where it is told: prompt (at the end of the question), or chat (as turns of a
+            conversation).
+        slip: The probability that a possible action does not work.
+        slip_seed: The seed of the slips.
+        slip_notice: Whether a slip is noticed: detected, or silent.
+        until: An attempt ends with its plan (done), or in the first state with all goals (goal; if not given,
+            where the world continues).
+        preset: A protocol: slips as its published script has them, three replans, the state told.
     """
 
-    replans: int = option("Further attempts at a task that fails.", 0, ge=0)
-    world: World = option(
-        "Where further attempts begin: restart (in the initial state), or continue (where the "
-        "one before ended).",
-        "restart",
-    )
-    feedback: Feedback | None = option(
-        "What a model is told of failures: explained (if not given), kind, state, or none: the same question."
-    )
-    feedback_form: FeedbackForm = option(
-        "Where it is told: prompt (at the end of the question), or chat (as turns of a conversation).",
-        "prompt",
-    )
-    slip: float = option("The probability that a possible action does not work.", 0.0, ge=0, le=1)
-    slip_seed: int = option("The seed of the slips.", 0)
-    slip_notice: Notice = option("Whether a slip is noticed: detected, or silent.", "detected")
-    until: Until | None = option(
-        "An attempt ends with its plan (done), or in the first state with all goals (goal; if "
-        "not given, where the world continues)."
-    )
-    preset: str = option(
-        "A protocol: slips as its published script has them, three replans, the state told.", ""
-    )
+    replans: int = Field(default=0, ge=0)
+    world: World = "restart"
+    feedback: Feedback | None = None
+    feedback_form: FeedbackForm = "prompt"
+    slip: float = Field(default=0.0, ge=0, le=1)
+    slip_seed: int = 0
+    slip_notice: Notice = "detected"
+    until: Until | None = None
+    preset: str = ""
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
@@ -125,11 +126,13 @@ class _Attempts(Variation):
 
 
 class _Choices(Options):
-    """How attempts are counted."""
+    """How attempts are counted.
 
-    published_counts: bool = option(
-        "Count as the published script did: an error only where the last attempt was used up.", False
-    )
+    Attributes:
+        published_counts: Count as the published script did: an error only where the last attempt was used up.
+    """
+
+    published_counts: bool = False
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eai.abilities.options import Options, option
+from pydantic import Field
+
+from eai.abilities.options import Options
 from eai.data.grouping import grouped
 from eai.results.lines import Measure
 from eai.results.plots import COLUMN, INK, MUTED, RULE, draw_estimate, draw_line, draw_names, rows_of, sheet
@@ -19,10 +21,15 @@ if TYPE_CHECKING:
 
 
 class _Choices(Options):
-    """How success is set against features of tasks."""
+    """How success is set against features of tasks.
 
-    bins: int = option("How many lengths of annotated plans stand together.", 10, ge=1)
-    measure: Measure = option("What features of tasks are set against: score, executable or goals.", "score")
+    Attributes:
+        bins: How many lengths of annotated plans stand together.
+        measure: What features of tasks are set against: score, executable or goals.
+    """
+
+    bins: int = Field(default=10, ge=1)
+    measure: Measure = "score"
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:

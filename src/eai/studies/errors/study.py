@@ -8,8 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from pydantic import Field
+
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.errors import InputError
 from eai.results.plots import (
     COLUMN,
@@ -34,10 +36,15 @@ if TYPE_CHECKING:
 
 
 class _Choices(Options):
-    """How errors are sorted."""
+    """How errors are sorted.
 
-    examples: int = option("How many answers to name of each kind.", 3, ge=0)
-    explorer: Path | None = option("An explorer.html by eai report, to which examples link.")
+    Attributes:
+        examples: How many answers to name of each kind.
+        explorer: An explorer.html by eai report, to which examples link.
+    """
+
+    examples: int = Field(default=3, ge=0)
+    explorer: Path | None = None
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:

@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.options import Arguments, Options, option
+from eai.abilities.options import Arguments, Options
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.errors import InputError
@@ -59,28 +59,29 @@ class Perception(Variation):
 
     Raises:
         InputError: it makes no sense; the message names the option.
+
+    Attributes:
+        scene: How questions show the scene: text, image, both, predicted (as a second model lists it), noisy
+            (with seeded errors), rendered (with bodies), numbered (with a number at each thing) or pointed
+            (with a pixel of each thing).
+        images: A folder with pictures of your own: files that begin with the id of their task. Schematic ones
+            if not given.
+        clutter: How much else is in schematic pictures: none, some or many.
+        noise: The rates of errors in a noisy scene, such as noise.missing=0.1: missing, misplaced,
+            unnecessary, invented, unseen; and noise.seed.
+        scene_model: The model that lists a predicted scene from pictures; eai/captioner: built in, errs now
+            and then.
+        scene_args: Arguments of that model, such as scene_args.rate=0.2.
+        scene_base_url: The address of its server.
     """
 
-    scene: Showing = option(
-        "How questions show the scene: text, image, both, predicted (as a second model lists it), "
-        "noisy (with seeded errors), rendered (with bodies), numbered (with a number at each thing) or "
-        "pointed (with a pixel of each thing).",
-        "text",
-    )
-    images: Path | None = option(
-        "A folder with pictures of your own: files that begin with the id of their task. "
-        "Schematic ones if not given."
-    )
-    clutter: Clutter | None = option("How much else is in schematic pictures: none, some or many.")
-    noise: Annotated[Noise | None, BeforeValidator(_noise)] = option(
-        "The rates of errors in a noisy scene, such as noise.missing=0.1: missing, misplaced, "
-        "unnecessary, invented, unseen; and noise.seed."
-    )
-    scene_model: str | None = option(
-        "The model that lists a predicted scene from pictures; eai/captioner: built in, errs now and then."
-    )
-    scene_args: Arguments = option("Arguments of that model, such as scene_args.rate=0.2.", {})
-    scene_base_url: str | None = option("The address of its server.")
+    scene: Showing = "text"
+    images: Path | None = None
+    clutter: Clutter | None = None
+    noise: Annotated[Noise | None, BeforeValidator(_noise)] = None
+    scene_model: str | None = None
+    scene_args: Arguments = Field(default={})
+    scene_base_url: str | None = None
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:
@@ -158,9 +159,13 @@ class Perception(Variation):
 
 
 class _Choices(Options):
-    """How runs are compared."""
+    """How runs are compared.
 
-    metric: str | None = option("Which metric of the ability's main table; its first if not given.")
+    Attributes:
+        metric: Which metric of the ability's main table; its first if not given.
+    """
+
+    metric: str | None = None
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:

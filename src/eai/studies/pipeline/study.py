@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
 from eai.studies.study import Analysis, Study
 from eai.studies.variation import Ask, Stage, Variation
@@ -17,12 +17,14 @@ if TYPE_CHECKING:
 
 
 class _Pipeline(Variation):
-    """Whose goals the questions state instead of the task's."""
+    """Whose goals the questions state instead of the task's.
 
-    goals: str | None = option(
-        "Ask with interpreted goals: the model's own, asked for first (own), or those in a file "
-        "or folder of answers to goal interpretation (its path)."
-    )
+    Attributes:
+        goals: Ask with interpreted goals: the model's own, asked for first (own), or those in a file or
+            folder of answers to goal interpretation (its path).
+    """
+
+    goals: str | None = None
 
     @property
     def choice(self) -> str:
@@ -56,13 +58,16 @@ class _Pipeline(Variation):
 
 
 class _Choices(Options):
-    """How a pipeline is compared."""
+    """How a pipeline is compared.
 
-    goals: Path | None = option(
-        "The answers to goal interpretation: says which conditions are missing, and finds what a perfect "
-        "second stage would reach."
-    )
-    search: bool = option("With goals, search for plans (half a minute a hundred tasks).", True)
+    Attributes:
+        goals: The answers to goal interpretation: says which conditions are missing, and finds what a perfect
+            second stage would reach.
+        search: With goals, search for plans (half a minute a hundred tasks).
+    """
+
+    goals: Path | None = None
+    search: bool = True
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:

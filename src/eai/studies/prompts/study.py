@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.responses import file_name
 from eai.errors import InputError
 from eai.results.plots import draw_matrix, entitle
@@ -18,10 +18,15 @@ if TYPE_CHECKING:
 
 
 class _Choices(Options):
-    """How prompts are compared."""
+    """How prompts are compared.
 
-    metric: str | None = option("Which metric of the ability's main table; its first if not given.")
-    reference: str | None = option("The prompts that gains are measured from; the first if not given.")
+    Attributes:
+        metric: Which metric of the ability's main table; its first if not given.
+        reference: The prompts that gains are measured from; the first if not given.
+    """
+
+    metric: str | None = None
+    reference: str | None = None
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:

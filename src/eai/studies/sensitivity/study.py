@@ -15,7 +15,7 @@ from typing import Annotated, get_args
 
 from pydantic import BeforeValidator
 
-from eai.abilities.options import Options, option
+from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.task import Category
@@ -233,13 +233,16 @@ def _trials(trials: Sequence[Trial]) -> Iterable[Row]:
 
 
 class _Choices(Options):
-    """How operators are tried."""
+    """How operators are tried.
 
-    replace: Annotated[tuple[Replaced, ...], BeforeValidator(several)] = option(
-        "What of a gold operator is the model's: operator, precondition or effect; several with commas.",
-        ("operator",),
-    )
-    planner: PlannerChoice = option("What finds plans: auto, fast_downward or built_in.", PlannerChoice.AUTO)
+    Attributes:
+        replace: What of a gold operator is the model's: operator, precondition or effect; several with
+            commas.
+        planner: What finds plans: auto, fast_downward or built_in.
+    """
+
+    replace: Annotated[tuple[Replaced, ...], BeforeValidator(several)] = ("operator",)
+    planner: PlannerChoice = PlannerChoice.AUTO
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
