@@ -13,7 +13,7 @@ from eai.report.run_summary import RunSummary, summary_of
 from eai.report.table_specs import place_of_column
 from eai.report.writer import rankings_csv, rankings_json
 from eai.results.latex import table_latex
-from eai.results.paper_tables import OTHER_TABLES, paper_table
+from eai.results.paper_tables import paper_setting, paper_table
 from eai.scoring.runs import Run, RunKey
 from report.samples import action_run, goal_run, operator_run
 from results.verdicts import whole
@@ -35,7 +35,7 @@ def runs_in(table: Ranking) -> list[str]:
     return [row.model for row in table.rows if row.source == "run"]
 
 
-@pytest.mark.parametrize("name", OTHER_TABLES)
+@pytest.mark.parametrize("name", paper_setting().others)
 def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
     paper = paper_table(name)
     tables = [table for (found, _), table in besides().items() if found == f"paper_{name}"]

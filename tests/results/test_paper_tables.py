@@ -15,7 +15,6 @@ from eai.abilities.verdict import Confusion
 from eai.pddl.planning import PlannerChoice
 from eai.results.paper_tables import (
     NULL_MODELS,
-    OTHER_TABLES,
     SCHEMA,
     TABLE,
     PaperColumn,
@@ -42,7 +41,7 @@ def test_a_published_file_is_known_by_the_name_that_it_has() -> None:
     assert paper_models()["claude-3-sonnet-2024022"] == "Claude-3 Sonnet"
 
 
-@pytest.mark.parametrize("name", [*FULL_TABLES, *OTHER_TABLES])
+@pytest.mark.parametrize("name", [*FULL_TABLES, *paper_setting().others])
 def test_every_row_fills_every_column(name: str) -> None:
     table = paper_table(name)
     assert {len(row) for row in table.rows.values()} == {len(table.columns)}
@@ -58,7 +57,7 @@ def test_full_tables_have_the_same_models_and_our_metrics(name: str) -> None:
             assert column.metric in summarise([], Ability(column.ability))
 
 
-@pytest.mark.parametrize("name", [*FULL_TABLES, *OTHER_TABLES])
+@pytest.mark.parametrize("name", [*FULL_TABLES, *paper_setting().others])
 def test_notes_are_on_cells_that_exist(name: str) -> None:
     table = paper_table(name)
     for note in table.notes:

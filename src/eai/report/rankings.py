@@ -222,9 +222,6 @@ def _published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Ce
     return cells
 
 
-_OTHER_SUBSET = ("human", "replanning_stochastic")
-"""Tables on tasks that no run is on, or where actions fail that are possible."""
-
 _LEFT_OUT = (
     "Runs under another protocol than `eai-1.0.5` count otherwise and are not set beside these figures."
 )
@@ -356,7 +353,7 @@ def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
     Args:
         runs: the runs, sorted by the order of their keys.
     """
-    papers = map(paper_tables.paper_table, paper_tables.OTHER_TABLES)
+    papers = map(paper_tables.paper_table, paper_tables.paper_setting().others)
     return [
         _besides(paper, domain, runs)
         for paper in papers
@@ -368,7 +365,7 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     columns = tuple(column for column in columns_besides()[paper.name] if _has_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
     alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
-    if paper.name in _OTHER_SUBSET:
+    if paper.name in paper_tables.paper_setting().other_tasks:
         alike = []
     places = [place_of_column(column, domain) for column in columns]
     ours = [item for item in alike if item.key.protocol.value == paper_tables.paper_setting().protocol]

@@ -23,20 +23,6 @@ from eai.data.files import parse_toml
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
 
-OTHER_TABLES = (
-    "transition_modeling_summary",
-    "human",
-    "replanning",
-    "replanning_prose",
-    "replanning_stochastic",
-    "pipeline_action_sequencing",
-    "pipeline_subgoal_decomposition",
-)
-"""The tables of a few models, or of other ways to ask."""
-
-_SAME_QUANTITY = ("transition_modeling_summary", "replanning")
-"""Those of `OTHER_TABLES` whose figures should be those of the full tables, row by row of the same name."""
-
 
 class PaperColumn(NamedTuple):
     """The metric that a column shows; the average over all abilities has an empty ability."""
@@ -94,10 +80,16 @@ class _PaperSetting:
     Attributes:
         protocol: the protocol whose numbers are the same quantities.
         tables: a report's table -> the paper's tables with the same columns, in order of preference.
+        others: the tables of a few models, or of other ways to ask.
+        same_quantity: those of the others whose figures should be those of the full tables.
+        other_tasks: those of the others that no run is to be set beside.
     """
 
     protocol: str
     tables: Mapping[str, tuple[str, ...]]
+    others: tuple[str, ...]
+    same_quantity: tuple[str, ...]
+    other_tasks: tuple[str, ...]
 
     @property
     def full_tables(self) -> tuple[str, ...]:
@@ -112,7 +104,7 @@ def paper_setting() -> _PaperSetting:
 
 
 def paper_table(name: str) -> PaperTable:
-    """One of the full tables or of `OTHER_TABLES`, with its notes."""
+    """One of the full tables or of the others, with its notes."""
     table = _read_table(name)
     return replace(table, notes=(*_written_notes(name, table.columns), *_contradictions(name)))
 
@@ -155,7 +147,7 @@ def _listed(value: str | list[str]) -> tuple[str, ...]:
 def _contradictions(name: str) -> Iterator[_PaperNote]:
     """Cells for which another of the full tables prints another figure."""
     full = paper_setting().full_tables
-    if name not in (*full, *_SAME_QUANTITY):
+    if name not in (*full, *paper_setting().same_quantity):
         return
     ours = _read_table(name)
     for other in full:
