@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
 
@@ -67,24 +68,6 @@ _OF_LISTS = "--prompts, --tasks, --sample, --goals"
 
 TRAIN = "train"
 """The split of what is not split."""
-
-_CARD = """\
----
-tags: [eai, embodied-agents, planning]
-configs:
-- config_name: default
-  data_files:
-{files}---
-Made by `eai export`. The prompts hold text of the benchmarks they are of, which have licences of their own.
-"""
-
-_EVAL = """\
-name: {name}
-description: Household tasks; an answer is executed in a symbolic simulator (eai-bench).
-evaluation_framework: inspect-ai
-tasks:
-{tasks}"""
-"""The file ``eval.yaml``, by which a data set is a benchmark on the Hugging Face Hub."""
 
 
 @app.command(no_args_is_help=True)
@@ -257,7 +240,7 @@ def _write(rows: Iterable[Row], out: Path, form: _Format) -> int:
     by_split = grouped((row.get("split", TRAIN), row) for row in made) or {TRAIN: []}
     contents: dict[Path, Content] = {out / f"{split}.jsonl": _lines(some) for split, some in by_split.items()}
     files = "".join(f"  - split: {split}\n    path: {split}.jsonl\n" for split in by_split)
-    contents[out / "README.md"] = _CARD.format(files=files)
+    contents[out / "README.md"] = _template("card.txt").format(files=files)
     asked = dict.fromkeys((row["data_source"], row["split"]) for row in made if "data_source" in row)
     if asked:
         contents[out / "eval.yaml"] = _eval_yaml(out, asked)
@@ -270,14 +253,21 @@ def _lines(rows: Iterable[Row]) -> Iterator[str]:
 
 
 def _eval_yaml(out: Path, asked: Iterable[tuple[str, str]]) -> str:
-    """The benchmark that a data set is: each suite with its split; what is trained on is no part of it."""
+    """The file by which a data set is a benchmark on the Hugging Face Hub: each suite with its split.
+
+    What is trained on is no part of it.
+    """
     held_out = [each for each in asked if each[1] != TRAIN] or list(asked)
     tasks = ""
     for source, split in held_out:
         domain, _, ability = source.rpartition("/")
         suite = suite_name(domain, Ability(ability))
         tasks += f"  - id: {suite}\n    config: default\n    split: {split}\n"
-    return _EVAL.format(name=json.dumps(out.resolve().name), tasks=tasks)
+    return _template("eval.txt").format(name=json.dumps(out.resolve().name), tasks=tasks)
+
+
+def _template(name: str) -> str:
+    return (resources.files("eai.cli") / "templates" / name).read_text(encoding="utf-8")
 
 
 def _tell(out: Path, number: int, left_out: Counter[str], *, as_json: bool) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def write_tables(
         "tables.tex": "\n".join(
             _latex(table, intervals=intervals) for table in _narrowed(written, models, columns)
         ),
-        "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
+        "report.tex": (resources.files("eai.report") / "report.tex").read_text(encoding="utf-8"),
         "tables.json": rankings_json(written),
         "tables.csv": rankings_csv(written),
     }

@@ -9,16 +9,6 @@ from itertools import groupby
 from eai.data.files import printable
 from eai.results.table import Cell, Column, Estimate, Label, Row, Table
 
-PREAMBLE = r"""\documentclass{article}
-\usepackage[T1]{fontenc}
-\usepackage[utf8]{inputenc}
-\usepackage{booktabs}
-\usepackage{graphicx}
-\usepackage[landscape,margin=1.5cm]{geometry}
-\begin{document}
-"""
-ENDING = "\\end{document}\n"
-
 _ESCAPES = {
     "\\": r"\textbackslash{}",
     "~": r"\textasciitilde{}",

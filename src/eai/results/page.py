@@ -10,20 +10,6 @@ from importlib import resources
 
 from eai.abilities.verdict import Json
 
-_HEAD = """\
-<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{{policy}}">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta name="referrer" content="no-referrer">
-<title>eai {{name}}</title>
-<style>{{style}}</style>
-</head>
-"""
-
 
 def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, sends: bool = False) -> str:
     """The page of a folder with ``page.html``, from its body on, ``style.css`` and scripts.
@@ -55,7 +41,7 @@ def build_page(package: str, folder: str, scripts: Sequence[str], data: str, *, 
         )
     )
     parts = {"policy": policy, "name": folder, "style": style, "program": program, "data": data}
-    page = _HEAD + read("page.html")
+    page = (resources.files("eai.results") / "page.html").read_text(encoding="utf-8") + read("page.html")
     for name, text in parts.items():
         before, _, after = page.partition(f"{{{{{name}}}}}")
         page = f"{before}{text}{after}"
