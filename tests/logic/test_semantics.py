@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import product
 
 import pytest
 from hypothesis import given, settings
@@ -140,6 +141,26 @@ def test_what_comes_before_then_may_end_early_or_late() -> None:
     assert check("((not (p() then q())) and (GRAB() or p())) then q() then r()", path)
     assert not check("(not (p() then q()) and (p() then p() or q())) then r()", path)
     assert check("(always p() or always (q() or p())) then r()", path)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(always p() and next q()) then p()",
+        "(always p() or next q()) then q()",
+        "(eventually (p() and always q())) then p()",
+        "(p() until always q()) then p() then q()",
+        "(not (p() then q()) and (p() then p() or q())) then q()",
+    ],
+)
+def test_what_need_not_last_nor_perish_agrees_with_the_naive_evaluator(text: str) -> None:
+    formula = parse(text)
+    states = [frozenset((name, ()) for name in names) for names in ((), ("p",), ("q",), ("p", "q"))]
+    for length in range(1, 5):
+        for each in product(states, repeat=length):
+            course, actions = [Facts(true, SCENE) for true in each], [("GRAB", ())] * (length - 1)
+            expected = Naive(tuple(course), tuple(actions)).on(formula, 0, length - 1, {})
+            assert holds(formula, Trace(course, actions)) == expected
 
 
 def test_operators_beyond_the_paper_speak_of_positions() -> None:
