@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.protocol import FOUR
 from eai.data.store import Store
 from sweeps import swept
 
@@ -18,4 +19,4 @@ def test_every_hostile_answer_has_one_verdict(data_store: Store, rows: int) -> N
         [sys.executable, FUZZ, "--rows", str(rows), "--seed", "5"], capture_output=True, text=True
     )
     assert run.returncode == 0, run.stdout + run.stderr
-    assert run.stdout.count(f"{rows} answers, 0 wrong") == 16
+    assert run.stdout.count(f"{rows} answers, 0 wrong") == 2 * 2 * len(FOUR)
