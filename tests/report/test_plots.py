@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,13 +13,12 @@ import pytest
 
 from eai.abilities.record import Record, TaskFeatures
 from eai.report.plots import (
+    add_plots,
     draw_actions,
     draw_difficulty,
     draw_flow,
     draw_outcomes,
-    draw_plots,
     draw_predicates,
-    plan_plots,
 )
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.plots import PAGE
@@ -45,9 +45,13 @@ def renamed(records: Sequence[Record], model: str) -> list[Record]:
 
 
 def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
-    planned = plan_plots([summary(action_run("m")), summary(goal_run())])
-    assert None in list(draw_plots(planned, tmp_path, ["svg"]))
-    shown = {path.stem: path.read_text() for path in tmp_path.glob("*.svg")}
+    page, runs = tmp_path / "report.md", [summary(action_run("m")), summary(goal_run())]
+    page.write_text("# Results\n")
+    told: list[int] = []
+    drawn = add_plots(tmp_path, runs, (), ["svg"], lambda title, number: nullcontext(told.append))
+    shown = {path.stem: path.read_text() for path in (tmp_path / "plots").glob("*.svg")}
+    assert len(shown) == drawn < len(told)
+    assert page.read_text().count("](plots/") == drawn
     assert {"outcomes-virtualhome-strict", "flow-action_sequencing-virtualhome-strict"} <= {*shown}
     for name, text in shown.items():
         assert "VirtualHome" in text, name

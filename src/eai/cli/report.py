@@ -30,7 +30,7 @@ from eai.pictures.course import courses, film_name
 from eai.report.board import board_html
 from eai.report.document import unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
-from eai.report.plots import Plot, add_plots, draw_plots, plan_plots
+from eai.report.plots import add_plots
 from eai.report.publication import published_files
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
@@ -43,7 +43,6 @@ from eai.results.terminal import print_table
 from eai.scoring.runs import as_asked_in_paper, find_record_files, read_runs
 from eai.tasks.source import Source
 
-PLOTS = "plots"
 _FILMS = "films"
 EXPLORER = "explorer.html"
 PUBLISHED = "published"
@@ -139,7 +138,7 @@ def report(
                 **{out / PUBLISHED / name: content for name, content in publication.items()},
             }
         )
-        drawn = _draw(plan_plots(plain, tables if summary else ()), out, kinds) if plots else 0
+        drawn = _draw(out, plain, tables if summary else (), kinds) if plots else 0
     if publish is not None and not publication:
         note(f"published: nothing, since no model that {publish} names answered a whole suite")
     shown = out / EXPLORER
@@ -175,19 +174,13 @@ def _formats(text: str) -> list[str]:
     return [kind for kind in FORMATS if kind in named]
 
 
-def _draw(planned: Sequence[Plot], out: Path, formats: Sequence[str]) -> int:
+def _draw(out: Path, runs: Sequence[RunSummary], pages: Sequence[Ranking], formats: Sequence[str]) -> int:
     """Draw plots, which the report then shows, and count them; a remark where matplotlib is not installed."""
-    drawn = []
     try:
-        with scoring_progress("drawing plots", len(planned), quiet=False) as watch:
-            for number, plot in enumerate(draw_plots(planned, out / PLOTS, formats), 1):
-                drawn += [plot] if plot else []
-                watch(number)
+        return add_plots(out, runs, pages, formats, partial(scoring_progress, quiet=False))
     except EaiError as error:
         note(f"no plots: {error}")
-    if drawn:
-        add_plots(out, drawn, formats[0])
-    return len(drawn)
+        return 0
 
 
 def background(

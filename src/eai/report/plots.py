@@ -7,7 +7,8 @@ left after each stage, and what the others were lost to; matrices are shares by 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from functools import partial
 from itertools import accumulate, groupby
 from pathlib import Path
@@ -30,6 +31,7 @@ from eai.results.markdown import escaped
 from eai.results.plots import FEW, LINES, OUTCOME_COLORS, RULE, clipped, draw_line, sheet
 from eai.results.rate import NOTHING, Rate
 from eai.results.table import Cell, Estimate
+from eai.scoring.batch import Progressed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,7 +65,7 @@ Bins = Mapping[int, Cases]
 """Bin -> successes of one model; a bin without tasks is not there."""
 
 
-class Plot(NamedTuple):
+class _Plot(NamedTuple):
     """A plot by the name of its files, without ending, what it shows, and what draws it if it has numbers."""
 
     name: str
@@ -71,68 +73,65 @@ class Plot(NamedTuple):
     draw: Callable[[], Figure | None]
 
 
-def plan_plots(runs: Sequence[RunSummary], pages: Sequence[Ranking] = ()) -> list[Plot]:
-    """All plots that runs may have numbers for, in order.
-
-    Args:
-        runs: the runs, sorted by the order of their keys.
-        pages: the tables from which each model gets a page that sums it up; none if empty.
-    """
-    return [*_pages(pages), *_figures(runs)]
-
-
-def draw_plots(planned: Iterable[Plot], folder: Path, formats: Sequence[str]) -> Iterator[Plot | None]:
-    """Draw plots one by one; each is given when its files are there, or None if it has no numbers.
+def add_plots(
+    out: Path,
+    runs: Sequence[RunSummary],
+    pages: Sequence[Ranking],
+    formats: Sequence[str],
+    watching: Callable[[str, int], AbstractContextManager[Progressed]],
+) -> int:
+    """Draw all plots that runs have numbers for, show them at the end of ``report.md``, and count them.
 
     Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
     that the solver of the layout does not always give alike.
 
     Args:
-        planned: the plots.
-        folder: where they go.
+        out: the folder of the report.
+        runs: the runs, sorted by the order of their keys.
+        pages: the tables from which each model gets a page that sums it up; none if empty.
         formats: those of `eai.results.plots.FORMATS` in which each is written.
+        watching: shows how far it is.
 
     Raises:
         EaiError: matplotlib is not installed.
     """
-    with plots.styled():
-        folder.mkdir(parents=True, exist_ok=True)
-        for plot in planned:
+    planned, shown = [*_pages(pages), *_figures(runs)], list[str]()
+    with plots.styled(), watching("drawing plots", len(planned)) as progressed:
+        (out / "plots").mkdir(parents=True, exist_ok=True)
+        for number, plot in enumerate(planned, 1):
             figure = plot.draw()
             if figure is not None:
-                plots.write(figure, folder / plot.name, formats, clips=False)
-            yield None if figure is None else plot
+                plots.write(figure, out / "plots" / plot.name, formats, clips=False)
+                shown.append(f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{formats[0]})\n")
+            progressed(number)
+    page = out / "report.md"
+    if shown:
+        write_whole({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
+    return len(shown)
 
 
-def add_plots(folder: Path, drawn: Sequence[Plot], kind: str) -> None:
-    """Show plots, drawn in files of a format, at the end of ``report.md``."""
-    page = folder / "report.md"
-    shown = (f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{kind})\n" for plot in drawn)
-    write_whole({page: "\n".join((f"{page.read_text(encoding='utf-8')}\n## Plots\n", *shown))})
-
-
-def _pages(tables: Sequence[Ranking]) -> Iterator[Plot]:
+def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
     for model, protocol in plot_summary.models_of(tables):
         name = file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escaped(model)} on one page, protocol {protocol.value}"
-        yield Plot(name, caption, partial(plot_summary.draw, tables, model, protocol))
+        yield _Plot(name, caption, partial(plot_summary.draw, tables, model, protocol))
 
 
-def _figures(runs: Sequence[RunSummary]) -> Iterator[Plot]:
+def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
     ordered = sorted(runs, key=lambda item: item.key.order)
     for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
         group = list(items)
         place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
         drawn = partial(_entitled, place, draw_outcomes, group)
-        yield Plot(f"outcomes-{name}", f"Outcomes of answers: {place}", drawn)
+        yield _Plot(f"outcomes-{name}", f"Outcomes of answers: {place}", drawn)
         for ability in sorted({item.key.ability for item in group}, key=place_of):
             of_ability = [item for item in group if item.key.ability is ability]
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
                 caption = f"{caption}: {ability_title(ability).lower()}, {place}"
                 drawn = partial(_entitled, title, draw, of_ability)
-                yield Plot(f"{kind}-{ability.value}-{name}", caption, drawn)
+                yield _Plot(f"{kind}-{ability.value}-{name}", caption, drawn)
 
 
 def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
