@@ -20,6 +20,7 @@ from eai.logic.formula import (
     Exists,
     ForAll,
     Formula,
+    ForPairs,
     Implies,
     Next,
     Not,
@@ -181,6 +182,15 @@ def test_forn_is_exactly(count: int) -> None:
     state = Facts(frozenset({("open", ("cup.1",)), ("open", ("sofa",))}), SCENE)
     formula = parse(f"forn {count} x. (open(x))")
     assert holds(formula, Trace([state])) == (count == 2)
+
+
+def test_pairs_may_be_made_at_any_position() -> None:
+    x, y = Variable("x", "cup"), Variable("y", "bottle.n.01")
+    paired = ForPairs(x, y, Atom("in", (x, y)))
+    empty, full = Facts(frozenset(), SCENE), Facts(frozenset([("in", ("cup.2", "sofa"))]), SCENE)
+    assert holds(paired, Trace([empty, full], [("GRAB", ())]))
+    assert not holds(Then((paired, paired)), Trace([empty, full], [("GRAB", ())]))
+    assert not holds(paired, Trace([empty, empty], [("GRAB", ())]))
 
 
 @pytest.mark.parametrize(
