@@ -82,6 +82,13 @@ def test_several_shortest_sequences_are_all_found() -> None:
     assert written(distinguished(TASK.initial)) == ["RING hall", "SHOUT hall"]
 
 
+def test_a_subgoal_may_say_more_than_its_literals() -> None:
+    lit, away = literal("lit lamp"), literal("not at robot shed")
+    holds = StateTest(And((formula(lit), formula(away))), SCENE)
+    found = REFINEMENT.plans([lit], holds, SCENE, TASK.relevant)(TASK.initial)
+    assert found.has_failed, "the lamp is lit in the shed alone"
+
+
 @pytest.mark.parametrize(
     ("action", "expected"),
     [
