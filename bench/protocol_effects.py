@@ -160,7 +160,7 @@ def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
     errors = {FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0}
     if verdict.error is not None:
         errors[verdict.error.kind] = 2 if verdict.error.detail == LIST_IS_NOT_JSON.reason else 1
-    return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, tuple(errors.items())))
+    return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, errors))
 
 
 @dataclass(frozen=True, slots=True)
