@@ -9,7 +9,7 @@ say and nothing else. Here is what several abilities say, and why nothing can be
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
@@ -38,14 +38,6 @@ class GoalTallies(NamedTuple):
     relation: Share
     action: Share
 
-    def __reduce__(self) -> tuple[Callable[..., GoalTallies], tuple[float, ...]]:
-        return GoalTallies.of_numbers, (*self.state, *self.relation, *self.action)
-
-    @staticmethod
-    def of_numbers(*numbers: float) -> GoalTallies:
-        """The tallies of these numbers: how many of each kind are satisfied, and of how many, in turn."""
-        return GoalTallies(*map(Share, numbers[::2], numbers[1::2]))
-
 
 class Confusion(NamedTuple):
     """True positives, false positives and false negatives."""
@@ -73,9 +65,6 @@ class ErrorReport:
     detail: str
     check: str | None = None
     objects: tuple[str, ...] = ()
-
-    def __reduce__(self) -> tuple[type[ErrorReport], tuple[object, ...]]:
-        return type(self), _fields(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,10 +159,6 @@ class Verdict:
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
     repair: Repair | None = None
-
-    def __reduce__(self) -> tuple[type[Verdict], tuple[object, ...]]:
-        """Workers send verdicts back by the thousand: as their fields in order, in a third of the time."""
-        return type(self), _fields(self)
 
     def without_answer(self) -> Self:
         """This verdict on an empty answer as one on no answer: it fails, but by no error of the model's."""
@@ -321,11 +306,6 @@ class Unreadable:
 
     reason: str
     step: int | None = None
-
-
-def _fields(value: ErrorReport | Verdict) -> tuple[object, ...]:
-    """The fields of a dataclass, in the order of the arguments that make it."""
-    return tuple([getattr(value, name) for name in value.__dataclass_fields__])
 
 
 Shares: TypeAlias = Mapping[str, Share]
