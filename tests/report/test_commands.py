@@ -15,9 +15,9 @@ from eai.benchmark.suite import open_suite
 from eai.cli import app
 from eai.data.store import Store
 from eai.scoring.batch import Scoring
-from eai.scoring.records import write_records
 from eai.tasks.source import Source
 from protocols import of_reference
+from record_files import write_records
 from report.samples import action_run, goal_run, write_runs
 from results.verdicts import SUCCEEDED, record, whole
 

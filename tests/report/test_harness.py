@@ -21,10 +21,10 @@ from eai.results.table import Label
 from eai.results.totals import Totals
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
-from eai.scoring.records import write_records
 from eai.scoring.runs import read_runs
 from envs.switches import SWITCHES, WON
 from processes import eai
+from record_files import write_records
 
 SUITE = open_suite(SWITCHES, ACTING)
 

@@ -13,7 +13,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.errors import InputError
-from eai.scoring.records import read_records, write_records
+from eai.scoring.records import read_records
+from record_files import write_records
 
 
 def record(response: str = '{"WALK": ["sofa"]}', model: str = "m") -> Record:

@@ -7,8 +7,8 @@ import pytest
 
 from eai.abilities.responses import find_response_files
 from eai.errors import InputError
-from eai.scoring.records import write_records
 from eai.scoring.runs import find_record_files, read_runs, write_log_place
+from record_files import write_records
 from report.samples import action_run, all_runs, goal_run, write_runs
 
 

@@ -21,13 +21,13 @@ from eai.errors import InputError
 from eai.scoring.batch import score_run
 from eai.scoring.epochs import Believed
 from eai.scoring.options import ScoringOptions
-from eai.scoring.records import write_records
 from eai.studies.pipeline.stage_one import (
     believe,
     read_believed,
     read_interpretations,
 )
 from eai.tasks.source import Source
+from record_files import write_records
 from suites import answer_book
 
 BEHAVIOR = find_benchmark("behavior")

@@ -15,11 +15,11 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.results.table import Estimate, Table
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
-from eai.scoring.records import write_records
 from eai.studies.conduct.study import _names_it
 from eai.studies.records import Records
 from eai.studies.registry import find_study
 from envs.switches import DOMAIN, as_plan, initial
+from record_files import write_records
 
 LEFT_ON = "always (lit(lamp) implies eventually not lit(lamp))"
 

@@ -12,8 +12,8 @@ from eai.abilities.record import Record, TaskFeatures
 from eai.abilities.verdict import GoalTallies, PlanVerdict, Share
 from eai.cli import app
 from eai.results.table import Estimate
-from eai.scoring.records import write_records
 from eai.studies.contamination.study import contamination_table
+from record_files import write_records
 from studies.told import told_tables
 
 

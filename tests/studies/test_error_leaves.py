@@ -13,10 +13,10 @@ from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.results.table import Table
 from eai.results.tidy import Tables
-from eai.scoring.records import write_records
 from eai.studies.errors.analysis import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
 from oracle import MODELS
+from record_files import write_records
 from report.samples import action_run, goal_run, operator_run, subgoal_run
 from studies.published import tables
 

@@ -11,9 +11,9 @@ from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
-from eai.scoring.records import write_records
 from eai.studies.records import Records
 from eai.studies.registry import find_study
+from record_files import write_records
 
 SUITE = eai.open("virtualhome", "action_sequencing")
 TASK = "27_2"

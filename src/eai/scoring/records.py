@@ -43,15 +43,6 @@ def record_of(suite: Suite, model: str, task_id: str, response: str, verdict: Ve
     )
 
 
-def write_records(path: Path, records: Iterable[Record]) -> None:
-    """Write one record a line.
-
-    Raises:
-        InputError: the file cannot be written.
-    """
-    write_whole({path: (f"{line_of(record)}\n" for record in records)})
-
-
 def line_of(record: Record) -> str:
     """A record as a file has it, without the end of the line."""
     return json.dumps(record_to_json(record), ensure_ascii=True)

@@ -1,0 +1,15 @@
+"""Files of records for tests, which commands write with a summary beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from eai.abilities.record import Record
+from eai.data.files import write_whole
+from eai.scoring.records import line_of
+
+
+def write_records(path: Path, records: Iterable[Record]) -> None:
+    """Write one record a line."""
+    write_whole({path: (f"{line_of(record)}\n" for record in records)})
