@@ -5,14 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import TypeAdapter, ValidationError
 
-from eai.abilities.options import misfit
+from eai.abilities.options import Options, misfit
 from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
@@ -47,29 +47,22 @@ def _head(task: TransitionTask, name: str) -> str:
     return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
 
 
-@dataclass(frozen=True, slots=True)
-class _Replacement:
+class _Replacement(Options):
     """A passage of the data, and the one that is read in its place."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     was: str
     now: str
 
 
-@dataclass(frozen=True, slots=True)
-class _StepEdit:
+class _StepEdit(Options):
     """Steps of a plan as they stand in the data from one on, counted from 0, and what is read instead."""
-
-    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     step: int
     was: tuple[str, ...]
     now: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Erratum:
+class _Erratum(Options):
     """One thing that is wrong in the data of a benchmark, and one correction of it.
 
     Attributes:
@@ -87,8 +80,6 @@ class _Erratum:
         question: in the question that the data set asks.
         asks_scored: the question is made to ask for the operators that are scored.
     """
-
-    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     id: str
     domain: str
@@ -245,7 +236,7 @@ def read_errata(text: str) -> Errata:
         if len(entry.corrections) != 1:
             found = ", ".join(entry.corrections) or "none"
             raise DataError(f"errata: {entry.id}: expected one correction, found {found}")
-    corrections = [{**asdict(entry), "wrong": "", "evidence": ""} for entry in entries]
+    corrections = [{**entry.model_dump(mode="json"), "wrong": "", "evidence": ""} for entry in entries]
     digest = hashlib.sha256(json.dumps(corrections, sort_keys=True).encode()).hexdigest()
     return Errata(f"{number}+{digest[:8]}", entries)
 

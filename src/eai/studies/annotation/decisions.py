@@ -19,16 +19,14 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
-
-from eai.abilities.options import misfit
+from eai.abilities.options import Options
 from eai.abilities.task import Goal, Task
-from eai.data.files import parse_toml, write_whole
+from eai.data.files import write_whole
 from eai.data.grouping import grouped
 from eai.errors import InputError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
@@ -67,28 +65,18 @@ class Chosen:
         return frozenset(self.dropped).union(*entries)
 
 
-@dataclass(frozen=True, slots=True)
-class _Table:
+class _Table(Options):
     """A title as a file has it."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
-
-    candidates: list[list[list[str]]] = field(default_factory=list)
-    dropped: list[str] = field(default_factory=list)
+    candidates: tuple[tuple[tuple[str, ...], ...], ...] = ()
+    dropped: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class _File:
+class _File(Options):
     """A file of decisions; ``without`` names predicates that are not counted, as they hold of too much."""
 
-    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
-
-    without: list[str] = field(default_factory=list)
-    title: dict[str, _Table] = field(default_factory=dict)
-
-
-_MEMBERS = ("without", "title", "candidates", "dropped")
-"""The names in a file of decisions."""
+    without: tuple[str, ...] = ()
+    title: Mapping[str, _Table] = {}
 
 
 def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
@@ -99,23 +87,17 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
     """
     if not path.exists():
         return (), {}
-    try:
-        found = TypeAdapter(_File).validate_python(parse_toml(path.read_text(encoding="utf-8")))
-    except ValidationError as error:
-        raise InputError(f"{path}: {misfit(error, _MEMBERS)}") from error
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: {error}") from error
-    titles = {}
+    found, titles = _File.of_file(path), {}
     for name, table in found.title.items():
         try:
             candidates = tuple(tuple(map(_entry, entries)) for entries in table.candidates)
             titles[name] = Chosen(candidates, tuple(map(read_pattern, table.dropped)))
         except InputError as error:
             raise InputError(f"{path}: title {name!r}: {error}") from error
-    return tuple(found.without), titles
+    return found.without, titles
 
 
-def _entry(texts: list[str]) -> Entry:
+def _entry(texts: Sequence[str]) -> Entry:
     patterns = tuple(map(read_pattern, texts))
     if not patterns:
         raise InputError("an entry is empty")
