@@ -568,7 +568,7 @@ def test_admissible_commands_have_done_where_it_ends_the_episode() -> None:
 
 def test_the_view_of_the_scene_shows_what_the_task_is_not_about() -> None:
     task = replace(SWITCHES.tasks(Source())["both"], relevant=())
-    shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening()[0] for view in get_args(View)}
+    shown = {view: Game(Stage(task, SWITCHES, Rules(view=view))).opening() for view in get_args(View)}
     assert "lamp, torch [lamp]" in shown["scene"]
     assert "[lamp]" not in shown["task"]
 
@@ -578,7 +578,7 @@ def test_egocentric_relations_are_told_of_the_agent_alone() -> None:
     task = own.tasks(Source())["both"]
     for view, lamp in (("task", True), ("scene", False)):
         stage = Stage(task, own, Rules(view=view))
-        facts = spelled_out(Game(stage).opening()[0]).partition("Now:")[2]
+        facts = spelled_out(Game(stage).opening()).partition("Now:")[2]
         assert "at(robot, hall)" in facts
         assert ("at(lamp, hall)" in facts) is lamp
         assert ("at: of yourself alone." in Game(stage).briefing()) is not lamp

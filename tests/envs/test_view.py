@@ -70,7 +70,7 @@ def test_who_keeps_count_of_changes_knows_all_that_holds_of_what_is_seen(
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
     game, rng = Game(Stage(task, benchmark, STANDARD.model_copy(update={"budget": None}))), random.Random(1)
-    believed = {*spelled_out(game.opening()[0]).partition("Now:\n")[2].splitlines()}
+    believed = {*spelled_out(game.opening()).partition("Now:\n")[2].splitlines()}
     for turn in range(60):
         walks = [each for each in game.admissible() if each.operator == "WALK"]
         action = rng.choice(walks if walks and turn % 4 == 0 else [*game.admissible()])

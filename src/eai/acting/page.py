@@ -110,7 +110,7 @@ class _Sitting:
             "number": self._number,
             "total": self._total,
             "rules": RULES,
-            "opening": play.game.opening()[0],
+            "opening": play.game.opening(),
             "pictures": [image.url for image in play.pictures()],
             "log": [*self._log],
             "at": self._at,

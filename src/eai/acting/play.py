@@ -219,7 +219,7 @@ class Play:
         self.most = stage.limit or _UNKNOWN
         self.harness = harness
         self._thought = ""
-        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.game.opening()[0]))
+        self._about = Episode((), stage.rules, seed, epoch, "", begun, sha256_of(self.game.opening()))
 
     def act(self, said: str, thought: str = "") -> str:
         """Carry a command out, beside which the agent said something; returns the observation.

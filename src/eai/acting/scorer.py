@@ -107,9 +107,8 @@ class _ActingScorer(Scorer):
 
     def _replay(self, stage: Stage, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         game = Game(stage, episode.seed, episode.epoch)
-        opening, info = game.opening()
-        _compare("the first observation", episode.opening, opening)
-        states: dict[Any, int] = {(game.state, tuple(info["goals"])): 0}
+        _compare("the first observation", episode.opening, game.opening())
+        states: dict[Any, int] = {(game.state, game.reached): 0}
         turns, steps = [], []
         moments: list[Moment] = [(game.state, ())]
         for number, command in enumerate(episode.turns, 1):
@@ -118,7 +117,7 @@ class _ActingScorer(Scorer):
             tried_before = game.tried
             told, _, _, _, info = game.act(command.said)
             _compare(f"turn {number}", command.told, told)
-            first = states.setdefault((game.state, tuple(info["goals"])), number)
+            first = states.setdefault((game.state, game.reached), number)
             turns.append(
                 Turn(
                     command.said,

@@ -132,7 +132,7 @@ def _in_terminal(
 
     say(f"{RULES}\n  {_QUIT}      stop here; the same command resumes\n")
     for number, play, told in begun:
-        say(f"Task {number} of {total}\n\n{play.game.opening()[0]}\n")
+        say(f"Task {number} of {total}\n\n{play.game.opening()}\n")
         for turn, text in zip(play.turns, told, strict=True):
             say(f"> {turn.said}\n{text}\n")
         _play(play, keep)

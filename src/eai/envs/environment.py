@@ -147,8 +147,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         wanted: str | None = (options or {}).get("task_id")
         stage = self._stage(self._chosen() if wanted is None else wanted)
         self._game = Game(stage, self.np_random_seed or 0, self._epoch)
-        observation, info = self._game.opening()
-        return observation, {**info}
+        return self._game.opening(), {**self._game.info()}
 
     def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
         """Play one turn.

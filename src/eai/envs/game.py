@@ -470,14 +470,14 @@ class Game:
 
     def briefing(self) -> str:
         """The text that an agent reads before its first action: the world, and the task."""
-        return f"{manual(self.stage.benchmark, self._rules)}\n\n{self.opening()[0]}"
+        return f"{manual(self.stage.benchmark, self._rules)}\n\n{self.opening()}"
 
-    def opening(self) -> tuple[str, _Info]:
-        """The first observation, and what there is to know besides."""
+    def opening(self) -> str:
+        """The first observation."""
         text = self.stage.opening
         if self._rules.budget is not None:
             text += f"\n\n{Templates().fill('acting.txt', {'limit': str(self.stage.limit)})}"
-        return f"{text}\n\n{self._described(self.known)}", self._info(_Tried(""), ())
+        return f"{text}\n\n{self._described(self.known)}"
 
     def look_around(self) -> str:
         """All that is seen now; no more than once between two actions."""
@@ -561,7 +561,8 @@ class Game:
         if self._rules.feedback == "facts":
             observation += f"\n\nNow:\n{self.look.text or '-'}"
         terminated = self.over and not truncated
-        return _Turn(observation, self._pay(), terminated, truncated, self._info(tried, repairs))
+        info = self.info(tried.fault, slipped=tried.slipped, repairs=repairs)
+        return _Turn(observation, self._pay(), terminated, truncated, info)
 
     @property
     def _is_late(self) -> bool:
@@ -655,13 +656,16 @@ class Game:
         goals, episode = self.stage.goals, self._episode
         return goals.reached(episode.state, self.taken, episode.trajectory if goals.watches else None)
 
-    def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> _Info:
+    def info(
+        self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
+    ) -> _Info:
+        """What there is to know of a turn besides its observation, or at the beginning."""
         info = _Info(
             task_id=self.stage.task.id,
             goals=list(self.reached),
             won=self.won,
-            fault=None if tried.fault is None else tried.fault.value,
-            slipped=tried.slipped,
+            fault=None if fault is None else fault.value,
+            slipped=slipped,
             repairs=list(repairs),
         )
         if self._rules.admissible:

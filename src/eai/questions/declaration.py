@@ -17,6 +17,7 @@ from eai.abilities.declaration import (
     OwnTasks,
     Posed,
     SingleTurn,
+    counts_outcome,
     error_outcome,
     label_of,
 )
@@ -133,8 +134,7 @@ def outcome(verdict: _QuestionVerdict) -> AnswerOutcome:
     """The outcome of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    partly = AnswerOutcome.PARTLY_RIGHT if verdict.counts.true_positives else AnswerOutcome.GOAL_MISSED
-    return error_outcome(verdict) or partly
+    return error_outcome(verdict) or counts_outcome(verdict.counts, enough=False)
 
 
 def alike(one: _QuestionVerdict, other: _QuestionVerdict) -> bool:

@@ -42,7 +42,7 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._answers: dict[str, dict[tuple[str, int, int], Answer]] = {}
+        self._answers: dict[tuple[str, str, int, int], Answer] = {}
         content, adapter = content_of(path) if path.exists() else b"", TypeAdapter(Answer)
         self._size = content.rfind(b"\n") + 1
         for number, line in lines(content[: self._size]):
@@ -53,7 +53,7 @@ class Journal:
 
     def find(self, place: Place, request_sha256: str, attempt: int = 1) -> Answer | None:
         """The answer to this very request, or None."""
-        return self._answers.get(request_sha256, {}).get((*place, attempt))
+        return self._answers.get((request_sha256, *place, attempt))
 
     def add(self, answer: Answer) -> None:
         """Write an answer down; when this returns, the end of the process cannot lose it.
@@ -87,8 +87,7 @@ class Journal:
         return before + 1
 
     def _keep(self, answer: Answer) -> None:
-        place = (answer.task_id, answer.epoch, answer.attempt)
-        self._answers.setdefault(answer.request_sha256, {})[place] = answer
+        self._answers[answer.request_sha256, answer.task_id, answer.epoch, answer.attempt] = answer
 
 
 Watch: TypeAlias = Callable[[int, int, int], None]

@@ -14,6 +14,7 @@ from eai.abilities.declaration import (
     MetricColumn,
     Posed,
     SingleTurn,
+    counts_outcome,
     error_outcome,
     label_of,
 )
@@ -104,8 +105,7 @@ def outcome(verdict: SceneGraphVerdict) -> AnswerOutcome:
     """The outcome of an answer."""
     if verdict.success:
         return AnswerOutcome.SUCCESS
-    partly = any(counts.true_positives for counts in verdict.seen.predicates.values())
-    return error_outcome(verdict) or (AnswerOutcome.PARTLY_RIGHT if partly else AnswerOutcome.GOAL_MISSED)
+    return error_outcome(verdict) or counts_outcome(add(verdict.seen.predicates.values()), enough=False)
 
 
 _ERRORS = ("predicate_error", "object_error", "missing", "misplaced", "unnecessary", "invented", "unseen")
