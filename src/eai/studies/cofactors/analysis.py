@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from statistics import fmean
 from typing import TypeAlias
 
 from eai.abilities.explanation import EXECUTED
 from eai.abilities.verdict import Share, of_all
+from eai.benchmark.features import Features
 from eai.data.grouping import grouped
 from eai.results.certainty import Case
 from eai.results.lines import (
@@ -38,26 +40,8 @@ from eai.studies.cofactors.effects import fit_logit, rank_correlation
 
 STEPS = "annotated_steps"
 
-FEATURES = (
-    STEPS,
-    "annotated_operators",
-    "tool_steps",
-    "goals",
-    "state_goals",
-    "relation_goals",
-    "action_goals",
-    "quantified_goals",
-    "goal_options",
-    "ground_goals",
-    "ground_state_goals",
-    "ground_relation_goals",
-    "goals_at_start",
-    "objects",
-    "object_categories",
-    "initial_facts",
-    "instruction_words",
-)
-"""The features of a task that a score is set against."""
+FEATURES = tuple([each.name for each in fields(Features) if each.name != "ground_action_goals"])
+"""The features of a task that a score is set against; ground goals that are actions are as many as those."""
 
 FEW = 5
 """A bin with fewer tasks says little."""
