@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 import eai.logic.formula as f
@@ -42,9 +42,6 @@ _LONGEST = 3
 """In how many words of an instruction a name is looked for: ``floor lamp``, ``next to``."""
 
 _NOBODY = -1
-
-_Copied: TypeAlias = Callable[[Any], WrittenAnswer]
-"""Copies the question of a task."""
 
 _Match: TypeAlias = tuple[Achiever, Mapping[str, int]]
 """A way to make something so, and the objects that are given."""
@@ -127,8 +124,8 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
     """
     if ability not in _COPIED:
         raise no_answer("copy", benchmark, ability)
-    tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability](benchmark)
-    return TaskSet(tasks, lambda task_id: copied(tasks[task_id]), tasks.sha256)
+    tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability]
+    return TaskSet(tasks, lambda task_id: copied(benchmark, tasks[task_id]), tasks.sha256)
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
@@ -192,14 +189,13 @@ def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     return WrittenAnswer(tuple(copied), notation.join)
 
 
-def _plans(benchmark: Benchmark) -> _Copied:
-    """Copies as plans; what makes what so is compiled once for all tasks."""
-    return partial(_plan, benchmark, Achievers(benchmark.domain))
+_achievers = lru_cache(maxsize=8)(Achievers)
+"""What makes what so in a domain, compiled once for all tasks."""
 
 
-def _plan(benchmark: Benchmark, achievers: Achievers, task: Task) -> WrittenAnswer:
+def _plan(benchmark: Benchmark, task: Task) -> WrittenAnswer:
     """An action for each goal about states, then the action goals, about the first objects that will do."""
-    task = task.at_the_end
+    task, achievers = task.at_the_end, _achievers(benchmark.domain)
     plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
     actions = [achievers.taking(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     plan += [_first([(each, {}) for each in ways], task) for ways in actions]
@@ -258,9 +254,9 @@ def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> P
     return for_each(parameters, AddEffect(atom) if adds else DeleteEffect(atom))
 
 
-_COPIED: dict[Ability, Callable[[Benchmark], _Copied]] = {
-    Ability.GOAL_INTERPRETATION: partial(partial, _goals),
-    Ability.SUBGOAL_DECOMPOSITION: partial(partial, _subgoals),
-    Ability.ACTION_SEQUENCING: _plans,
-    Ability.TRANSITION_MODELING: partial(partial, _operators),
+_COPIED: dict[Ability, Callable[[Benchmark, Any], WrittenAnswer]] = {
+    Ability.GOAL_INTERPRETATION: _goals,
+    Ability.SUBGOAL_DECOMPOSITION: _subgoals,
+    Ability.ACTION_SEQUENCING: _plan,
+    Ability.TRANSITION_MODELING: _operators,
 }

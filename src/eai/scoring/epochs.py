@@ -206,13 +206,9 @@ class SuiteResult:
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
             "usage": dataclass_to_json(self.usage),
-            "per_success": per_success_to_json(per_success(self._of_all_epochs)),
+            "per_success": per_success_to_json(per_success([*self.by_place().values()])),
             **({"passes": passes_to_json(passes(self.right_by_epoch))} if self.of_epochs else {}),
         }
-
-    @property
-    def _of_all_epochs(self) -> Sequence[Record]:
-        return [record for one in self.of_epochs or (self,) for record in one.records]
 
     @property
     def right_by_epoch(self) -> Sequence[Cases]:
