@@ -190,7 +190,7 @@ def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
-"""What makes what so in a domain, compiled once for all tasks."""
+"""Achievers of a domain, compiled once for all its tasks."""
 
 
 def _plan(benchmark: Benchmark, task: Task) -> WrittenAnswer:

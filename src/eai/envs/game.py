@@ -659,7 +659,7 @@ class Game:
     def info(
         self, fault: FaultKind | None = None, *, slipped: bool = False, repairs: Sequence[str] = ()
     ) -> _Info:
-        """What there is to know of a turn besides its observation, or at the beginning."""
+        """All that there is to know of a turn besides its observation, or at the beginning."""
         info = _Info(
             task_id=self.stage.task.id,
             goals=list(self.reached),
