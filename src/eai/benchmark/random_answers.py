@@ -85,8 +85,7 @@ def random_walk(
         action = _possible_action(domain, state, objects, rng)
         if action is None:
             return
-        compiled = domain.compiled[action.operator]
-        state = compiled.apply(state, compiled.bind(state, action.arguments))
+        state = domain.after(state, action)
         yield action, state
 
 

@@ -63,12 +63,6 @@ def planner_of(domain: Domain) -> Planner:
     return Planner(domain)
 
 
-def _after(domain: Domain, state: State, action: Action) -> State:
-    """The state after a possible action."""
-    compiled = domain.compiled[action.operator]
-    return compiled.apply(state, compiled.bind(state, action.arguments))
-
-
 def random_agent(game: Game, seed: int = 0) -> Agent:
     """`eai/random`: any possible action about what has been seen, or `DONE`, all with the same chance."""
     rng = _rng(game, seed)
@@ -92,7 +86,7 @@ def novel_agent(game: Game, seed: int = 0) -> Agent:
             return DONE
         rng.shuffle(actions)
         domain, state = game.stage.domain, game.state
-        new = (each for each in actions[:_TRIES] if _after(domain, state, each) not in visited)
+        new = (each for each in actions[:_TRIES] if domain.after(state, each) not in visited)
         return game.stage.commands.write(next(new, actions[0]))
 
     return command
@@ -197,7 +191,7 @@ class _Explorer:
         if not self._plan:
             return DONE
         action = self._plan.popleft()
-        self._expected = _after(self._domain, game.state, action)
+        self._expected = self._domain.after(game.state, action)
         return game.stage.commands.write(action)
 
     def _further(self) -> Sequence[Action]:

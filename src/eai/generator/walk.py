@@ -104,8 +104,7 @@ class Walk:
         if found.end is not SearchEnd.SOLVED:
             return False
         for action in found.plan:
-            compiled = self.planner.domain.compiled[action.operator]
-            self.state = compiled.apply(self.state, compiled.bind(self.state, action.arguments))
+            self.state = self.planner.domain.after(self.state, action)
         self.trail += found.plan
         self.goals.append(wanted)
         if names:
@@ -191,9 +190,8 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
 def _successors(domain: Domain, state: State, objects: Sequence[int]) -> Iterator[tuple[Action, State]]:
     """Every possible action with the state after it."""
     for operator in domain.operators:
-        compiled = domain.compiled[operator.name]
         for action in applicable_actions(domain, operator, state, objects):
-            yield action, compiled.apply(state, compiled.bind(state, action.arguments))
+            yield action, domain.after(state, action)
 
 
 _Goals: TypeAlias = Sequence[f.Formula]

@@ -381,8 +381,7 @@ class Estimates:
             return 0
         undone = self._undone.get(action)
         if undone is None:
-            compiled = self._heuristic.domain.compiled[action.operator]
-            after = compiled.apply(self.state, compiled.bind(self.state, action.arguments))
+            after = self._heuristic.domain.after(self.state, action)
             holds = self._heuristic.readings.holds
             undone = sum(holds(formula, scope, after) != truth for formula, scope, truth in self._kept)
             self._undone[action] = undone

@@ -64,8 +64,8 @@ def as_in_reference_subgoals() -> Domain:
 
 def half_done(state: State, action: Action) -> State:
     """Return the state that the reference leaves when it aborts in an action (quirk `transfer_aborts`)."""
-    operator = _half_done().compiled.get(action.operator)
-    return state if operator is None else operator.apply(state, operator.bind(state, action.arguments))
+    halves = _half_done()
+    return halves.after(state, action) if action.operator in halves.compiled else state
 
 
 @cache

@@ -133,8 +133,7 @@ def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator
 
 def _needed(domain: Domain, before: State, action: Action) -> Iterator[str]:
     """The changes that an action which counts as an additional step would still make."""
-    compiled = domain.compiled[action.operator]
-    after = compiled.apply(before, compiled.bind(before, action.arguments))
+    after = domain.after(before, action)
     for effect in _brought_about(domain, before, action, after):
         yield f"{action.operator}: an additional step that would bring about {print_ltl(effect)}"
 

@@ -161,6 +161,11 @@ class Domain:
         compiled = self.compiled.get(name)
         return None if compiled is None else compiled.operator
 
+    def after(self, state: State, action: Action) -> State:
+        """The state after an action that is possible, without diagnosis; of others nothing is promised."""
+        operator = self.compiled[action.operator]
+        return operator.apply(state, operator.bind(state, action.arguments))
+
     def with_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
         """The domain in which these operators replace those of their name, and some are left out."""
         by_name = {operator.name: operator for operator in changed}
