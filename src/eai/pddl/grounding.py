@@ -125,7 +125,7 @@ class Grounder:
         A parameter that nothing is said of takes one object only: any is as good.
         """
         tests = _tests_by_variable(action, self._never_added(action.precondition))
-        mentioned = _mentioned(action)
+        mentioned = free_variables(action.precondition) | m.effect_variables(action.effect)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
             members = self._objects[m.type_of(parameter)]
@@ -278,13 +278,6 @@ def _tests_by_variable(action: m.PddlAction, atoms: Sequence[f.Atom]) -> dict[st
         if places:
             tests[order[max(places)]].append(atom)
     return tests
-
-
-def _mentioned(action: m.PddlAction) -> set[str]:
-    """The names of all that an operator's conditions and effects are about."""
-    names = {term.name for atom in m.effect_atoms(action.effect) for term in atom.arguments}
-    conditions = (action.precondition, *m.effect_conditions(action.effect))
-    return names.union(*map(free_variables, conditions))
 
 
 def _key(atom: f.Atom, binding: _Binding) -> _Key:

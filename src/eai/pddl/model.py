@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import with_parts
+from eai.logic.traversal import free_variables, with_parts
 
 OBJECT = "object"
 """The root of every type hierarchy."""
@@ -197,6 +197,11 @@ def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
 def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
     """The conditions of an effect's conditional parts, left to right, each as often as a part has it."""
     return (condition for _, conditions in effect_parts(effect) for condition in conditions)
+
+
+def effect_variables(effect: PddlEffect) -> frozenset[str]:
+    """The names of the variables of all that an effect adds and deletes, and of its conditions where free."""
+    return frozenset[str]().union(*map(free_variables, (*effect_atoms(effect), *effect_conditions(effect))))
 
 
 def map_literals(formula: f.Formula, change: Callable[[f.Atom | f.Equals], f.Formula]) -> f.Formula:

@@ -130,19 +130,8 @@ def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.Pdd
         effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
     )
     if isinstance(kept, m.Each):
-        is_idle = objects[m.type_of(kept.variable)] and kept.variable.name not in _free(kept.part)
+        is_idle = objects[m.type_of(kept.variable)] and kept.variable.name not in m.effect_variables(
+            kept.part
+        )
         return kept.part if is_idle else kept
     return kept
-
-
-def _free(effect: m.PddlEffect) -> frozenset[str]:
-    """The names of the variables that no quantifier of an effect binds."""
-    match effect:
-        case m.AddEffect(atom) | m.DeleteEffect(atom):
-            return free_variables(atom)
-        case m.Each(variable, part):
-            return _free(part) - {variable.name}
-        case m.Both(parts):
-            return frozenset[str]().union(*map(_free, parts))
-        case m.WhenEffect(condition, part):
-            return free_variables(condition) | _free(part)

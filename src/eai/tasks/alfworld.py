@@ -241,8 +241,7 @@ def _joined(groups: Sequence[_Group], condition: f.Formula, bound: Collection[st
 
 def _wherever(part: m.PddlEffect, groups: Iterable[_Group], bound: Mapping[str, f.Variable]) -> m.PddlEffect:
     """A part of an effect for all values of its bound parameters that meet their conditions."""
-    names = {term.name for atom in m.effect_atoms(part) for term in atom.arguments}
-    names.update(*map(free_variables, m.effect_conditions(part)))
+    names = m.effect_variables(part)
     for each in groups:
         if each.names & names:
             part = m.WhenEffect(f.And(each.parts), part)
