@@ -16,7 +16,6 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.lookup import LookupTable
 from eai.errors import InputError
-from eai.generator.ambiguity import ambiguous
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
 from eai.generator.hazards import guarded, guards_of, may_occur
@@ -43,7 +42,7 @@ from eai.generator.spec import (
     Tier,
     tier_of,
 )
-from eai.generator.twins import Leaning, twins_of
+from eai.generator.twins import Leaning, ambiguous, twins_of
 from eai.generator.walk import (
     Seeker,
     Walk,
