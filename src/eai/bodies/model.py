@@ -6,10 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from xml.etree import ElementTree as Xml
 
+from eai.bodies.arranging import HEIGHT
 from eai.bodies.body import Body, Box, Part, Vector
 from eai.bodies.looks import painted, specks
 from eai.bodies.placing import Placing, Pose
-from eai.bodies.rooms import HEIGHT
 from eai.bodies.told import Told
 
 _TYPES = {"box": "box", "ball": "ellipsoid", "post": "cylinder", "pipe": "cylinder", "bar": "cylinder"}

@@ -1,24 +1,30 @@
-"""The activities of BEHAVIOR-1K as tasks, made of the pack when they are asked for."""
+"""The activities of BEHAVIOR-1K as tasks, made of the pack when they are asked for.
+
+The definitions have no instructions: these are made of their goals.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from importlib.resources import files
 
+import eai.logic.formula as f
 from eai.abilities.task import Task, goal
 from eai.data.files import parse_toml
 from eai.data.store import PackFile
-from eai.english import English
+from eai.english import NUMBERS, English, plural, sentences_of, turned
+from eai.errors import InputError
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
 from eai.households.behavior_1k.scene import Scenes
-from eai.households.behavior_1k.sentences import instruction
 from eai.households.packs import BEHAVIOR_1K, open_published
-from eai.logic.formula import And, operands
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
+
+Names = Mapping[str, str]
+"""The phrases that variables stand for, by name."""
 
 
 def _evidence() -> bytes:
@@ -65,13 +71,13 @@ class _ActivityTasks(TaskSet[Task]):
     def _task(self, task_id: str) -> Task:
         activity, setting = self._scenes.set_up(task_id)
         title = task_id.replace("_", " ")
-        goals = tuple(dict.fromkeys(map(goal, operands(activity.problem.goal, And))))
+        formulas = tuple(dict.fromkeys(f.operands(activity.problem.goal, f.And)))
         return Task(
             id=task_id,
             title=title,
-            instruction=instruction(title, [each.formula for each in goals], activity.objects, self._english),
+            instruction=_instruction(title, formulas, activity.objects, self._english),
             initial=setting.state,
-            goals=goals,
+            goals=tuple(map(goal, formulas)),
             relevant=tuple(range(setting.nameable)),
             script=_plan(self._plans.get(task_id, "")),
             unsolvable=self._left_out.get(task_id),
@@ -96,3 +102,99 @@ def open_tasks(english: English, source: Source | None = None) -> _ActivityTasks
         DataError: they cannot be obtained, or the store is damaged.
     """
     return _ActivityTasks(open_published(BEHAVIOR_1K, source), english)
+
+
+def _noun_of(category: str) -> str:
+    """The noun of a category: ``salt shaker`` of ``salt__shaker``, ``apple half`` of ``half__apple``."""
+    if category.startswith("half__"):
+        return f"{_noun_of(category.removeprefix('half__'))} half"
+    return category.replace("__", " ").replace("_", " ")
+
+
+def _instruction(title: str, goals: Sequence[f.Formula], objects: Mapping[str, str], english: English) -> str:
+    """The title of an activity, and a sentence for each goal.
+
+    Args:
+        title: the title.
+        goals: the goals.
+        objects: the declared objects with their categories.
+        english: the sentences of predicates.
+    """
+    sentences = _Sentences(objects, english)
+    said = "; ".join(sentences.clause(goal, {}) for goal in goals)
+    return f"{title[:1].upper()}{title[1:]}. In the end it shall be so that: {said}."
+
+
+class _Sentences:
+    """Says the goals of one activity."""
+
+    def __init__(self, objects: Mapping[str, str], english: English) -> None:
+        self._objects = objects
+        self._categories = list(objects.values())
+        self._english = english
+
+    def name(self, term: f.Term, names: Names) -> str:
+        """A thing: what a variable stands for, ``the oven`` if there is but one, or else its name."""
+        if term.name in names:
+            return names[term.name]
+        category = self._objects[term.name]
+        return f"the {_noun_of(category)}" if self._categories.count(category) == 1 else term.name
+
+    def clause(self, goal: f.Formula, names: Names) -> str:
+        """A goal, without a full stop.
+
+        Raises:
+            InputError: it has a temporal operator.
+        """
+        match goal:
+            case f.Atom():
+                return self._sentence(goal, names)
+            case f.Not(f.Atom() as atom):
+                return self._sentence(atom, names, negated=True)
+            case f.Not(f.ForAll(variable, body)):
+                return self.clause(f.Exists(variable, f.Not(body)), names)
+            case f.Not(f.Exists(variable, f.Atom() as atom)):
+                return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
+            case f.Not(part):
+                return f"it is not so that {self.clause(part, names)}"
+            case f.And(parts):
+                comma = ", and " if any(isinstance(part, f.Or) for part in parts) else " and "
+                return comma.join(self.clause(part, names) for part in parts)
+            case f.Or(parts):
+                return f"either {' or '.join(self.clause(part, names) for part in parts)}"
+            case f.Implies(premise, conclusion):
+                return f"if {self.clause(premise, names)} then {self.clause(conclusion, names)}"
+            case f.ForAll() | f.Exists() | f.Exactly() | f.ForPairs():
+                return self._quantified(goal, names)
+        raise InputError(f"there is no sentence for {type(goal).__name__}")
+
+    def _quantified(self, goal: f.Formula, names: Names) -> str:
+        """A goal about all, some, a number or pairs of things."""
+        match goal:
+            case f.ForAll(variable, f.Not(f.Atom() as atom)):
+                return self._sentence(atom, {**names, variable.name: f"no {_noun(variable)}"})
+            case f.ForAll(variable, body) | f.Exists(variable, body):
+                which = f"{'every' if isinstance(goal, f.ForAll) else 'at least one'} {_noun(variable)}"
+                if isinstance(body, f.Atom):
+                    return self._sentence(body, {**names, variable.name: which})
+                return f"for {which}, {self._within(body, names, variable)}"
+            case f.Exactly(count, variable, body):
+                noun = _noun(variable) if count == 1 else plural(_noun(variable))
+                number = NUMBERS.get(count, str(count))
+                return f"for exactly {number} {noun}, {self._within(body, names, variable)}"
+            case f.ForPairs(first, second, body):
+                said = self._within(body, names, first, second)
+                return f"each {_noun(first)} goes with a different {_noun(second)}, so that {said}"
+        raise InputError(f"there is no sentence for {type(goal).__name__}")
+
+    def _within(self, body: f.Formula, names: Names, *variables: f.Variable) -> str:
+        return self.clause(body, {**names, **{each.name: f"that {_noun(each)}" for each in variables}})
+
+    def _sentence(self, atom: f.Atom, names: Names, *, negated: bool = False) -> str:
+        sentence = sentences_of(atom.predicate, len(atom.arguments), self._english)[0]
+        said = [self.name(term, names) for term in atom.arguments]
+        return turned(sentence, negated=negated).format(**dict(zip("xy", said, strict=False)))
+
+
+def _noun(variable: f.Variable) -> str:
+    return _noun_of(variable.category or "thing")
