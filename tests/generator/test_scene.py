@@ -15,9 +15,9 @@ from eai.generator.scene import (
     _by_category,
     _free_name,
     closed_scene,
-    restricted,
     with_guests,
     with_more_of_a_kind,
+    with_only,
 )
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
 from eai.world.state import Fact
@@ -188,7 +188,7 @@ def test_what_a_thing_stands_on_and_its_parts_come_with_it() -> None:
 def test_of_two_things_in_each_other_neither_is() -> None:
     asked = task(["cup.1", "pan.1"], ("on", "cup.1", "pan.1"), ("on", "pan.1", "cup.1"), ("clean", "pan.1"))
     assert told(closed_scene(asked, usual(), random.Random(0), 9).facts(), asked.scene) == {"clean pan.1"}
-    assert {fact.predicate for fact in restricted(asked.initial, [1])} == {"clean"}
+    assert {fact.predicate for fact in with_only(asked.initial, [1]).facts()} == {"clean"}
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from itertools import chain, count
 from typing import TypeVar
 
@@ -22,7 +22,7 @@ from eai.planning.search import Limits, SearchEnd
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.execution import execute
-from eai.world.relation import bits, mask_of
+from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State, WorldObject
 
 _LIMITS = Limits(100, thorough=False)
@@ -132,13 +132,17 @@ def closed_scene(
         wider = chosen | _with_places(index, state, prior)
         if len(wider) <= most:
             chosen = wider
-    kept = sorted(chosen)
-    scene = Scene(
-        state.scene.vocabulary,
-        [state.scene.objects[i] for i in kept],
-        None if state.scene.agent is None else kept.index(state.scene.agent),
-    )
-    return scene.state(_facts_among(state, kept, prior))
+    static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
+
+    def is_kept(fact: Fact) -> bool:
+        predicate, arguments = fact
+        if len(arguments) != 2 or predicate in static:
+            return True
+        if predicate in prior.places:
+            return not state.has(predicate, *reversed(arguments))
+        return state.scene.agent in arguments
+
+    return with_only(state, sorted(chosen), is_kept)
 
 
 def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> State:
@@ -298,30 +302,19 @@ def _with_places(index: int, state: State, prior: Prior) -> set[int]:
     return found
 
 
-def _facts_among(state: State, kept: Sequence[int], prior: Prior) -> Iterator[Fact]:
-    """The facts about some objects alone, numbered anew."""
-    number = {index: i for i, index in enumerate(kept)}
-    agent = state.scene.agent
-    static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
-    for predicate, arguments in restricted(state, kept):
-        if len(arguments) == 2 and predicate not in static:
-            if predicate not in prior.places and agent not in arguments:
-                continue
-            if predicate in prior.places and state.has(predicate, *reversed(arguments)):
-                continue
-        yield Fact(predicate, tuple([number[i] for i in arguments]))
+def with_only(state: State, kept: Sequence[int], is_kept: Callable[[Fact], bool] | None = None) -> State:
+    """A state of some objects alone, the agent among them, numbered anew, and of the facts about them.
 
-
-def restricted(state: State, kept: Sequence[int]) -> Iterator[Fact]:
-    """The facts of a state about some objects alone, first by predicate."""
-    vocabulary, among = state.scene.vocabulary, mask_of(kept)
-    for name in vocabulary.unary_slots:
-        if not vocabulary.arity(name):
-            yield from [Fact(name, ())] if state.those(name) else ()
-            continue
-        yield from (Fact(name, (i,)) for i in bits(state.those(name) & among))
-    for name in vocabulary.binary_slots:
-        relation = state.relation(name)
-        yield from (Fact(name, (i, j)) for i in kept for j in bits(relation.row(i) & among))
-    for name in vocabulary.tuple_slots:
-        yield from (Fact(name, m) for m in sorted(state.tuple_set(name).members) if {*m} <= {*kept})
+    Args:
+        state: the state.
+        kept: the objects, in order.
+        is_kept: whether a fact about them alone holds still; all do if None.
+    """
+    scene, number = state.scene, {index: i for i, index in enumerate(kept)}
+    agent = None if scene.agent is None else number[scene.agent]
+    facts = [fact for fact in state.facts() if number.keys() >= {*fact.arguments}]
+    return Scene(scene.vocabulary, [scene.objects[i] for i in kept], agent).state(
+        Fact(fact.predicate, tuple([number[i] for i in fact.arguments]))
+        for fact in facts
+        if is_kept is None or is_kept(fact)
+    )

@@ -20,7 +20,7 @@ from eai.abilities.reports import action_text, fact_text
 from eai.abilities.rules import Rules
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import subjects
-from eai.generator.scene import restricted
+from eai.generator.scene import with_only
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -172,20 +172,14 @@ def _closed(task: Task) -> Task:
     named = [i for action in task.script for i in action.arguments]
     kept = sorted({*subjects(task), *named})
     number = {index: i for i, index in enumerate(kept)}
-    agent = task.scene.agent
-    scene = Scene(
-        task.scene.vocabulary,
-        [task.scene.objects[i] for i in kept],
-        None if agent is None else number[agent],
-    )
-    facts = [Fact(p, tuple([number[i] for i in among])) for p, among in restricted(task.initial, kept)]
+    initial = with_only(task.initial, kept)
     conditions = [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
-    goals = [goal for goal in conditions if set(objects(goal.formula)) <= scene.index.keys()]
+    goals = [goal for goal in conditions if set(objects(goal.formula)) <= initial.scene.index.keys()]
     return Task(
         task.id,
         task.title,
         task.instruction,
-        scene.state(facts),
+        initial,
         tuple(goals),
         tuple(range(len(kept))),
         tuple([Action(name, tuple([number[i] for i in among])) for name, among in task.script]),
