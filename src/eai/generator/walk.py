@@ -26,7 +26,7 @@ from eai.logic.trace import Trace
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner, PlanningGoal, needed_actions
 from eai.planning.search import Limits, Node, SearchEnd
-from eai.planning.successor_generator import PlanNode, applicable_actions
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from eai.world.domain import Domain
 from eai.world.execution import Action, Step, Trajectory, execute, timeline
 from eai.world.listing import Listing
@@ -167,14 +167,15 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
     It is the length of a shortest plan if that is not longer than the depth, and else the depth and one.
     """
     test, at_the_end = GoalTest(task), GoalTest(task.at_the_end)
-    objects = range(len(task.scene.objects))
+    generator = SuccessorGenerator(domain, range(len(task.scene.objects)))
     nodes: list[PlanNode] = [Node(task.initial)]
     seen = {task.initial}
     forgetful = not test.watches and not task.goals_of(GoalKind.ACTION)
     for length in range(1, depth + 1):
         nodes, parents = [], nodes
         for parent in parents:
-            for action, after in _successors(domain, parent.state, objects):
+            for action in generator.applicable(parent):
+                after = domain.after(parent.state, action)
                 node = Node(after, depth=length, parent=parent, actions=(action,))
                 operators = [each.operator for each in node.plan()]
                 if all(at_the_end.reached(after, operators)) and (
@@ -185,13 +186,6 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
                     seen.add(after)
                     nodes.append(node)
     return depth + 1
-
-
-def _successors(domain: Domain, state: State, objects: Sequence[int]) -> Iterator[tuple[Action, State]]:
-    """Every possible action with the state after it."""
-    for operator in domain.operators:
-        for action in applicable_actions(domain, operator, state, objects):
-            yield action, domain.after(state, action)
 
 
 _Goals: TypeAlias = Sequence[f.Formula]

@@ -13,6 +13,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any
 
+from eai.abilities.reports import action_text, fact_text
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import write_whole
 from eai.errors import EaiError, how_to_install
@@ -98,16 +99,15 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
 def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
     """The tasks of a benchmark, a row each."""
     for task in benchmark.tasks(source).values():
-        names = [thing.name for thing in task.scene.objects]
         facts = [fact for fact in task.initial.facts() if {*task.relevant}.issuperset(fact.arguments)]
         yield {
             "id": identifier(task.id),
             "title": task.title,
             "instruction": task.instruction,
             "goals": goal_texts([goal.formula for goal in task.goals], benchmark.domain, task.scene),
-            "objects": [names[i] for i in task.relevant],
-            "initially": [_applied(fact.predicate, fact.arguments, names) for fact in facts],
-            "plan": [_applied(step.operator, step.arguments, names) for step in task.script],
+            "objects": [task.scene.objects[i].name for i in task.relevant],
+            "initially": [fact_text(fact, task.scene) for fact in facts],
+            "plan": [action_text(step, task.scene) for step in task.script],
         }
 
 
@@ -120,10 +120,6 @@ def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
 def identifier(task_id: str) -> str:
     """The id of a task in its row: ``27_2`` gets its scene, for readers take it for the number 272."""
     return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
-
-
-def _applied(word: str, arguments: Sequence[int], names: Sequence[str]) -> str:
-    return f"{word}({', '.join(names[i] for i in arguments)})"
 
 
 def _lines(rows: Sequence[Row]) -> bytes:
