@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Literal, TypeAlias
+from inspect import cleandoc
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
 from eai.abilities.goal_text import lexicon_of_goals, read_goal
-from eai.abilities.options import misfit
+from eai.abilities.options import meanings, misfit
 from eai.abilities.task import Goal, Task, goal
 from eai.abilities.verdict import Json
 from eai.errors import InputError
@@ -26,67 +27,60 @@ from eai.world.execution import Action
 from eai.world.state import Scene, State
 
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
+_Text: TypeAlias = Annotated[str, Field(min_length=1)]
+
+
+def _described(schema: dict[str, Any]) -> None:
+    """Put the meanings that the docstring tells into the schema of a line."""
+    schema["description"] = cleandoc(_TaskLine.__doc__ or "").partition("\n\n")[0]
+    for name, meaning in meanings(_TaskLine.__doc__, "Attributes").items():
+        schema["properties"][name]["description"] = meaning
 
 
 class _TaskLine(BaseModel):
-    """A task as one line of a task file has it."""
+    """A task as one line of a task file has it.
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, title="Task")
+    Attributes:
+        id: Known by this in answers and records; unique.
+        version: Of this format.
+        base: Whose world it is: a benchmark by name, module:object or pddl:...
+        title: What tasks of a kind share; the id if empty.
+        instruction: The task in natural language.
+        objects: All objects: name -> category, in order; there may be none.
+        agent: The acting object, where the domain has one for it.
+        relevant: The objects that the task is about; all of them if missing.
+        facts: All that holds at the start: predicate -> objects, or lists of 0 or 2 objects.
+        goals: Formulas about the end or the whole course, or actions to be taken.
+        plan: The certificate, a plan that solves the task: lists of operator and objects.
+        hazards: What the last goals, as many, keep from happening: names of process constraints.
+        untold: Whether prompts say nothing of the hazards.
+        missing: If it is there, an answer may say that it is impossible; facts for want of which it is, none
+            if there is a plan.
+        fits: If it is there, prompts tell the goals by the instruction alone, and an answer may ask what it
+            means: the objects that it fits, first the one that is meant.
+        about: Whatever else is known of it; read by nobody here.
+    """
 
-    id: Annotated[str, Field(min_length=1, description="Known by this in answers and records; unique.")]
-    version: Annotated[Literal[1], Field(description="Of this format.")] = 1
-    base: Annotated[
-        str,
-        Field(min_length=1, description="Whose world it is: a benchmark by name, module:object or pddl:..."),
-    ]
-    title: Annotated[str, Field(description="What tasks of a kind share; the id if empty.")] = ""
-    instruction: Annotated[str, Field(min_length=1, description="The task in natural language.")]
-    objects: Annotated[
-        dict[str, str], Field(description="All objects: name -> category, in order; there may be none.")
-    ]
-    agent: Annotated[str | None, Field(description="The acting object, where the domain has one for it.")] = (
-        None
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, strict=True, title="Task", json_schema_extra=_described
     )
-    relevant: Annotated[
-        list[str] | None, Field(description="The objects that the task is about; all of them if missing.")
-    ] = None
-    facts: Annotated[
-        dict[str, list[str | Names]],
-        Field(description="All that holds at the start: predicate -> objects, or lists of 0 or 2 objects."),
-    ]
-    goals: Annotated[
-        list[str],
-        Field(
-            min_length=1, description="Formulas about the end or the whole course, or actions to be taken."
-        ),
-    ]
-    plan: Annotated[
-        list[Annotated[list[str], Field(min_length=1)]],
-        Field(description="The certificate, a plan that solves the task: lists of operator and objects."),
-    ] = []
-    hazards: Annotated[
-        list[str],
-        Field(description="What the last goals, as many, keep from happening: names of process constraints."),
-    ] = []
-    untold: Annotated[bool, Field(description="Whether prompts say nothing of the hazards.")] = False
-    missing: Annotated[
-        list[str] | None,
-        Field(
-            description="If it is there, an answer may say that it is impossible; facts for want of which it "
-            "is, none if there is a plan."
-        ),
-    ] = None
-    fits: Annotated[
-        list[str] | None,
-        Field(
-            min_length=1,
-            description="If it is there, prompts tell the goals by the instruction alone, and an answer may "
-            "ask what it means: the objects that it fits, first the one that is meant.",
-        ),
-    ] = None
-    about: Annotated[
-        dict[str, JsonValue], Field(description="Whatever else is known of it; read by nobody here.")
-    ] = {}
+
+    id: _Text
+    version: Literal[1] = 1
+    base: _Text
+    title: str = ""
+    instruction: _Text
+    objects: dict[str, str]
+    agent: str | None = None
+    relevant: list[str] | None = None
+    facts: dict[str, list[str | Names]]
+    goals: Annotated[list[str], Field(min_length=1)]
+    plan: list[Annotated[list[str], Field(min_length=1)]] = []
+    hazards: list[str] = []
+    untold: bool = False
+    missing: list[str] | None = None
+    fits: Annotated[list[str] | None, Field(min_length=1)] = None
+    about: dict[str, JsonValue] = {}
 
 
 def json_schema() -> dict[str, JsonValue]:
