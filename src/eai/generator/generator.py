@@ -16,20 +16,13 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.lookup import LookupTable
 from eai.errors import InputError
+from eai.generator import sets
 from eai.generator.census import Usage, prior_of
 from eai.generator.goals import Proposals
 from eai.generator.hazards import guarded, guards_of, may_occur
 from eai.generator.measures import Measure, difficulty_model, measured
 from eai.generator.prior import Pattern, Prior, Theme, clash, is_idle, subjects_of
 from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
-from eai.generator.sets import (
-    SHARES,
-    bases_of,
-    fingerprint,
-    fingerprint_of,
-    goals_fingerprint,
-    split_of_goals,
-)
 from eai.generator.spec import (
     CANARY,
     LENGTHS,
@@ -43,12 +36,7 @@ from eai.generator.spec import (
     tier_of,
 )
 from eai.generator.twins import Leaning, ambiguous, twins_of
-from eai.generator.walk import (
-    Seeker,
-    Walk,
-    certificate,
-    lower_bound,
-)
+from eai.generator.walk import Seeker, Walk, certificate, lower_bound
 from eai.generator.words import Words
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner
@@ -110,7 +98,7 @@ class _Objections:
     def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
         self._domain, self._by_place = domain, by_place
         self._public = {
-            goals_fingerprint([goal.formula for goal in task.goals], task.scene) for task in public
+            sets.goals_fingerprint([goal.formula for goal in task.goals], task.scene) for task in public
         }
         self._table = LookupTable(public, domain)
 
@@ -127,7 +115,7 @@ class _Objections:
             return Reason.NO_CERTIFICATE
         if (reason := self._objection_to_words(task, words)) is not None:
             return reason
-        if fingerprint_of(task)[0] in self._public:
+        if sets.fingerprint_of(task)[0] in self._public:
             return Reason.PUBLIC
         if self._table.solves(task):
             return Reason.PUBLIC_PLAN
@@ -169,7 +157,7 @@ class Generator:
             raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
-        self._bases = bases_of(self._tasks, self.spec.split, self.spec.held_out)
+        self._bases = sets.bases_of(self._tasks, self.spec.split, self.spec.held_out)
         if not self._bases:
             raise InputError(
                 f"no public task of {self.benchmark.name} is of split {self.spec.split.value} "
@@ -217,10 +205,10 @@ class Generator:
         if not walk.goals:
             return Reason.NO_GOALS
         goals, start = list(walk.goals), self._usage.original(initial)
-        split = split_of_goals(goals, start.scene, self.spec.held_out)
+        split = sets.split_of_goals(goals, start.scene, self.spec.held_out)
         if self.spec.split not in (Split.ALL, split):
             return Reason.OTHER_SPLIT
-        if not self.spec.kind.is_over_time and fingerprint(goals, start) in known:
+        if not self.spec.kind.is_over_time and sets.fingerprint(goals, start) in known:
             return Reason.COPY
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
         name = f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}"
@@ -236,7 +224,7 @@ class Generator:
             task = found.task
             about |= found.about
             reason = self._objections.to(task, words, least, most + _LONGER)
-            if reason is None and fingerprint_of(task) in known:
+            if reason is None and sets.fingerprint_of(task) in known:
                 reason = Reason.COPY
         if reason is None and self.is_given_away is not None and self.is_given_away(task):
             reason = Reason.KNOWN_PLAN
@@ -299,7 +287,7 @@ class Generator:
 
     def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
         """Return everything known about a task."""
-        of_goals, of_scene = fingerprint_of(task)
+        of_goals, of_scene = sets.fingerprint_of(task)
         return {
             "tier": tier_of(len(task.script)).value,
             **{measure.value: number for measure, number in measured.items()},
@@ -466,7 +454,7 @@ def generate(
     reasons = Counter[str]()
     limit = _FAILURES * (_RARE if generator.spec.kind is TaskKind.PAIRS else 1)
     if generator.spec.split is not Split.ALL:
-        limit = round(limit / min(SHARES.values()))
+        limit = round(limit / min(sets.SHARES.values()))
     while found < number:
         if failures == limit:
             why = ", ".join(f"{reason} ({n})" for reason, n in reasons.most_common(2))
@@ -474,7 +462,7 @@ def generate(
             raise InputError(f"only {found} of {number} tasks found; {given}")
         outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):
-            known.add(fingerprint_of(outcome.task))
+            known.add(sets.fingerprint_of(outcome.task))
             found += 1
             failures = 0
             reasons.clear()

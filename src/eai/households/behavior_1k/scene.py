@@ -15,19 +15,8 @@ from functools import cached_property
 from itertools import chain
 
 import eai.logic.formula as f
+from eai.households.behavior_1k import kinds as k
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.kinds import (
-    BOILED_WATER,
-    DRYER,
-    HOT_ENOUGH_TO_LIGHT,
-    HOT_ENOUGH_TO_MELT,
-    WASHER,
-    WATER,
-    Kinds,
-    Making,
-    Recipe,
-    lemma,
-)
 from eai.logic.traversal import bound_by, walk
 from eai.pddl.bddl import parse_problem
 from eai.world.state import Fact, Scene, State, WorldObject
@@ -70,8 +59,8 @@ class _Activity:
 
     def __init__(self, name: str, text: str) -> None:
         self.name = name
-        self.problem = parse_problem(lemma(text))
-        self.synsets = {lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
+        self.problem = parse_problem(k.lemma(text))
+        self.synsets = {k.lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
 
     @cached_property
     def objects(self) -> Mapping[str, str]:
@@ -163,7 +152,7 @@ class _SceneMaker:
         containers: kinds that some definition puts something into.
     """
 
-    def __init__(self, activity: _Activity, kinds: Kinds, containers: frozenset[str]) -> None:
+    def __init__(self, activity: _Activity, kinds: k.Kinds, containers: frozenset[str]) -> None:
         self._activity = activity
         self._kinds = kinds
         self._containers = containers
@@ -172,7 +161,7 @@ class _SceneMaker:
         self._all = dict(self._kind)  # and then what can come to be
         self._gives = {names for predicate, names in activity.facts() if predicate == "insource"}
         self._rooms = {names[0]: names[1] for predicate, names in activity.facts() if predicate == "inroom"}
-        self._recipes: list[Recipe] = []
+        self._recipes: list[k.Recipe] = []
 
     def setting(self) -> _Setting:
         """The scene at the start."""
@@ -183,7 +172,7 @@ class _SceneMaker:
         wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
         self._add_products(sorted(wanted), there)
         declared = [WorldObject(name, category) for name, category in self._activity.objects.items()]
-        made = [WorldObject(name, f"made__{lemma(kind)}") for name, kind in self._all.items()][
+        made = [WorldObject(name, f"made__{k.lemma(kind)}") for name, kind in self._all.items()][
             len(declared) :
         ]
         recipes = {f"recipe_{number}": each for number, each in enumerate(self._recipes, 1)}
@@ -204,7 +193,7 @@ class _SceneMaker:
 
     def _new(self, synset: str) -> str:
         """Another object of a kind, which no definition declares."""
-        stem, number = lemma(synset), 1
+        stem, number = k.lemma(synset), 1
         while f"{stem}_{number}" in self._all:
             number += 1
         self._all[f"{stem}_{number}"] = synset
@@ -231,7 +220,7 @@ class _SceneMaker:
             for making in self._kinds.rules.makings.get(kind, ())
         )
 
-    def _can_be_used(self, making: Making, there: set[str], above: tuple[str, ...]) -> bool:
+    def _can_be_used(self, making: k.Making, there: set[str], above: tuple[str, ...]) -> bool:
         return all(self._is_equipped(need, there) for need in making.equipment) and all(
             self._can_be_made(each, there, above) for each in making.takes
         )
@@ -239,7 +228,7 @@ class _SceneMaker:
     def _add_products(self, wanted: Sequence[str], there: set[str]) -> None:
         """Add what can come to be on the way to what is wanted, and the recipes of it."""
         makings = self._kinds.rules.makings
-        pending, ways = list(wanted), dict[str, list[Making]]()
+        pending, ways = list(wanted), dict[str, list[k.Making]]()
         while pending:
             kind = pending.pop()
             if kind in ways:
@@ -256,7 +245,7 @@ class _SceneMaker:
             if kind in self._kinds.rules.slice and self._is_equipped("slicer", there):
                 self._add_halves(name, kind)
 
-    def _add_instances(self, kind: str, ways: Sequence[Making]) -> None:
+    def _add_instances(self, kind: str, ways: Sequence[k.Making]) -> None:
         """As many of a kind as can come to be at once."""
         number = 1
         for making in ways:
@@ -299,17 +288,17 @@ class _SceneMaker:
         encloses = any(source is not None and "inside" in source.needs for source in (heat, cold))
         others = {
             p.fixed: has(kind, "sceneObject") and name in self._rooms and name not in self._activity.moved,
-            p.floor: lemma(kind) in GROUND,
+            p.floor: k.lemma(kind) in GROUND,
             p.sliceable: kind in rules.slice,
             p.diceable: kind in rules.dice and kind not in rules.slice,
             p.container: not has(kind, "substance")
             and (encloses or kind in self._containers or has(kind, "fillable", "openable")),
-            p.washer: kind == WASHER,
-            p.dryer: kind == DRYER,
-            p.water: kind == WATER,
-            p.boiled_water: kind == BOILED_WATER,
+            p.washer: kind == k.WASHER,
+            p.dryer: kind == k.DRYER,
+            p.water: kind == k.WATER,
+            p.boiled_water: kind == k.BOILED_WATER,
             p.lighter: heat is not None
-            and heat.temperature >= HOT_ENOUGH_TO_LIGHT
+            and heat.temperature >= k.HOT_ENOUGH_TO_LIGHT
             and not has(kind, "sceneObject"),
         }
         yield from ((predicate, (name,)) for predicate, so in others.items() if so)
@@ -328,7 +317,7 @@ class _SceneMaker:
             if heat is not None:
                 if done is not None and heat.temperature >= done:
                     yield p.cooks, (name, other)
-                if melting and heat.temperature >= HOT_ENOUGH_TO_MELT:
+                if melting and heat.temperature >= k.HOT_ENOUGH_TO_MELT:
                     yield p.melts, (name, other)
                     if self._kinds.has(its_kind, "substance"):
                         yield p.cooks, (name, other)
@@ -337,7 +326,7 @@ class _SceneMaker:
 
     def _removal(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
         """Which substances a tool, washer or sink removes, and by which solvents."""
-        washes = kind == WASHER or self._kinds.has(kind, "drains")
+        washes = kind == k.WASHER or self._kinds.has(kind, "drains")
         for other, substance in self._all.items():
             if not self._kinds.has(substance, "substance"):
                 continue
@@ -411,7 +400,7 @@ class _SceneMaker:
 
     def _floors(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
         """The floor of the room of each object, and that on which the robot is."""
-        floors = [name for name, kind in self._kind.items() if lemma(kind) in GROUND]
+        floors = [name for name, kind in self._kind.items() if k.lemma(kind) in GROUND]
         for name, kind in self._all.items():
             room = self._rooms.get(name)
             near = [each for each in floors if room is None or self._rooms.get(each) == room]
@@ -424,7 +413,7 @@ class _SceneMaker:
 
     # Recipes.
 
-    def _recipe_facts(self, recipes: Mapping[str, Recipe]) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _recipe_facts(self, recipes: Mapping[str, k.Recipe]) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
         for name, each in recipes.items():
             yield p.recipe, (name,)
             if each.by != "machine":
@@ -448,7 +437,7 @@ class _SceneMaker:
                 yield from ((p.mixer, (machine,)) for machine in self._of_kind(each.vessel))
 
     def _taken(
-        self, name: str, recipe: Recipe, kind: str, number: int, *, bakes: bool
+        self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
     ) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
         """Yield the things of a kind that a recipe takes; baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
@@ -471,7 +460,7 @@ class Scenes:
         texts: the definitions by name.
     """
 
-    def __init__(self, kinds: Kinds, texts: Mapping[str, str]) -> None:
+    def __init__(self, kinds: k.Kinds, texts: Mapping[str, str]) -> None:
         self._kinds = kinds
         self.activities = {name: _Activity(name, text) for name, text in texts.items()}
         self._containers = frozenset(kind for each in self.activities.values() for kind in each.containers())

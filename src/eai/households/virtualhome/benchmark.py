@@ -31,11 +31,7 @@ from eai.households.virtualhome.domain import as_meant, with_either_hand
 from eai.households.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
-from eai.households.virtualhome.records import (
-    ObjectRecord,
-    TaskRecord,
-    VirtualHome,
-)
+from eai.households.virtualhome.records import ObjectRecord, TaskRecord, VirtualHome
 from eai.households.virtualhome.records import open_virtualhome as open_records
 from eai.households.virtualhome.tasks import VirtualHomeTask, build_tasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
