@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.data.source import Archive, Bundle
-from eai.households.packs import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES, TEMPLATE_SOURCE
+from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATE_SOURCE, files_of
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
 SCENE = "TrimmedTestScene1_graph/results_intentions_march-13-18/file"
@@ -112,9 +112,8 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     """Path in the wheel -> content."""
     made = list(tasks)
     goals: dict[str, dict[str, Any]] = {}
-    contents = dict.fromkeys(
-        (*RESOURCE_FILES.values(), *BEHAVIOR_PDDL_FILES.values(), *PROMPT_FILES.values()), b"[]"
-    )
+    copied = [file for pack in (RESOURCES, BEHAVIOR_PDDL, PROMPTS) for file in files_of(pack).values()]
+    contents = dict.fromkeys(copied, b"[]")
     for task in made:
         goal = {"vh_goal": {"actions": task.actions, "goal": task.goals}, "tl_goal": task.tl_goal}
         goals.setdefault(task.title, {})[task.id] = goal
@@ -123,11 +122,11 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
         contents[f"{PROGRAMS}executable_programs/{SCENE}{task.id}.txt"] = task.script.encode()
         contents[f"{PROBLEMS}{task.title.replace(' ', '_')}/{task.id}.pddl"] = b"(define)"
     contents[GOALS] = json.dumps({"scene_1": goals}).encode()
-    contents[RESOURCE_FILES["success_task.json"]] = json.dumps([made[0].id]).encode()
-    contents[RESOURCE_FILES["gold_action.json"]] = b'{"grab": {}}'
+    contents[files_of(RESOURCES)["success_task.json"]] = json.dumps([made[0].id]).encode()
+    contents[files_of(RESOURCES)["gold_action.json"]] = b'{"grab": {}}'
     prompts = [{"identifier": f"scene_1_{made[0].id}", "llm_prompt": "?"}]
     contents[TEMPLATE_SOURCE] = b'prompt = """<goal_str>"""'
-    contents[PROMPT_FILES["virtualhome/subgoal_decomposition.json"]] = json.dumps(prompts).encode()
+    contents[files_of(PROMPTS)["virtualhome/subgoal_decomposition.json"]] = json.dumps(prompts).encode()
     return contents
 
 

