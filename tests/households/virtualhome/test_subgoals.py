@@ -163,11 +163,11 @@ def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> No
     twice = ("OPEN(fridge.10)", "OPEN(fridge.10)")
     failed = REFERENCE.score(answer(*twice, "HOLDS_RH(character.65, table.12)"))
     assert failed.counted is not None
-    assert failed.counted.errors == ((FaultKind.AFFORDANCE, 1), (FaultKind.ADDITIONAL_STEP, 1))
+    assert failed.counted.errors == {FaultKind.AFFORDANCE: 1, FaultKind.ADDITIONAL_STEP: 1}
     missed, reached = (REFERENCE.score(answer(*subgoals)) for subgoals in (twice, (*REACHED[:1], *REACHED)))
     assert missed.errors == (FaultKind.ADDITIONAL_STEP,)
     assert missed.counted is not None
-    assert (missed.counted.success, missed.counted.errors) == (False, ())
+    assert (missed.counted.success, missed.counted.errors) == (False, {})
     assert reached.counted is not None
     assert (reached.counted.success, reached.counted.goals) == (True, reached.goals)
     assert STRICT.score(answer(*twice)).counted is None
