@@ -28,10 +28,7 @@ _AFTER = {
 """The commands to go on with, and what each shows."""
 
 
-def demo(
-    out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"),
-    data: DataFolder = None,
-) -> None:
+def demo(out: Annotated[Path, flag(metavar="DIR")] = Path("runs/demo"), data: DataFolder = None) -> None:
     """See in a minute what eai does: two built-in models, and an answer that failed, explained.
 
     Example: eai demo

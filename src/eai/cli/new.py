@@ -16,10 +16,7 @@ _FILES = {"{name}.py": "domain.txt", "README.md": "readme.txt"}
 """The files of a new domain -> their templates."""
 
 
-def new(
-    name: str,
-    as_json: AsJson = False,
-) -> None:
+def new(name: str, as_json: AsJson = False) -> None:
     """Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.
 
     Example: eai new warehouse

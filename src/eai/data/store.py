@@ -172,12 +172,7 @@ def _read_member(path: Path, member: str) -> bytes:
 
 def _write_zip(path: Path, pack: PackFile, members: Mapping[str, bytes]) -> None:
     """Write the pack with fixed dates and sync it to disk, so that a power cut leaves no empty file."""
-    header = {
-        "schema": SCHEMA,
-        "sha256": pack.sha256,
-        "archives": pack.archives,
-        "members": pack.members,
-    }
+    header = {"schema": SCHEMA, "sha256": pack.sha256, "archives": pack.archives, "members": pack.members}
     with path.open("wb") as file:
         with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
             archive.writestr(_entry(_MANIFEST), json.dumps(header, indent=1).encode())
