@@ -33,7 +33,7 @@ from eai.report.run_summary import RunSummary
 from eai.report.table_specs import (
     TableSpec,
     ability_title,
-    columns_besides,
+    columns_of,
     of_ability,
     place_of_column,
     tables_of,
@@ -362,20 +362,22 @@ def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
 
 
 def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Ranking:
-    columns = tuple(column for column in columns_besides()[paper.name] if _has_figures(paper, column, domain))
+    setting = paper_tables.paper_setting()
+    known = columns_of(setting.others[paper.name])
+    columns = tuple(column for column in known if _has_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
     alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
-    if paper.name in paper_tables.paper_setting().other_tasks:
+    if paper.name in setting.other_tasks:
         alike = []
     places = [place_of_column(column, domain) for column in columns]
-    ours = [item for item in alike if item.key.protocol.value == paper_tables.paper_setting().protocol]
+    ours = [item for item in alike if item.key.protocol.value == setting.protocol]
     remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
     on_columns = tuple((*remarks, *_notes_on(place, [paper])) for place in places)
     rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
     return Ranking(
         f"paper_{paper.name}",
         paper.title,
-        Protocol(paper_tables.paper_setting().protocol),
+        Protocol(setting.protocol),
         domain,
         columns,
         on_columns,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -121,26 +121,18 @@ def of_ability(ability: Ability) -> TableSpec:
     return next(spec for spec in _of_the_paper() if {column.ability for column in spec.columns} == {ability})
 
 
-def _summary_columns() -> tuple[MetricColumn, ...]:
+def _operators_summary() -> TableSpec:
+    """The table of operators that the paper alone has."""
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))
-    return tuple(
+    columns = tuple(
         MetricColumn(f"{part}.{measure}", label_of(part), label, ability=ability)
         for part in CATEGORIES
         for measure, label in measures
     )
+    return TableSpec(f"{ability.value}_summary", ability_title(ability), columns, ())
 
 
-@cache
-def columns_besides() -> Mapping[str, tuple[MetricColumn, ...]]:
-    """The columns of the paper's tables of a few models, or of other ways to ask, where a domain has them."""
-    plans = _trajectory(Ability.ACTION_SEQUENCING).columns
-    return {
-        "transition_modeling_summary": _summary_columns(),
-        "human": _overview().columns,
-        "replanning": plans,
-        "replanning_prose": plans,
-        "replanning_stochastic": plans,
-        "pipeline_action_sequencing": plans,
-        "pipeline_subgoal_decomposition": _trajectory(Ability.SUBGOAL_DECOMPOSITION).columns,
-    }
+def columns_of(name: str) -> tuple[MetricColumn, ...]:
+    """The columns of one of the paper's tables, where a domain has them."""
+    return next(spec.columns for spec in (*_of_the_paper(), _operators_summary()) if spec.name == name)

@@ -80,14 +80,14 @@ class _PaperSetting:
     Attributes:
         protocol: the protocol whose numbers are the same quantities.
         tables: a report's table -> the paper's tables with the same columns, in order of preference.
-        others: the tables of a few models, or of other ways to ask.
+        others: the tables of a few models, or of other ways to ask -> a report's table with the same columns.
         same_quantity: those of the others whose figures should be those of the full tables.
         other_tasks: those of the others that no run is to be set beside.
     """
 
     protocol: str
     tables: Mapping[str, tuple[str, ...]]
-    others: tuple[str, ...]
+    others: Mapping[str, str]
     same_quantity: tuple[str, ...]
     other_tasks: tuple[str, ...]
 
