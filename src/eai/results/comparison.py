@@ -19,7 +19,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, Share, Shares
 from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
 from eai.results.rate import Rate, rate_of
-from eai.results.summary import contributions, name_of
+from eai.results.summary import name_of, shares_by_task
 
 SEED = 20240901
 REPETITIONS = 5000
@@ -143,7 +143,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     Tasks that either run excludes, or was not asked, or that are other ones of the same id, are left out of
     both; a missing answer counts as a failure, as everywhere.
     """
-    before, after = _by_task(first), _by_task(second)
+    before, after = shares_by_task(first), shares_by_task(second)
     known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
     declared = declaration_of(first[0].ability)
     verdicts = {record.task_id: record.verdict for record in first}
@@ -161,12 +161,6 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
         tuple(task for task in before if task not in names),
         tuple(task for task in after if task not in names),
     )
-
-
-def _by_task(records: Sequence[Record]) -> Mapping[str, Shares]:
-    scored = [record for record in records if record.verdict.excluded is None]
-    rates = contributions([r.verdict for r in scored], records[0].ability)
-    return {record.task_id: rate for record, rate in zip(scored, rates, strict=True)}
 
 
 def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:

@@ -50,6 +50,13 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
     return ({**share, **void} for share in shares) if void else shares
 
 
+def shares_by_task(records: Sequence[Record]) -> dict[str, Shares]:
+    """The shares that the records of a run contribute, by task; those of excluded ones are not there."""
+    scored = [record for record in records if record.verdict.excluded is None]
+    shares = contributions([record.verdict for record in scored], records[0].ability)
+    return {record.task_id: share for record, share in zip(scored, shares, strict=True)}
+
+
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
     """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
     scored = [record for record in records if record.verdict.excluded is None]

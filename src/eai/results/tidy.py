@@ -14,7 +14,7 @@ from eai.abilities.record import Record
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
 from eai.benchmark.registry import find_benchmark, registered
 from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
-from eai.results.summary import contributions, goals_of, name_of, outcome, steps_of
+from eai.results.summary import goals_of, name_of, outcome, shares_by_task, steps_of
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.declaration import GoalVerdict
@@ -48,9 +48,7 @@ class Tables:
     def add(self, records: Sequence[Record]) -> None:
         """Add the records of one run, all of one model, ability, domain and protocol."""
         book = self._book(records[0].domain) if self._features else None
-        scored = [record for record in records if record.verdict.excluded is None]
-        shares = contributions([record.verdict for record in scored], records[0].ability)
-        adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
+        adds = shares_by_task(records)
         for record in records:
             key = beginning_of(record)
             self.answers.append(_answer(record, key, adds.get(record.task_id, {}), book))
