@@ -79,8 +79,8 @@ def _outcome(name: str) -> AnswerOutcome:
 
 
 def explain(
-    records: Annotated[Path, typer.Argument(metavar="RECORDS")],
-    task: Annotated[str, typer.Argument(metavar="TASK")] = "",
+    records: Path,
+    task: Annotated[str, typer.Argument()] = "",
     failed: bool = False,
     kind: Annotated[AnswerOutcome | None, flag(parser=_outcome, metavar="KIND")] = None,
     model: str | None = None,
