@@ -19,17 +19,7 @@ from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.generator.measures import needed_by
-from eai.generator.prior import (
-    Pattern,
-    Patterns,
-    Prior,
-    Theme,
-    Use,
-    kept,
-    kinds_of,
-    narrowed,
-    patterns_of,
-)
+from eai.generator.prior import Pattern, Patterns, Prior, Theme, Use, kept, kinds_of, narrowed, patterns_of
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
 from eai.world.domain import Domain

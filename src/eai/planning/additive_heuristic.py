@@ -15,12 +15,7 @@ from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers, Matches
 from eai.planning.search import Effort
-from eai.planning.subgoal import (
-    GroundAtom,
-    Parts,
-    Subgoal,
-    Unfolding,
-)
+from eai.planning.subgoal import GroundAtom, Parts, Subgoal, Unfolding
 from eai.world.condition import Readings
 from eai.world.derived import Defined
 from eai.world.domain import Domain

@@ -14,14 +14,7 @@ import warnings
 from collections.abc import Sequence
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.notation.plans import (
-    CarryOut,
-    Course,
-    JsonPlans,
-    WrittenPlan,
-    WrittenStep,
-    named,
-)
+from eai.abilities.notation.plans import CarryOut, Course, JsonPlans, WrittenPlan, WrittenStep, named
 from eai.abilities.scorer import Assessment
 from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior.domain import as_meant

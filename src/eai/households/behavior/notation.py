@@ -14,12 +14,7 @@ from functools import cache
 from typing import ClassVar
 
 from eai.abilities.notation.goals import Alternatives, JsonGoals, Word
-from eai.abilities.notation.subgoals import (
-    SubgoalLexicon,
-    SubgoalNotation,
-    WrittenSubgoals,
-    read_output,
-)
+from eai.abilities.notation.subgoals import SubgoalLexicon, SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Unreadable
 from eai.households.behavior import domain as behavior

@@ -10,14 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.json_text import Pairs, find_json
-from eai.abilities.notation.goals import (
-    SECTIONS,
-    GoalNotation,
-    IllFormed,
-    Word,
-    WrittenGoal,
-    WrittenGoals,
-)
+from eai.abilities.notation.goals import SECTIONS, GoalNotation, IllFormed, Word, WrittenGoal, WrittenGoals
 from eai.abilities.notation.subgoals import (
     SubgoalLexicon,
     SubgoalNotation,
