@@ -90,8 +90,8 @@ def test_more_effort_never_pays_less(name: str) -> None:
     for _ in range(examples(6)):
         suite, task, plan = drawn(name, random)
         mender = scorer_of(suite, task.id).mender
-        paid = [mender.nearness(plan, limit) for limit in (1, 100, 1_000, EFFORT)]
-        assert all(before <= after for before, after in pairwise(each or 0 for each in paid))
+        paid = [mender._near((*plan,), limit) for limit in (1, 100, 1_000, EFFORT)]
+        assert all(before <= after for before, after in pairwise(paid))
 
 
 def test_turns_add_up_to_what_the_plan_is_worth() -> None:

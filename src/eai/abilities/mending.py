@@ -11,7 +11,7 @@ from eai.abilities.reports import action_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.logic.traversal import objects
-from eai.planning.planner import Planner
+from eai.planning.planner import planner_of
 from eai.planning.repair import Mender, Plan, Told
 from eai.planning.search import Effort
 from eai.world.domain import Domain
@@ -28,11 +28,6 @@ _REMEMBERED = 10_000
 """Of so many plans for a task it is remembered how near they are."""
 
 _HANDS = {("LEFT", "RIGHT"), ("RIGHT", "LEFT")}
-
-
-@lru_cache(maxsize=8)
-def _planner(domain: Domain) -> Planner:
-    return Planner(domain)
 
 
 class PlanMender:
@@ -97,15 +92,15 @@ class PlanMender:
             return "order"
         return None
 
-    def nearness(self, steps: Plan, limit: int | None = None) -> float | None:
+    def nearness(self, steps: Plan) -> float | None:
         """How near steps are to success: 1 - d / n for d edits, 0 if there are more than n.
 
         Every plan of the task has n steps at least, so that no steps at all are as near as 0. The upper bound
-        of d counts, so that effort that runs out never pays. Inserted steps are about the task's objects.
+        of d counts, so that effort that runs out never pays: so many steps are tried for each of the steps
+        and of n. Inserted steps are about the task's objects.
 
         Args:
             steps: the steps; None for each that means nothing.
-            limit: how many steps may be tried, about; by default so many for each of the steps and of n.
 
         Returns:
             The nearness, from 0 to 1; None where nothing is known of it.
@@ -114,7 +109,7 @@ class PlanMender:
             return None
         number = len(steps) + self._least
         effort = min(_MOST, _PER_STEP << number.bit_length())  # one of a few, as each starts a search
-        return self._remembered(tuple(steps), effort if limit is None else limit)
+        return self._remembered(tuple(steps), effort)
 
     def _near(self, steps: Plan, limit: int) -> float:
         """The nearness of steps, by so much effort."""
@@ -219,7 +214,7 @@ class PlanMender:
 
 @lru_cache(maxsize=16)
 def _mender_of(plans: PlanMender, usable: tuple[int, ...]) -> Mender:
-    return Mender(_planner(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
+    return Mender(planner_of(plans.domain), plans.task.initial, planning_goal(plans.task), usable)
 
 
 def _away(step: int, shown: int | None, end: int) -> int:

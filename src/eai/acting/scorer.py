@@ -26,9 +26,9 @@ from eai.acting.declaration import UNREPLAYABLE, ActingVerdict, Outlook, Turn
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.benchmark import Benchmark
-from eai.envs.agents import planner_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage, staged
+from eai.planning.planner import planner_of
 from eai.planning.search import Limits, SearchEnd
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind

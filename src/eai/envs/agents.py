@@ -11,7 +11,6 @@ import random
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from typing import TypeAlias
 
 from eai.abilities.goal_test import remaining_goals
@@ -24,11 +23,10 @@ from eai.generator.measures import lids, presence
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.rewriting import rewrite, with_terms
 from eai.planning.greedy_search import GreedySearch
-from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.planner import PlanningGoal, planner_of
 from eai.planning.search import Limits, Node
 from eai.planning.subgoal import subgoals_of
 from eai.planning.successor_generator import PlanNode, SuccessorGenerator
-from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import State
 
@@ -55,12 +53,6 @@ _LAST = Limits(2_000)
 
 _SIGHT = Limits(50)
 """How much it searches for a way to see more."""
-
-
-@lru_cache(16)
-def planner_of(domain: Domain) -> Planner:
-    """The planner of a domain, made once."""
-    return Planner(domain)
 
 
 def random_agent(game: Game, seed: int = 0) -> Agent:

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.task import Task
-from eai.envs.agents import AGENTS, Agent, planner_of, refusal_of
+from eai.envs.agents import AGENTS, Agent, refusal_of
 from eai.envs.command import DONE
 from eai.envs.game import Game, Stage
-from eai.planning.planner import needed_actions
+from eai.planning.planner import needed_actions, planner_of
 from eai.planning.search import Limits
 from eai.planning.successor_generator import PlanNode
 from eai.world.domain import Domain

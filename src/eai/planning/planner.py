@@ -12,6 +12,7 @@ import heapq
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 from eai.logic.formula import Formula
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
@@ -150,6 +151,12 @@ class Planner:
     ) -> GreedySearch:
         successors = SuccessorGenerator(self.domain, objects, actions, self._allowed)
         return GreedySearch(self.heuristic, successors, limits)
+
+
+@lru_cache(maxsize=16)
+def planner_of(domain: Domain) -> Planner:
+    """The planner of a domain, made once."""
+    return Planner(domain)
 
 
 def _found(search: GreedySearch, start: PlanNode, goal: PlanningGoal, limits: Limits) -> SearchResult[Action]:
