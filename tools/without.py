@@ -37,7 +37,15 @@ FOLDERS = (
 """Folders that can be taken out."""
 
 COPIED = (".ci", ".github", "bench", "board", "docs", "examples", "packages", "src", "tests", "tools")
-OF_ALL = ("test_api_page.py", "test_commands_page.py", "test_glossary.py", "test_names.py", "test_study.py")
+OF_ALL = (
+    "abilities/test_records_page.py",
+    "test_api_page.py",
+    "test_commands_page.py",
+    "test_glossary.py",
+    "test_names.py",
+    "test_readme.py",
+    "test_study.py",
+)
 _LISTING = (
     "tests/cli/test_flags.py::test_all_options_are_listed_where_the_documentation_has_them",
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_that_is_found_by_reading_the_file",

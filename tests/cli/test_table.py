@@ -48,7 +48,7 @@ def test_a_wide_table_is_one() -> None:
 def test_one_model_has_a_row_a_metric_with_what_it_is_made_of() -> None:
     lines = printed(60, models=("m",)).splitlines()
     assert lines[0] == "title: m, 342/342 answered"
-    assert any(line.split() == ["state,", "precision", "100.0", "10000", "/", "10000"] for line in lines)
+    assert [line.split()[-4:] for line in lines].count(["100.0", "10000", "/", "10000"]) == 1
 
 
 def test_a_column_without_any_number_is_left_out() -> None:
