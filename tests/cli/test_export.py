@@ -144,7 +144,7 @@ def test_episodes_of_acting_are_left_out_and_the_other_answers_are_not(
     assert eai("score", answers, *acting).status == 0
     done = eai("export", "sft", records, tmp_path / "acting", "--out", tmp_path / "sft.jsonl")
     assert "5 rows written" in done.out
-    assert "left out: 100 records of several turns" in done.out
+    assert "left out: 100 records of an ability whose verdicts do not say" in done.out
 
 
 def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def prompt_rows(reward: Reward, prompts: Mapping[str, Prompt]) -> Iterator[Row]:
 NO_ANSWER = "without an answer, or with nothing to earn"
 EXPERIMENT = "of experiments, which ask other questions"
 ASKED_OTHERWISE = "answering another prompt than is exported"
-NOT_PAID = "of several turns, whose verdicts do not say what an answer has earned"
+NOT_PAID = "of an ability whose verdicts do not say what an answer has earned"
 """Why a record is not used."""
 
 
