@@ -8,9 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from eai.world.derived import Values
+import eai.logic.formula as f
+from eai.world.derived import Defined, Values
 from eai.world.relation import bits
 from eai.world.state import State
+from eai.world.vocabulary import Predicate
+
+X, Y, Z = f.Variable("x"), f.Variable("y"), f.Variable("z")
 
 
 def _chain(state: State, supports: Sequence[str], thing: int) -> Mapping[int, bool]:
@@ -53,6 +57,26 @@ def containers(supports: Sequence[str]) -> Values:
         return containers
 
     return values
+
+
+def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
+    """What carries what by these stored relations: directly, or at all; and what is within what."""
+    names = [relation.name for relation in supports]
+    carries = Defined("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
+    above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
+    return (
+        carries,
+        Defined("carried_by", (X, Y), carries(Y, X) | above, carriers(names)),
+        Defined("within", (X, Y), supports[0](X, Y) | within, containers(names)),
+    )
+
+
+def on_floor(name: str, floor: Predicate, carries: Defined, of_root: f.Formula) -> Defined:
+    """The floor that a thing is on, by name: itself, or that of what carries it, or that of the root."""
+    carried = f.Exists(Z, carries(Z, X))
+    above = f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y)))
+    definition = (floor(X) & f.Equals(X, Y)) | (~floor(X) & ~carried & of_root) | (~floor(X) & above)
+    return Defined(name, (X, Y), definition)
 
 
 def floors(supports: Sequence[str], of_root: Callable[[State, int], int]) -> Values:

@@ -15,7 +15,6 @@ from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _SUPPORTS = ("lies_in", "lies_on")
-carriers, containers = support.carriers(_SUPPORTS), support.containers(_SUPPORTS)
 
 
 def targets(relation: str) -> Values:
@@ -126,26 +125,14 @@ held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
 hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
 labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
-carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
-carried_by = Defined(
-    "carried_by", (X, Y), carries(Y, X) | f.Exists(Z, carries(Z, X) & f.Atom("carried_by", (Z, Y))), carriers
-)
-within = Defined(
-    "within", (X, Y), lies_in(X, Y) | f.Exists(Z, carries(Z, X) & f.Atom("within", (Z, Y))), containers
-)
+carries, carried_by, within = support.carrying((lies_in, lies_on))
 shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup(
     "floor_below",
     2,
     support.floors(_SUPPORTS, _standing_on),
-    ("lies_in", "lies_on", "floor", "stands_on"),
-    Defined(
-        "floor_below",
-        (X, Y),
-        (floor(X) & f.Equals(X, Y))
-        | (~floor(X) & ~f.Exists(Z, carries(Z, X)) & stands_on(X, Y))
-        | (~floor(X) & f.Exists(Z, carries(Z, X) & f.Atom("floor_below", (Z, Y)))),
-    ),
+    (*_SUPPORTS, "floor", "stands_on"),
+    support.on_floor("floor_below", floor, carries, stands_on(X, Y)),
 )
 
 _OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])
@@ -168,7 +155,7 @@ def _relation_seen(name: str, own: Predicate | Defined, values: Values) -> Defin
 
 GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
 GOAL_RELATIONS = (
-    _relation_seen("inside", within, containers),
+    _relation_seen("inside", within, support.containers(_SUPPORTS)),
     _relation_seen("ontop", lies_on, targets(lies_on.name)),
     _relation_seen("onfloor", stands_on, targets(stands_on.name)),
     _relation_seen("under", stands_under, targets(stands_under.name)),

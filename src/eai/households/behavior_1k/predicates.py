@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import eai.logic.formula as f
 from eai.households import support
-from eai.logic.formula import Atom, Exists, ForAll, Implies, Variable
+from eai.logic.formula import Exists, ForAll, Implies, Variable
 from eai.world.derived import Defined, Lookup
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
@@ -78,7 +78,8 @@ lies_in, lies_on = Predicate("lies_in", 2, single=True), Predicate("lies_on", 2,
 attached_to, laid_over = Predicate("attached_to", 2, single=True), Predicate("laid_over", 2, single=True)
 draped_on = Predicate("draped_on", 2, single=True)
 stands_by, stands_under = Predicate("stands_by", 2), Predicate("stands_under", 2)
-SUPPORTS = tuple([place.name for place in (lies_in, lies_on, attached_to, laid_over, draped_on)])
+_SUPPORTS = (lies_in, lies_on, attached_to, laid_over, draped_on)
+SUPPORTS = tuple([place.name for place in _SUPPORTS])
 """The relations to what a thing rests in or on."""
 
 # Substances.
@@ -86,23 +87,7 @@ has_cover, has_in, full_of = Predicate("has_cover", 2), Predicate("has_in", 2), 
 soaked_with = Predicate("soaked_with", 2)
 
 # Derived.
-carries = Defined(
-    "carries",
-    (X, Y),
-    lies_in(Y, X) | lies_on(Y, X) | attached_to(Y, X) | laid_over(Y, X) | draped_on(Y, X),
-)
-carried_by = Defined(
-    "carried_by",
-    (X, Y),
-    carries(Y, X) | Exists(Z, carries(Z, X) & Atom("carried_by", (Z, Y))),
-    support.carriers(SUPPORTS),
-)
-within = Defined(
-    "within",
-    (X, Y),
-    lies_in(X, Y) | Exists(Z, carries(Z, X) & Atom("within", (Z, Y))),
-    support.containers(SUPPORTS),
-)
+carries, carried_by, within = support.carrying(_SUPPORTS)
 
 
 def _root_floor(state: State, root: int) -> int:
@@ -117,13 +102,7 @@ floor_of = Lookup(
     2,
     support.floors(SUPPORTS, _root_floor),
     ("floor", "held", "robot_on", "by_floor", *SUPPORTS),
-    Defined(
-        "floor_of",
-        (X, Y),
-        (floor(X) & f.Equals(X, Y))
-        | (~floor(X) & ~Exists(Z, carries(Z, X)) & ((held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))))
-        | (~floor(X) & Exists(Z, carries(Z, X) & Atom("floor_of", (Z, Y)))),
-    ),
+    support.on_floor("floor_of", floor, carries, (held(X) & robot_on(Y)) | (~held(X) & by_floor(X, Y))),
     single=True,
     inverse=support.inverse(support.floors(SUPPORTS, _root_floor)),
 )
