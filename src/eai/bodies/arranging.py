@@ -148,9 +148,7 @@ class _Plan:
 
 
 def _furnished(
-    bodies: Mapping[int, Body],
-    rooms: Mapping[int, Sequence[int]],
-    joined: Mapping[int, tuple[int, int]],
+    bodies: Mapping[int, Body], rooms: Mapping[int, Sequence[int]], joined: Mapping[int, tuple[int, int]]
 ) -> tuple[dict[int, Box], dict[int, Pose]]:
     """The boxes of rooms that stand side by side, and the poses of their furniture.
 

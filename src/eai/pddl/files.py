@@ -16,10 +16,10 @@ from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, head_of, read_group
 
 _DOMAIN = frozenset(
-    ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"],
+    ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"]
 )
 _PROBLEM = frozenset(
-    {"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric", ":length"},
+    {"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric", ":length"}
 )
 _NUMBERS = "numbers or object fluents, but for costs of actions"
 _NUMBERED = frozenset({":init", ":metric", ":functions"})

@@ -213,10 +213,7 @@ def declared_in_pddl(domain: Domain, tasks: Iterable[Task]) -> ProblemWorld:
 
 
 def _declared_in(
-    domain: Domain,
-    tasks: Iterable[Task],
-    spell: Callable[[str], str],
-    predicates: Mapping[str, str],
+    domain: Domain, tasks: Iterable[Task], spell: Callable[[str], str], predicates: Mapping[str, str]
 ) -> _Declared:
     """The declaration with what its tasks have, and no predicates but those that it declares."""
     scenes = [task.scene for task in tasks]

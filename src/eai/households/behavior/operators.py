@@ -34,10 +34,7 @@ class _Hand(NamedTuple):
         return ~Exists(H, self.holds(H))
 
 
-HANDS = (
-    _Hand("LEFT", p.in_left_hand, p.in_right_hand),
-    _Hand("RIGHT", p.in_right_hand, p.in_left_hand),
-)
+HANDS = (_Hand("LEFT", p.in_left_hand, p.in_right_hand), _Hand("RIGHT", p.in_right_hand, p.in_left_hand))
 
 # Checks that several actions share.
 A_HAND_FREE = missing(~p.hands_full(), "both hands are full")

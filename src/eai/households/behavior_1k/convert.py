@@ -34,10 +34,7 @@ _PLAIN = {
 }
 """Abilities of which only matters whether a kind has them."""
 
-_TEMPERATURES = {
-    "cookable": ("cook_temperature", 70.0),
-    "heatable": ("heat_temperature", 40.0),
-}
+_TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temperature", 40.0)}
 """Abilities with the temperature from which on they show, and that of kinds which name none."""
 
 

@@ -132,11 +132,7 @@ def release() -> Operator:
 
 
 def _places(
-    name: str,
-    text: str,
-    effects: tuple[Effect, ...],
-    *checks: Check,
-    others: tuple[Variable, ...] = (Y,),
+    name: str, text: str, effects: tuple[Effect, ...], *checks: Check, others: tuple[Variable, ...] = (Y,)
 ) -> Operator:
     """Return an action that puts what is in a hand somewhere."""
     needed = [in_hand(X)]
@@ -179,12 +175,7 @@ def placing() -> Iterator[Operator]:
 
 def detach() -> Operator:
     """From states attached_to."""
-    checks = (
-        exists(X),
-        missing(p.attached_to(X, Y), "{x} is not attached to {y}"),
-        HAND_FREE,
-        reachable(X),
-    )
+    checks = (exists(X), missing(p.attached_to(X, Y), "{x} is not attached to {y}"), HAND_FREE, reachable(X))
     effects = (Delete(p.attached_to(X, Y)), *loose(X), Add(p.held(X)))
     text = "detach the first object from the second, into a free hand"
     return Operator("DETACH", (X, Y), checks, effects, text, role=Role.TAKES)

@@ -107,9 +107,7 @@ floor_of = Lookup(
     inverse=support.inverse(support.floors(SUPPORTS, _root_floor)),
 )
 real = Defined(
-    "real",
-    (X,),
-    present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X)),
+    "real", (X,), present(X) | held(X) | Exists(Y, carries(Y, X)) | Exists(C, has_in(C, X) | has_cover(C, X))
 )
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
 shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
@@ -129,9 +127,7 @@ holds_all = Defined(
     & ForAll(I, Implies(cooked_first(R, I), is_cooked(I))),
 )
 ready = Defined(
-    "ready",
-    (R, C),
-    holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S)))),
+    "ready", (R, C), holds_all(R, C) & (relaxed(R) | ForAll(S, Implies(has_in(C, S), ingredient(R, S))))
 )
 
 _OWN = tuple([each for each in globals().values() if isinstance(each, Defined | Lookup)])

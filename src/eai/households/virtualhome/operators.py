@@ -294,11 +294,7 @@ def _posture() -> tuple[Operator, ...]:
 
 
 def _handling() -> tuple[Operator, ...]:
-    drop = (
-        *take_out_of_hand(X),
-        Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
-        *forget_origin(X),
-    )
+    drop = (*take_out_of_hand(X), Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)), *forget_origin(X))
     return (
         grab(),
         _binary("PUTBACK", HELD, NEAR_TARGET, effects=put(p.ontop)),

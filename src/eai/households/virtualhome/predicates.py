@@ -166,9 +166,7 @@ taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=Tr
 
 # Derived.
 near = Defined(
-    "near",
-    (X,),
-    next_to(AGENT, X) | f.Exists(Y, next_to(AGENT, Y) & (next_to(Y, X) | ontop(X, Y))),
+    "near", (X,), next_to(AGENT, X) | f.Exists(Y, next_to(AGENT, Y) & (next_to(Y, X) | ontop(X, Y)))
 )
 faced = Defined("faced", (X,), facing(AGENT, X) | f.Exists(Y, facing(AGENT, Y) & facing(Y, X)))
 SHUT_IN = f.Exists(Y, inside(X, Y) & ~room(Y) & closed(Y))
@@ -179,16 +177,11 @@ left_hand_free = Defined("left_hand_free", (), ~f.Exists(Y, holds_lh(AGENT, Y)))
 hand_free = Defined("hand_free", (), right_hand_free() | left_hand_free())
 upright = Defined("upright", (), ~sitting(AGENT) & ~lying(AGENT))
 taken = Defined(
-    "taken",
-    (X,),
-    f.Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y)),
+    "taken", (X,), f.Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y))
 )
 rests_in = Defined("rests_in", (X, Y), inside(X, Y) | (ontop(X, Y) & grabbable(X)))
 carries = Defined(
-    "carries",
-    (X, Y),
-    rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))),
-    cargo,
+    "carries", (X, Y), rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))), cargo
 )
 _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = Lookup(
