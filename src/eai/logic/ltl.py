@@ -102,9 +102,9 @@ _JOINTS: Final[Mapping[Dialect, re.Pattern[str]]] = {
     "ltlf": re.compile(rf"{_BLANK}(and|or|then|until|implies|\)|\Z)"),
 }
 _OBJECTS: Final = re.compile(_OBJECT)
-_STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
-"""How tightly what stands behind an operand binds; what stands in front of one binds with `_PREFIX`."""
-_PREFIX: Final = 6
+STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
+"""How tightly what stands behind an operand binds; what stands in front of one binds with `PREFIX`."""
+PREFIX: Final = 6
 
 _Make: TypeAlias = Callable[..., f.Formula]
 _SERIES: Final[Mapping[str, _Make]] = {
@@ -113,7 +113,7 @@ _SERIES: Final[Mapping[str, _Make]] = {
     "then": lambda *parts: f.Then(parts),
 }
 _INFIXES: Final[Mapping[str, _Make]] = {"implies": f.Implies, "until": f.Until}
-_PREFIXES: Final[Mapping[str, _Make]] = {
+PREFIXES: Final[Mapping[str, _Make]] = {
     "not": f.Not,
     "next": f.Next,
     "eventually": f.Eventually,
@@ -157,7 +157,7 @@ class _LtlReader:
         formula, levels = self._operand(), 1
         while True:
             joint = self._joint()
-            strength = _STRENGTHS[joint]
+            strength = STRENGTHS[joint]
             while self._stack and self._stack[-1].strength > strength:
                 pending = self._stack.pop()
                 formula = pending.make(*pending.parts, formula)
@@ -187,7 +187,7 @@ class _LtlReader:
 
     def _extend(self, joint: str, formula: f.Formula, levels: int) -> None:
         """Put an operand on the stack, with the word behind it."""
-        strength = _STRENGTHS[joint]
+        strength = STRENGTHS[joint]
         if joint in _INFIXES:  # groups to the right: one on top of the other
             self._stack.append(_Pending(strength, _INFIXES[joint], [formula], levels, self._scope))
         elif self._stack and self._stack[-1].strength == strength:
@@ -213,8 +213,8 @@ class _LtlReader:
                     return f.Equals(term(left, self._scope), term(right, self._scope))
                 case _ if (word := found["word"]) in _CONSTANTS:
                     return _CONSTANTS[word]
-                case _ if word in _PREFIXES:
-                    self._stack.append(_Pending(_PREFIX, _PREFIXES[word], [], 0, self._scope))
+                case _ if word in PREFIXES:
+                    self._stack.append(_Pending(PREFIX, PREFIXES[word], [], 0, self._scope))
                 case _:
                     self._quantifier(word)
 
@@ -286,7 +286,7 @@ class _LtlReader:
             variables = (self._variable(expected, "."),)
             make = partial(_QUANTIFIERS[word], *(() if count is None else (count,)), *variables)
         self._need(r"\(", "'('")
-        self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))
+        self._stack.append(_Pending(PREFIX, make, [], 0, self._scope))
         self._open_bracket(self._scope | {variable.name for variable in variables})
 
     def _count(self) -> int:

@@ -3,30 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from enum import IntEnum
 
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
+from eai.logic.ltl import PREFIX, PREFIXES, STRENGTHS
 
-
-class _Strength(IntEnum):
-    """How tightly a construct binds; a part that binds less tightly than its place needs gets brackets."""
-
-    THEN = 0
-    IMPLIES = 1
-    OR = 2
-    AND = 3
-    UNTIL = 4
-    PREFIX = 5
-
-
-_PREFIXES: dict[type[f.Formula], str] = {
-    f.Not: "not",
-    f.Next: "next",
-    f.Eventually: "eventually",
-    f.Always: "always",
-}
+_PREFIXES = {kind: word for word, kind in PREFIXES.items()}
 
 
 def print_ltl(formula: f.Formula) -> str:
@@ -36,49 +19,50 @@ def print_ltl(formula: f.Formula) -> str:
     object is named as a variable around it, actions are in the reader's signature, and And, Or and Then have
     at least two parts (or none: ``true`` and ``false``).
     """
-    return _print(formula, _Strength.THEN)
+    return _print(formula, STRENGTHS["then"])
 
 
-def _print(formula: f.Formula, place: _Strength) -> str:
-    """The text of a formula at a place that needs a certain strength."""
+def _print(formula: f.Formula, place: int) -> str:
+    """The text of a formula, in brackets if it binds less tightly than its place needs."""
     match formula:
         case f.Atom(name, arguments) | f.Occurs(name, arguments):
             return f"{name}({', '.join(term.name for term in arguments)})"
         case f.Equals(left, right):
             return f"{left.name} = {right.name}"
         case f.And(parts):
-            return _joined(parts, " and ", _Strength.AND, place) if parts else "true"
+            return _joined(parts, "and", place) if parts else "true"
         case f.Or(parts):
-            return _joined(parts, " or ", _Strength.OR, place) if parts else "false"
+            return _joined(parts, "or", place) if parts else "false"
         case f.Then(parts):
-            return _joined(parts, " then ", _Strength.THEN, place) if parts else "true"
+            return _joined(parts, "then", place) if parts else "true"
         case f.Implies(left, right):
-            return _infix(left, "implies", right, _Strength.IMPLIES, place)
+            return _infix(left, "implies", right, place)
         case f.Until(left, right):
-            return _infix(left, "until", right, _Strength.UNTIL, place)
+            return _infix(left, "until", right, place)
         case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
-            return f"{_PREFIXES[type(formula)]} {_print(operand, _Strength.PREFIX)}"
+            return f"{_PREFIXES[type(formula)]} {_print(operand, PREFIX)}"
         case f.ForAll(body=body) | f.Exists(body=body) | f.Exactly(body=body) | f.ForPairs(body=body):
             return f"{_quantifier(formula)}. ({print_ltl(body)})"
         case _:
             assert_never(formula)
 
 
-def _joined(parts: Sequence[f.Formula], word: str, strength: _Strength, place: _Strength) -> str:
+def _joined(parts: Sequence[f.Formula], word: str, place: int) -> str:
     """An associative connective; a part that is the same connective keeps its brackets."""
     if len(parts) == 1:
         return _print(parts[0], place)
-    text = word.join(_print(part, _Strength(strength + 1)) for part in parts)
-    return _bracketed(text, strength, place)
+    text = f" {word} ".join([_print(part, STRENGTHS[word] + 1) for part in parts])
+    return _bracketed(text, STRENGTHS[word], place)
 
 
-def _infix(left: f.Formula, word: str, right: f.Formula, strength: _Strength, place: _Strength) -> str:
+def _infix(left: f.Formula, word: str, right: f.Formula, place: int) -> str:
     """A connective that groups to the right."""
-    text = f"{_print(left, _Strength(strength + 1))} {word} {_print(right, strength)}"
+    strength = STRENGTHS[word]
+    text = f"{_print(left, strength + 1)} {word} {_print(right, strength)}"
     return _bracketed(text, strength, place)
 
 
-def _bracketed(text: str, strength: _Strength, place: _Strength) -> str:
+def _bracketed(text: str, strength: int, place: int) -> str:
     return f"({text})" if strength < place else text
 
 
