@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import eai.logic.formula as f
 from eai.errors import DomainError
 from eai.logic.traversal import predicates_of, with_parts
+from eai.pddl.reader import CONNECTIVES
 from eai.world.derived import Defined, meaning, stored_sources
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -96,31 +97,22 @@ def _junction(
 
 
 _STRANGE = re.compile(r"[^a-z0-9_-]")
-_RESERVED = frozenset(
-    {
-        "and",
-        "or",
-        "not",
-        "imply",
-        "forall",
-        "exists",
-        "when",
-        "either",
-        "object",
-        "define",
-        "total-cost",
-        "always",
-        "sometime",
-        "within",
-        "at-most-once",
-        "sometime-after",
-        "sometime-before",
-        "always-within",
-        "hold-during",
-        "hold-after",
-        "preference",
-    }
-)
+_RESERVED = CONNECTIVES | {
+    "either",
+    "object",
+    "define",
+    "total-cost",
+    "always",
+    "sometime",
+    "within",
+    "at-most-once",
+    "sometime-after",
+    "sometime-before",
+    "always-within",
+    "hold-during",
+    "hold-after",
+    "preference",
+}
 """Words of PDDL, those of preferences (PDDL 3) too, which VAL takes for what they are there."""
 
 

@@ -92,7 +92,7 @@ def _read(text: str, offset: int) -> SExpr | None:
     return None
 
 
-_CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when", "="})
+CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when", "="})
 
 
 def read_domain(text: str) -> m.PddlDomain:
@@ -224,7 +224,7 @@ class PddlReader:
                 return m.for_each(self.variables(names), result)
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
-                if inner not in _CONNECTIVES:
+                if inner not in CONNECTIVES:
                     return m.DeleteEffect(self._atom(negated))
                 raise self._error(negated, "an atom in (not ...)", Offence.CONDITION_IN_EFFECT)
             case "or" | "exists" | "imply" | "=":
