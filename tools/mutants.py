@@ -80,7 +80,7 @@ EQUIVALENT: dict[str, str] = {
     "it comes before all places",
     "logic/choice.py: Lt is LtE in `if weight and not taken >> place & 1 and taken.bit_count() < count:`": ""
     "more than are counted are not summed up in the end",
-    "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
+    "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
     "results/comparison.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
