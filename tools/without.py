@@ -120,6 +120,12 @@ def gone_from(package: Path) -> list[str]:
     return [folder for folder in FOLDERS if not (package / folder).exists()]
 
 
+def modules_gone_from(package: Path) -> list[str]:
+    """The modules of the protocol that are not in a copy of the package."""
+    modules = sorted(ROOT.joinpath(PACKAGE, "reference").glob("*.py"))
+    return [f"reference/{each.stem}" for each in modules if not (package / "reference" / each.name).exists()]
+
+
 def tests_about(folder: str, tests: Path) -> set[Path]:
     """The files of tests that speak of a folder, or import one that does."""
     name = folder.rpartition("/")[2]
@@ -136,8 +142,13 @@ def tests_about(folder: str, tests: Path) -> set[Path]:
 
 
 def _words_about(folder: str) -> str:
-    """A pattern of what only speaks of a folder; a study is also known by its name, or listed with all."""
+    """A pattern of what only speaks of a folder, or a module of the protocol.
+
+    A study is also known by its name, or listed with all.
+    """
     kind, _, name = folder.rpartition("/")
+    if kind == "reference":
+        return rf"\breference(?:\.| import ){name}\b"
     if kind == "studies":
         names = "|".join([name, *(each for each, place in STUDIES.items() if f".{name}." in place)])
         listed = r"eai\.studies(?:\.registry import [^\n]*BUILT_IN| import registry)"
@@ -167,7 +178,8 @@ def _works_without(folder: str, options: Sequence[str]) -> bool:
         imports, gone = imports_without(package), gone_from(package)
         print(f"without {' and '.join(gone)}: {imports.stderr or 'all is imported'}", flush=True)
         tests = Path(target, "tests")
-        about = {path for each in gone for path in tests_about(each, tests)}
+        modules = [] if folder == "reference" else modules_gone_from(package)
+        about = {path for each in (*gone, *modules) for path in tests_about(each, tests)}
         ignored = [f"--ignore={path}" for path in sorted(about | {tests / name for name in OF_ALL})]
         names = " or ".join(each.rpartition("/")[2] for each in gone)
         kept = [*(f"--deselect={test}" for test in _LISTING), "-k", f"not ({names})"]

@@ -14,7 +14,7 @@ from importlib import resources
 from statistics import fmean, median
 
 from eai.abilities.operator_task import OperatorLibrary, TransitionTask
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Category, Task
 from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features, features_of
@@ -189,8 +189,9 @@ def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
 
 def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
     for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
-        number = len(benchmark.tasks_for(ability, source))
-        yield Figure(f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for")
+        if ability in FOUR:
+            number = len(benchmark.tasks_for(ability, source))
+            yield Figure(f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for")
     number = len(benchmark.operators(source))
     yield Figure("transition modeling tasks", number, "tasks in which it is asked for")
 
