@@ -180,6 +180,7 @@ def _works_without(folder: str, options: Sequence[str]) -> bool:
         tests = Path(target, "tests")
         modules = [] if folder == "reference" else modules_gone_from(package)
         about = {path for each in (*gone, *modules) for path in tests_about(each, tests)}
+        about |= {path.parent for path in about if path.name == "conftest.py"}
         ignored = [f"--ignore={path}" for path in sorted(about | {tests / name for name in OF_ALL})]
         names = " or ".join(each.rpartition("/")[2] for each in gone)
         kept = [*(f"--deselect={test}" for test in _LISTING), "-k", f"not ({names})"]
