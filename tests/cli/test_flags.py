@@ -78,6 +78,7 @@ def test_all_options_are_listed_where_the_documentation_has_them(eai: Command) -
     listed = eai("run", "--with", "help")
     assert listed.status == 0
     assert all(f"| `{key}` |" in listed.out for key in keys())
+    assert "|  |\n" not in listed.out, "each has a meaning"
     assert listed.out in PAGE.read_text(encoding="utf-8"), "put the output of eai run --with help there"
 
 
