@@ -9,7 +9,7 @@ import pytest
 import eai.logic.formula as f
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
-from eai.generator import generator as generators
+from eai.generator import sets
 from eai.generator.generator import Generator, generate
 from eai.generator.goals import Proposals
 from eai.generator.sets import seeds_of
@@ -90,7 +90,7 @@ def test_there_are_no_more_tasks_after_so_many_seeds(
         "task",
         lambda self, seed, known: tried.append(seed) or Reason.COPY,
     )
-    monkeypatch.setattr(generators, "bases_of", lambda tasks, split, held_out: tasks)
+    monkeypatch.setattr(sets, "bases_of", lambda tasks, split, held_out: tasks)
     generator = made(lamps, Tier.DATA, split=split)
     with pytest.raises(InputError, match=f"only 0 of 1 tasks found; the last {limit} seeds gave none: "):
         list(generate(generator, seeds_of("train", 0), 1, set()))

@@ -170,11 +170,11 @@ class Benchmark:
         if self.own_tasks:
             known = f"give --ability {' or '.join(self.own_tasks)}"
             raise InputError(f"--domain {self.reference}: {known}, as {ability} is not asked of this file")
-        asked = declaration_of(ability).asked
-        if asked.written_by:
+        asked = declaration_of(ability).asked if ability in registered_abilities() else None
+        if asked is not None and asked.written_by:
             wanted = f"a file that {asked.written_by} writes"
             raise InputError(f"--domain {self.reference}: expected {wanted}, for --ability {ability}")
-        if asked.of_operators:
+        if asked is not None and asked.of_operators:
             return self.operators(source)
         tasks, asks = self.tasks(source), self.asks.get(ability)
         if asks is None:
