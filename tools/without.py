@@ -50,6 +50,7 @@ _LISTING = (
     "tests/cli/test_flags.py::test_all_options_are_listed_where_the_documentation_has_them",
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_that_is_found_by_reading_the_file",
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_of_the_lm_evaluation_harness",
+    "tests/run/test_structured.py::test_a_server_is_told_the_words_of_each_task",
     "tests/studies/annotation/test_annotation.py::test_the_quality_of_annotations_is_told",
 )
 """Tests of pages, and of the whole source, that tell of all folders; some among others."""
@@ -153,6 +154,8 @@ def _words_about(folder: str) -> str:
         names = "|".join([name, *(each for each, place in STUDIES.items() if f".{name}." in place)])
         listed = r"eai\.studies(?:\.registry import [^\n]*BUILT_IN| import registry)"
         return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{names})\.[a-z_]+|{listed}"
+    if kind == "households":
+        return rf"{name}|fuzz\.py|kill_and_resume"
     if folder == "reference":
         return r"eai\.reference\b|eai-1\.0\.5|of_reference|Protocol\.known|fuzz\.py"
     return name

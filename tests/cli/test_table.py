@@ -13,7 +13,7 @@ from eai.results.terminal import print_table
 from eai.results.totals import Totals
 from results.verdicts import SUCCEEDED, record
 
-METRICS = [metric for declared in the_four().values() for metric in declared.terminal]
+METRICS = list(dict.fromkeys(metric for declared in the_four().values() for metric in declared.terminal))
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")
 
 
