@@ -45,9 +45,11 @@ OF_ALL = (
     "test_names.py",
     "test_readme.py",
     "test_study.py",
+    "test_tutorials.py",
 )
 _LISTING = (
     "tests/cli/test_flags.py::test_all_options_are_listed_where_the_documentation_has_them",
+    "tests/results/test_data_set.py::test_figures_that_the_paper_does_not_print",
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_that_is_found_by_reading_the_file",
     "tests/run/test_harnesses.py::test_every_suite_is_a_task_of_the_lm_evaluation_harness",
     "tests/run/test_structured.py::test_a_server_is_told_the_words_of_each_task",
@@ -128,11 +130,17 @@ def modules_gone_from(package: Path) -> list[str]:
 
 
 def tests_about(folder: str, tests: Path) -> set[Path]:
-    """The files of tests that speak of a folder, or import one that does."""
+    """The files of tests that speak of a folder, run a program that does, or import such a test."""
     name = folder.rpartition("/")[2]
     about = re.compile(_words_about(folder), re.IGNORECASE)
     texts = {path: path.read_text(encoding="utf-8") for path in tests.rglob("*.py")}
-    found = {path for path, text in texts.items() if about.search(text) or name in path.parts}
+    programs = [path for path in tests.parent.glob("bench/*.py") if about.search(path.read_text("utf-8"))]
+    of_program = re.compile("|".join([r"\b" + re.escape(path.name) for path in programs]) or "(?!)")
+    found = {
+        path
+        for path, text in texts.items()
+        if about.search(text) or of_program.search(text) or name in path.parts
+    }
     while True:
         modules = {".".join(path.relative_to(tests).with_suffix("").parts) for path in found}
         imported = re.compile(rf"^(?:from|import) (?:{'|'.join(map(re.escape, modules))})\b", re.MULTILINE)
@@ -154,10 +162,8 @@ def _words_about(folder: str) -> str:
         names = "|".join([name, *(each for each, place in STUDIES.items() if f".{name}." in place)])
         listed = r"eai\.studies(?:\.registry import [^\n]*BUILT_IN| import registry)"
         return rf"\bstudies(?:\.| import ){name}\b|[\"'](?:{names})[\"']|[\"' ](?:{names})\.[a-z_]+|{listed}"
-    if kind == "households":
-        return rf"{name}|fuzz\.py|kill_and_resume"
     if folder == "reference":
-        return r"eai\.reference\b|eai-1\.0\.5|of_reference|Protocol\.known|fuzz\.py"
+        return r"eai\.reference\b|eai-1\.0\.5|of_reference|Protocol\.known"
     return name
 
 

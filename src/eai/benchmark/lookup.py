@@ -15,7 +15,7 @@ from eai.abilities.goal_test import solves
 from eai.abilities.notation.goal_lexicon import GoalLexicon, write_goals
 from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.operator_task import TransitionTask
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
@@ -37,6 +37,9 @@ from eai.world.execution import Action
 
 _NAME = re.compile(r"[\w.]+")
 
+_OF_TASKS = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
+"""The abilities whose answers are those of similar tasks; episodes of acting take plans."""
+
 
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
     """Return the answer of the lookup table.
@@ -49,7 +52,7 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
     """
     if ability is Ability.TRANSITION_MODELING:
         return _operator_book(benchmark.operators(source))
-    if ability not in FOUR:
+    if ability not in _OF_TASKS:
         raise no_answer("lookup", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
     known = (

@@ -41,11 +41,11 @@ MODELS = (
 
 _ONLY: Mapping[str, Collection[Ability]] = {
     "planner": (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION, ACTING),
-    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*FOUR, ACTING)),
+    **dict.fromkeys(("lookup", "copy", "empty", "random"), (*FOUR, ACTING, Ability.ACTION_SEQUENCING)),
     CAPTIONER: (SCENE_GRAPH,),
     **dict.fromkeys(EXPLORERS, (ACTING,)),
 }
-"""The abilities that a built-in model answers, where these are not all."""
+"""The abilities that a built-in model answers, where these are not all; it acts as its plans say."""
 
 
 def answers(name: str, ability: Ability) -> bool:
