@@ -13,8 +13,13 @@ from eai.benchmark.registry import title_of
 from eai.results.paper_tables import PaperColumn
 from eai.results.summary import AVERAGE
 
-_ORDER = ("goal_interpretation", "action_sequencing", "subgoal_decomposition", "transition_modeling")
-_IN_TABLES = tuple([each for each in map(Ability, _ORDER) if each in FOUR])
+_ORDER = (
+    Ability.GOAL_INTERPRETATION,
+    Ability.ACTION_SEQUENCING,
+    Ability.SUBGOAL_DECOMPOSITION,
+    Ability.TRANSITION_MODELING,
+)
+_IN_TABLES = tuple([ability for ability in _ORDER if ability in FOUR])
 """The paper's abilities in the order of its tables."""
 
 
