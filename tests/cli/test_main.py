@@ -162,7 +162,7 @@ def test_there_are_few_commands() -> None:
     assert len(top) + len(below) <= 30
 
 
-@pytest.mark.parametrize(("former", "now"), list(cli.renamed_commands().items()))
+@pytest.mark.parametrize(("former", "now"), list(cli.RENAMED.items()))
 def test_a_command_that_has_another_name_says_which(eai: Command, former: str, now: str) -> None:
     done = eai(*former.split(), "x")
     assert (done.status, done.err) == (2, f"eai: eai {former}: write eai {now}\n")

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from inspect import cleandoc
 from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, JsonValue, PlainSerializer, ValidationError
 from typing_extensions import Self
 
+from eai.data.docstrings import meanings
 from eai.data.files import read_toml
 from eai.errors import InputError, did_you_mean
 
@@ -77,20 +77,11 @@ Arguments = Annotated[dict[str, JsonValue], PlainSerializer(_without_secrets)]
 """Arguments of a model; its keys are in no file."""
 
 
-def meanings(docstring: str | None, heading: str) -> dict[str, str]:
-    """The meanings that a section of a docstring tells, by name; a long one goes on in indented lines."""
-    _, _, section = cleandoc(docstring or "").partition(f"\n\n{heading}:\n")
-    found = _MEANING.findall(section.partition("\n\n")[0])
-    return {name: " ".join(meaning.split()) for name, meaning in found}
-
-
-_MEANING = re.compile(r"^    (\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
-
-
 class Options(BaseModel):
-    """A section of a run's specification; subclasses declare the options, with a meaning each.
+    """A section of a run's specification, or of another file that people write.
 
-    It stands in the docstring, or is the description of the field where it has to be put together.
+    Subclasses declare the options, with a meaning each. It stands in the docstring, or is the description of
+    the field where it has to be put together.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -9,7 +9,6 @@ import sys
 from collections import UserDict
 from collections.abc import Iterator, Mapping
 from importlib import import_module
-from importlib.resources import files
 from io import TextIOWrapper
 from shutil import get_terminal_size
 from typing import Annotated, Any, NamedTuple
@@ -19,6 +18,7 @@ from typer.core import MarkupMode, TyperCommand, TyperGroup
 from typer.main import get_group
 
 from eai import __version__
+from eai.data.docstrings import meanings
 from eai.errors import EaiError, InputError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
@@ -26,6 +26,34 @@ MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 
 _FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
 """The errors of a device that takes no more."""
+
+
+RENAMED = {
+    "submission build": "export submission RUN --out FILE",
+    "submission check": "export submission FILE",
+    "pictures": "export pictures",
+    "questions run": "run --ability world_model --domain FILE --model NAME",
+    "questions score": "score ANSWERS --ability world_model --domain FILE",
+    "questions": "export questions",
+    "human form": "export prompts --out FILE.html",
+    "prompts": "export prompts",
+    "data croissant": "export tasks --croissant --out DIR",
+    "leaderboard": "report RUNS",
+    "merge": "score DIR --merge",
+    "tasks check": "check",
+    "tasks write": "export tasks",
+    "tasks import": "export tasks FILE... --domain NAME --out FILE",
+    "tasks schema": "check --schema",
+    "tasks reveal": "check FOLDER --split NAME --secret SECRET",
+    "tasks overlap": "check B --against A",
+    "data validate": "data info --check",
+    "annotate frequencies": "data annotate differences --count",
+    "annotate assign": "data annotate goals --assigned",
+    "annotate concrete": "data annotate goals",
+    "annotate check": "data annotate goals --check",
+    "annotate": "data annotate",
+}
+"""The present names of commands that README and documentation once showed, by their former names."""
 
 
 _HELP_OPTIONS = ("-h", "--help")
@@ -170,10 +198,9 @@ class _Commands(TyperGroup):
         Raises:
             InputError: it, or a flag of it, is called otherwise now.
         """
-        renamed = renamed_commands()
         for words in (" ".join(args[:2]), args[0]):
-            if words in renamed:
-                raise InputError(f"eai {words}: write eai {renamed[words]}")
+            if words in RENAMED:
+                raise InputError(f"eai {words}: write eai {RENAMED[words]}")
         place = _PLACES.get(args[0])
         if place is not None and place.old_flags:
             _object_at(place.old_flags)(args[1:])
@@ -185,13 +212,6 @@ class _Commands(TyperGroup):
             return super().invoke(ctx)
         except KeyboardInterrupt:
             raise InterruptError("interrupted") from None
-
-
-def renamed_commands() -> Mapping[str, str]:
-    """The present names of commands that README and documentation once showed, by their former names."""
-    from eai.data.files import parse_toml
-
-    return parse_toml((files(__name__) / "renamed.toml").read_text(encoding="utf-8"))
 
 
 class _Loaded(UserDict[str, Any]):
@@ -241,12 +261,7 @@ def _label(command: Any) -> None:
     Python reads it as, and break lines where the docstring does. It would also take ``--no-paper`` beside
     ``--paper``, which is off if it is not given.
     """
-    text, _, options = (command.help or "").partition("\n\nOptions:\n")
-    told: Mapping[str, str] = {}
-    if options:
-        from eai.abilities.options import meanings
-
-        told = meanings(command.help, "Options")
+    text, told = (command.help or "").partition("\n\nOptions:\n")[0], meanings(command.help, "Options")
     command.help = "\n\n".join(" ".join(part.split()) for part in text.split("\n\n"))
     for parameter in command.get_params(command.context_class(command, help_option_names=[*_HELP_OPTIONS])):
         if parameter.param_type_name == "argument":
