@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import jsonschema
 import pytest
 
 from abilities.goal_interpretation.lamps import DOMAIN, make_task
@@ -149,3 +150,22 @@ def test_conditions(entry: list[Any], condition: str) -> None:
 )  # fmt: skip
 def test_what_is_no_condition(entry: object) -> None:
     assert read_nested(entry, literal) is None
+
+
+@pytest.mark.parametrize(
+    ("words", "refused"),
+    [
+        (None, [["open", 7]]),
+        (("box", "lamp"), [["open", "jar"], ["not", "jar"]]),
+    ],
+)
+def test_the_form_of_goals_has_the_words_of_the_task(
+    words: tuple[str, ...] | None, refused: list[Any]
+) -> None:
+    schema = NOTATION.schema(DOMAIN, words)
+    rest = {"edge goals": [], "action goals": []}
+    for literal in (["open", "box"], ["not", ["open", "box"]]):
+        jsonschema.validate({"node goals": [literal], **rest}, schema)
+    for literal in refused:
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate({"node goals": [literal], **rest}, schema)
