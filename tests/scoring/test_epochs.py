@@ -83,7 +83,7 @@ def test_plans_that_are_no_json_mean_nothing() -> None:
 
 @pytest.mark.parametrize("epochs", [1, 2, 3])
 def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, epochs: int) -> None:
-    task_id, usage = TASK_IDS[0], Usage()
+    task_id, usage = TASK_IDS[0], Usage(7, 2)
     texts = [f"{text} answer to {task_id}" for text in ("one", "another", "third")][:epochs]
     given = {
         (task_id, epoch): Answer(task_id, epoch, "0" * 64, "0" * 64, text, "", "stop", (), usage)
@@ -97,7 +97,8 @@ def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, 
     assert [record.response for record in result.by_place().values()] == texts
     assert list(result.by_place()) == list(given)
     for one in (result, *result.of_epochs):
-        assert json.loads((one.folder / "summary.json").read_text())["run"]["answered"] == 1
+        told = json.loads((one.folder / "summary.json").read_text())["run"]
+        assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.by_place()))
 
 
 @pytest.mark.parametrize(

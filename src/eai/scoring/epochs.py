@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 
@@ -168,9 +169,6 @@ class SuiteResult:
         folder: where its results are.
         suite: what was scored.
         totals: what its records come to.
-        failures: the tasks that have none, by the reason why.
-        truncated: how many answers were cut off.
-        usage: what all answers took.
         records: a record of every task that was asked, in order.
         of_epochs: the same of each epoch, where there are several.
     """
@@ -179,11 +177,31 @@ class SuiteResult:
     folder: Path
     suite: Suite
     totals: Totals
-    failures: Mapping[str, Sequence[str]]
-    truncated: int
-    usage: Usage
     records: Sequence[Record]
     of_epochs: Sequence[SuiteResult] = ()
+
+    @property
+    def failures(self) -> dict[str, list[str]]:
+        """The tasks that have no answer, by the reason why."""
+        lacking = [(each.unanswered, each.task_id) for each in self._counted if each.unanswered is not None]
+        return grouped(dict.fromkeys(lacking))
+
+    @property
+    def truncated(self) -> int:
+        """How many answers were cut off."""
+        return sum(bool(each.origin and each.origin.truncated) for each in self._counted)
+
+    @property
+    def usage(self) -> Usage:
+        """The effort that all answers took."""
+        origins = [record.origin for record in self.by_place().values()]
+        return sum([each.usage for each in origins if each and each.usage], Usage())
+
+    @property
+    def _counted(self) -> Collection[Record]:
+        """The records of the answers that count: those of all epochs where a task counts by their mean."""
+        averaged = declaration_of(self.suite.ability).of_epochs is not None
+        return self.by_place().values() if averaged else self.records
 
     def by_place(self) -> dict[Place, Record]:
         """The record of every answer that was asked for."""
@@ -232,17 +250,19 @@ def settle(
     Raises:
         InputError: the folder cannot be written.
     """
-    whole = _Settlement(obtained, suite, scoring, progressed)
+    whole = _Settlement(obtained, folder, suite, scoring, progressed)
     of_epochs: list[SuiteResult] = []
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
             part = f"epoch_{epoch}"
-            of_epoch = replace(whole, obtained=replace(obtained, name=f"{obtained.name}.{part}"))
-            of_epochs.append(of_epoch.write(_of_epoch(obtained, epoch), folder / part))
+            named = replace(obtained, name=f"{obtained.name}.{part}")
+            one = replace(whole, obtained=named, folder=folder / part)
+            of_epochs.append(one.write(one.records(_of_epoch(obtained, epoch))))
     averaged = declaration_of(suite.ability).of_epochs
     if of_epochs and averaged is not None:
-        return whole.write_averaged(folder, of_epochs, averaged)
-    return whole.write(_chosen(obtained, suite.ability), folder, of_epochs)
+        means = averaged_records([one.records for one in of_epochs], averaged)
+        return whole.write([replace(record, model=obtained.name) for record in means], of_epochs)
+    return whole.write(whole.records(_chosen(obtained, suite.ability)), of_epochs)
 
 
 def averaged_records(
@@ -280,131 +300,68 @@ class _Settlement:
 
     Attributes:
         obtained: the answers.
+        folder: where results go.
         suite: the tasks.
         scoring: how answers are scored.
         progressed: shows how far it is.
     """
 
     obtained: Obtained
+    folder: Path
     suite: Suite
     scoring: ScoringOptions
     progressed: Progressed | None
 
-    def write(
-        self, answers: Mapping[str, Answer], folder: Path, of_epochs: Sequence[SuiteResult] = ()
-    ) -> SuiteResult:
-        """Score one answer a task, and write answers, records and summary."""
+    def records(self, answers: Mapping[str, Answer]) -> list[Record]:
+        """The records of one answer a task, in order; the answers are written."""
         obtained = self.obtained
         failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
-        asked = dict.fromkeys((*obtained.prompts, *failed))
-        lacking = [task_id for task_id in asked if task_id not in answers]
+        lacking = [task_id for task_id in (*obtained.prompts, *failed) if task_id not in answers]
         why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
-        if obtained.trials is None:
-            records = self._scored(answers, folder, why)
-        else:
-            records = self._tried(obtained.trials, answers, why)
-            _write_attempts(folder, obtained.name, records)
+        scored = self._scored if obtained.trials is None else partial(self._tried, obtained.trials)
         choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
-        records = [record.varied(**choices) for record in records]
-        truncated = sum(answer.truncated for answer in answers.values())
-        failures = grouped((reason, task_id) for task_id, reason in why.items())
-        return self._write_records(records, folder, failures, truncated, of_epochs)
+        return [self._with_origin(record, answers).varied(**choices) for record in scored(answers, why)]
 
-    def write_averaged(
-        self,
-        folder: Path,
-        of_epochs: Sequence[SuiteResult],
-        averaged: Callable[[Sequence[Verdict]], Verdict],
-    ) -> SuiteResult:
-        """Write a record of each task that has the means over its epochs."""
-        records = averaged_records([one.records for one in of_epochs], averaged)
-        records = [replace(record, model=self.obtained.name) for record in records]
-        failed = [(why, task) for one in of_epochs for why, tasks in one.failures.items() for task in tasks]
-        truncated = sum(one.truncated for one in of_epochs)
-        return self._write_records(records, folder, grouped(dict.fromkeys(failed)), truncated, of_epochs)
-
-    def _scored(self, answers: Mapping[str, Answer], folder: Path, why: Mapping[str, str]) -> list[Record]:
-        """The records of answers to questions that are asked once; the answers are written."""
-        obtained = self.obtained
+    def _scored(self, answers: Mapping[str, Answer], why: Mapping[str, str]) -> list[Record]:
+        """The records of answers to questions that are asked once."""
+        obtained, believed = self.obtained, self.obtained.believed
         given = tuple([Response(i, answers[i].text) for i in obtained.prompts if i in answers])
         file = ResponseFile(obtained.name, given)
-        write_responses(folder, file)
-        digests = {task_id: prompt.sha256 for task_id, prompt in obtained.prompts.items()}
-        scored = score_run(self.suite, file, why, self.scoring, self.progressed)
-        records = [_with_origin(r, digests.get(r.task_id), answers.get(r.task_id)) for r in scored]
-        return records if obtained.believed is None else [*map(obtained.believed.marked, records)]
+        write_responses(self.folder, file)
+        records = score_run(self.suite, file, why, self.scoring, self.progressed)
+        return records if believed is None else [*map(believed.marked, records)]
 
     def _tried(self, trials: Trials, answers: Mapping[str, Answer], why: Mapping[str, str]) -> list[Record]:
         """The records of an experiment; ``answers`` are the last ones of the trials that count."""
-        obtained, suite = self.obtained, trials.suite
-        lacking = score_run(suite, ResponseFile(obtained.name, ()), why, self.scoring)
-        records = {
-            record.task_id: _with_origin(
-                replace(record, experiment=trials.experiment), obtained.prompts[record.task_id].sha256, None
-            )
-            for record in lacking
-        }
+        suite, experiment, name = trials.suite, trials.experiment, self.obtained.name
+        lacking = score_run(suite, ResponseFile(name, ()), why, self.scoring)
+        found = {record.task_id: replace(record, experiment=experiment) for record in lacking}
         for task_id, answer in answers.items():
-            attempts = obtained.tried[task_id, answer.epoch]
-            record = record_of_trial(suite, trials.experiment, obtained.name, task_id, attempts)
-            if not self.scoring.explanations:
-                record = record.without_explanations()
-            records[task_id] = _with_origin(
-                record, answer.prompt_sha256, replace(answer, usage=_spent_on(attempts))
-            )
-        return [records[task_id] for task_id in suite.task_ids if task_id in records]
+            attempts = self.obtained.tried[task_id, answer.epoch]
+            record = record_of_trial(suite, experiment, name, task_id, attempts)
+            found[task_id] = record if self.scoring.explanations else record.without_explanations()
+        records = [found[task_id] for task_id in suite.task_ids if task_id in found]
+        _write_attempts(self.folder, name, records)
+        return records
 
-    def _write_records(
-        self,
-        records: list[Record],
-        folder: Path,
-        failures: Mapping[str, Sequence[str]],
-        truncated: int,
-        of_epochs: Sequence[SuiteResult],
-    ) -> SuiteResult:
+    def _with_origin(self, record: Record, answers: Mapping[str, Answer]) -> Record:
+        """The record with where its answer comes from, and what all attempts at it took."""
+        answer, prompt = answers.get(record.task_id), self.obtained.prompts.get(record.task_id)
+        if answer is None:
+            return replace(record, origin=Origin(None if prompt is None else prompt.sha256))
+        spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
+        usage = sum(spent, Usage())
+        told = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
+        return replace(record, origin=Origin(*told))
+
+    def write(self, records: Sequence[Record], of_epochs: Sequence[SuiteResult] = ()) -> SuiteResult:
         """Write records and their summary."""
         obtained, part = self.obtained, part_of(records)
-        outcome = SuiteResult(
-            model=obtained.model,
-            folder=folder,
-            suite=self.suite,
-            totals=part[1],
-            failures=failures,
-            truncated=truncated,
-            usage=_usage(obtained),
-            records=records,
-            of_epochs=of_epochs,
-        )
+        result = SuiteResult(obtained.model, self.folder, self.suite, part[1], records, of_epochs)
         digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
-        prompts_sha256 = sha256_of(json.dumps(digests))
-        told = {"prompts_sha256": prompts_sha256, **outcome.effort()}
-        write_parts(folder, [part], told, by_attempt(records))
-        return outcome
-
-
-def _with_origin(record: Record, prompt_sha256: str | None, answer: Answer | None) -> Record:
-    """The record with where its answer comes from."""
-    if answer is None:
-        return replace(record, origin=Origin(prompt_sha256))
-    origin = Origin(
-        prompt_sha256,
-        stop_reason=answer.stop_reason,
-        truncated=answer.truncated,
-        usage=answer.usage,
-        answer_repairs=answer.repairs,
-    )
-    return replace(record, origin=origin)
-
-
-def _usage(obtained: Obtained) -> Usage:
-    """The cost of all answers."""
-    if not obtained.tried:
-        return sum([answer.usage for answer in obtained.given.values()], Usage())
-    return sum([_spent_on(attempts) for attempts in obtained.tried.values()], Usage())
-
-
-def _spent_on(attempts: Sequence[Attempt]) -> Usage:
-    return sum([attempt.usage or Usage() for attempt in attempts], Usage())
+        told = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
+        write_parts(self.folder, [part], told, by_attempt(records))
+        return result
 
 
 def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:
