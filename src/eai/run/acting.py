@@ -205,9 +205,8 @@ def act(desk: Desk) -> Solver:
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         place = (str(state.sample_id), state.epoch)
-        given = desk.given.get(place)
-        if given:
-            remember(state, given[-1])
+        if desk.given[place]:
+            remember(state, desk.given[place][-1])
             return state
         if desk.stopped is not None:
             return state

@@ -9,6 +9,7 @@ all be asked again, and samples that are not yet in the log are lost when the pr
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
@@ -19,7 +20,6 @@ from eai.abilities.codec import dataclass_to_json
 from eai.abilities.record import Attempt
 from eai.data.files import content_of, lines, writing_to
 from eai.errors import EaiError, InputError
-from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.scoring.trials import Answer, Inquiry, Place, described
 
@@ -110,7 +110,6 @@ class Desk:
         job: what is asked.
         journal: where answers go.
         given: the answers there are, by task and epoch; in an experiment of every attempt, in order.
-        asked: the questions to which these are the answers.
         inquiries: each task as it is put to the model, by task and epoch; what is over is answered.
         failures: why there is no answer, by task and epoch.
         stopped: why nothing more is to be asked, if that is so.
@@ -119,8 +118,7 @@ class Desk:
     def __init__(self, job: Job, journal: Journal, watch: Watch | None) -> None:
         self.job = job
         self.journal = journal
-        self.given: dict[Place, list[Answer]] = {}
-        self.asked: dict[Place, list[Prompt]] = {}
+        self.given: dict[Place, list[Answer]] = defaultdict(list)
         self.inquiries: dict[Place, Inquiry] = {}
         self.failures: dict[Place, str] = {}
         self.stopped: EaiError | None = None
@@ -152,8 +150,7 @@ class Desk:
 
     def request(self, place: Place) -> str:
         """Digest of all that decides the next answer."""
-        attempt = len(self.given.get(place, ())) + 1
-        return self.job.request_sha256(place[0], self.inquiries[place].question, attempt)
+        return self.job.request_sha256(place[0], self.inquiries[place].question, len(self.given[place]) + 1)
 
     def take(self, answer: Answer) -> None:
         """Write an answer down.
@@ -187,8 +184,7 @@ class Desk:
     def _recall(self, place: Place) -> None:
         """Take what the journal holds of the answers to a task."""
         while not self.inquiries[place].over:
-            attempt = len(self.given.get(place, ())) + 1
-            answer = self.journal.find(place, self.request(place), attempt)
+            answer = self.journal.find(place, self.request(place), len(self.given[place]) + 1)
             if answer is None:
                 return
             self._accept(answer)
@@ -196,7 +192,6 @@ class Desk:
     def _accept(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch)
         inquiry = self.inquiries[place]
-        self.asked.setdefault(place, []).append(inquiry.question)
-        self.given.setdefault(place, []).append(answer)
+        self.given[place].append(answer)
         inquiry.take(answer.text)
         self._over += inquiry.over

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any, NamedTuple, cast
 
@@ -157,8 +156,7 @@ ANSWERS = "answers"
 """The field of a sample's metadata that has the answers to it, in order, without reasoning."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Reply:
+class _Reply(NamedTuple):
     """The reply of a model."""
 
     output: ModelOutput
@@ -186,7 +184,7 @@ def ask(desk: Desk) -> Solver:
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         place = (str(state.sample_id), state.epoch)
         transcript, inquiry = _Transcript(state), desk.inquiries[place]
-        for question, answer in zip(desk.asked.get(place, ()), desk.given.get(place, ()), strict=True):
+        for question, answer in zip(inquiry.asked, desk.given[place], strict=True):
             transcript.ask(question, inquiry)
             transcript.remember(answer)
         while not inquiry.over:
@@ -197,8 +195,7 @@ def ask(desk: Desk) -> Solver:
             with giving_up(desk, place):
                 reply = await _obtain(messages, restrictions(place[0], question.stop))
             transcript.hear(reply)
-            answer = answer_in(state, request, question, reply.usage, attempt=transcript.attempt)
-            desk.take(replace(answer, reasoning=reply.parts.reasoning, repairs=reply.parts.repairs))
+            desk.take(answer_in(state, request, question, reply.usage, transcript.attempt, reply.parts))
         return state
 
     return solve
@@ -315,18 +312,23 @@ def status(error: BaseException) -> int | None:
 
 
 def answer_in(
-    state: TaskState, request_sha256: str, prompt: Prompt, usage: Usage, *, attempt: int = 1
+    state: TaskState,
+    request_sha256: str,
+    prompt: Prompt,
+    usage: Usage,
+    attempt: int = 1,
+    parts: _Parts | None = None,
 ) -> Answer:
-    """The answer that a state has come to, as the journal keeps it, without reasoning and repairs."""
+    """The answer that a state has come to, as the journal keeps it; ``parts`` has what was parted from it."""
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
         request_sha256=request_sha256,
         prompt_sha256=prompt.sha256,
         text=state.output.completion,
-        reasoning="",
+        reasoning=parts.reasoning if parts else "",
         stop_reason=state.output.stop_reason,
-        repairs=(),
+        repairs=parts.repairs if parts else (),
         usage=usage,
         attempt=attempt,
     )
@@ -352,24 +354,19 @@ async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | No
     """
     if restrictions is None:
         return await _request(messages, GenerateConfig())
+    spent = Usage()
     try:
         reply = await _request(messages, restrictions)
+        if reply.parts.answer.strip() or reply.output.stop_reason != "stop":
+            return reply
+        spent = reply.usage
     except Exception as error:
-        if status(error) in _REFUSED_PARAMETERS:
-            return await _ask_without(messages, restrictions, Usage())
-        raise
-    if not reply.parts.answer.strip() and reply.output.stop_reason == "stop":
-        return await _ask_without(messages, restrictions, reply.usage)
-    return reply
-
-
-async def _ask_without(messages: list[ChatMessage], left_out: GenerateConfig, spent: Usage) -> _Reply:
-    """Ask without restrictions, after so much was spent with them; an answer says if it has no set form."""
-    reply = await _request(messages, GenerateConfig())
-    parts = reply.parts
-    if left_out.response_schema is not None:
+        if status(error) not in _REFUSED_PARAMETERS:
+            raise
+    output, parts, usage = await _request(messages, GenerateConfig())
+    if restrictions.response_schema is not None:
         parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
-    return _Reply(reply.output, parts, spent + reply.usage)
+    return _Reply(output, parts, spent + usage)
 
 
 async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:

@@ -67,17 +67,20 @@ class Inquiry:
     Args:
         ask: makes the next question.
         trial: what carries the answers out.
+
+    Attributes:
+        asked: the questions that are answered, in order.
     """
 
     def __init__(self, ask: Callable[[], Prompt], trial: Trial | None = None) -> None:
         self._ask = ask
         self._trial = trial
-        self._answered = False
+        self.asked: list[Prompt] = []
 
     @property
     def over(self) -> bool:
         """Whether there is nothing more to ask."""
-        return self._answered if self._trial is None else self._trial.over
+        return bool(self.asked) if self._trial is None else self._trial.over
 
     @property
     def question(self) -> Prompt:
@@ -98,7 +101,7 @@ class Inquiry:
 
     def take(self, text: str) -> None:
         """Take the answer to the question."""
-        self._answered = True
+        self.asked.append(self.question)
         if self._trial is not None:
             self._trial.take(text)
 
