@@ -23,8 +23,8 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.run import ROUND
 from eai.results.lines import by_suite
-from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
+from eai.studies.items.study import Scores, scores_of
 from eai.studies.records import Records
 from eai.tasks.adaptive import ability_of, next_tasks
 

@@ -30,8 +30,8 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability
 from eai.results.lines import by_suite
 from eai.results.rate import Rate
-from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
+from eai.studies.items.study import Scores, scores_of
 from eai.studies.records import Records
 from eai.tasks import adaptive
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from eai.results.table import Estimate
 from eai.studies.cofactors.effects import fit_logit, rank_correlation
-from eai.studies.items.analysis import Scores, ability_estimate
+from eai.studies.items.study import Scores, ability_estimate
 
 MODELS = 9
 

@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.results.lines import TOGETHER
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.cofactors.analysis import bins_of, cofactor_tables
+from eai.studies.cofactors.study import bins_of, cofactor_tables
 from oracle import MODELS
 from studies.published import GPT_4O, tables
 

@@ -13,7 +13,7 @@ from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.results.table import Table
 from eai.results.tidy import Tables
-from eai.studies.errors.analysis import _Leaf, error_tables, leaf_of
+from eai.studies.errors.study import _Leaf, error_tables, leaf_of
 from eai.tasks.source import Source
 from oracle import MODELS
 from record_files import write_records

@@ -16,7 +16,7 @@ from eai.abilities.record import Record
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.results.table import Estimate, Table
-from eai.studies.prompts.analysis import PLAIN, prompt_tables
+from eai.studies.prompts.study import PLAIN, prompt_tables
 from eai.studies.study import metric_of
 from eai.world.fault import FaultKind
 from processes import eai as in_own_process

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.studies.prompts.analysis import (
+from eai.studies.prompts.study import (
     average_ranks,
     holm,
     kendall_tau_b,

@@ -21,8 +21,7 @@ from eai.results.summary import after, by_attempt, summarise
 from eai.results.table import Estimate
 from eai.scoring.epochs import _write_attempts
 from eai.scoring.trials import record_of_trial
-from eai.studies.attempts.analysis import arms_of, remarks, success_by_attempt, tables
-from eai.studies.attempts.study import _analyze, _Choices
+from eai.studies.attempts.study import _analyze, _Choices, arms_of, remarks, success_by_attempt, tables
 from eai.studies.records import Records
 from protocols import of_reference
 from record_files import write_records

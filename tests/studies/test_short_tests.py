@@ -11,7 +11,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.studies.items.analysis import Scores, scores_of
+from eai.studies.items.study import Scores, scores_of
 from eai.tasks.adaptive import short_test
 from eai.tasks.source import Source
 from oracle import MODELS

@@ -352,8 +352,8 @@ def _difficulties(suite: Suite, folder: Path | None) -> tuple[Mapping[str, float
     if folder is None:
         of = suite.domain, suite.ability
         return item_difficulties(*of), variance_between_names(*of), "nine models of 2024"
-    from eai.studies.items.analysis import FEWEST_MODELS, scores_of
     from eai.studies.items.rasch import fit_rasch, variance_between
+    from eai.studies.items.study import FEWEST_MODELS, scores_of
 
     tables, place = Tables(suite.source, features=False), (suite.protocol, suite.domain, suite.ability)
     for run in read_runs([folder]):

@@ -1,18 +1,33 @@
-"""Errors: what goes wrong, and which precondition is overlooked."""
+"""Errors: what goes wrong by the paper's taxonomy, and which precondition is overlooked."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
-from urllib.parse import quote
+from typing import TYPE_CHECKING, NamedTuple
+from urllib.parse import quote, urlencode
 
 from pydantic import Field
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
+from eai.abilities.verdict import Share, of_all
+from eai.data.grouping import grouped
 from eai.errors import InputError
+from eai.results.certainty import Case
+from eai.results.lines import (
+    MODEL,
+    SUITE,
+    AnswerLine,
+    ClauseLine,
+    by_model,
+    by_run,
+    by_suite,
+    case_of,
+    shares_by_kind,
+)
 from eai.results.plots import (
     COLUMN,
     INK,
@@ -27,12 +42,211 @@ from eai.results.plots import (
     sheet,
     value_of,
 )
-from eai.results.table import Cell, Table
+from eai.results.table import Cell, Estimate, Label, Row, Table, table_of
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, of_suite
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+RUNTIME = (
+    AnswerOutcome.AFFORDANCE.value,
+    AnswerOutcome.MISSING_STEP.value,
+    AnswerOutcome.WRONG_ORDER.value,
+    AnswerOutcome.UNCATEGORISED.value,
+)
+"""The errors in which a step cannot be carried out."""
+
+_KINDS = ("state", "relation", "action")
+_VERDICTS = ("matched", "additional", "missing")
+
+
+class _Leaf(NamedTuple):
+    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and which one."""
+
+    stage: str
+    kind: str = ""
+    detail: str = ""
+
+
+def leaf_of(answer: AnswerLine) -> _Leaf:
+    """The leaf of an answer; every answer is at one."""
+    match AnswerOutcome(answer.outcome):
+        case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
+            return _Leaf("grammar", answer.outcome)
+        case AnswerOutcome.HALLUCINATION:
+            unknown = (answer.error_check or "").removeprefix("unknown_")
+            return _Leaf("grammar", answer.outcome, unknown)
+        case AnswerOutcome.GOAL_MISSED if answer.executable:
+            return _Leaf("goal", answer.outcome, "+".join(_missed(answer)))
+        case _ if answer.outcome in RUNTIME:
+            return _Leaf("runtime", answer.outcome)
+        case _:
+            return _Leaf(answer.outcome)
+
+
+def _missed(answer: AnswerLine) -> Iterator[str]:
+    for kind in _KINDS:
+        met, total = getattr(answer, f"{kind}_met"), getattr(answer, f"{kind}_total")
+        if met is not None and met < total:
+            yield kind
+
+
+def error_tables(
+    answers: Sequence[AnswerLine],
+    clauses: Sequence[ClauseLine],
+    *,
+    examples: int,
+    explorer: str | None,
+) -> list[Table]:
+    """The tables of the analysis.
+
+    Args:
+        answers: the answers.
+        clauses: those of operators.
+        examples: how many answers to name of each leaf and suite.
+        explorer: the address of an explorer of the same records, to which examples lead.
+    """
+    counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
+    return [
+        _leaves(counted),
+        _why(counted),
+        _additional(counted),
+        _clauses(clauses),
+        _predicates(clauses),
+        _examples(counted, examples, explorer),
+        _errors(counted),
+    ]
+
+
+@table_of("leaves", (*SUITE, MODEL, *_Leaf._fields, "answers"))
+def _leaves(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Outcomes of answers.
+
+    Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that of the
+    error that ended it. Of a missed goal the detail says which kinds of goals are not reached.
+    """
+    for suite, given in by_suite(answers).items():
+        leaves = sorted({leaf_of(answer) for answer in given}, key=_order)
+        for model, lines in by_model(given).items():
+            shares = shares_by_kind(lines, [leaf_of(line) for line in lines], leaves)
+            yield from [(*suite, model, *leaf, share) for leaf, share in shares]
+
+
+_STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
+
+
+def _order(leaf: _Leaf) -> tuple[int, _Leaf]:
+    return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
+
+
+@table_of("why", (*SUITE, MODEL, "check", "share"), shown=15)
+def _why(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Which precondition is overlooked.
+
+    Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all runtime
+    errors of the suite.
+    """
+    for key, lines in by_run([a for a in answers if a.outcome in RUNTIME]):
+        checks = [line.error_check or "" for line in lines]
+        times = Counter(checks)
+        shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
+        yield from [(*key, check, share) for check, share in shares]
+
+
+@table_of("additional", (*SUITE, MODEL, "answers", "steps"))
+def _additional(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Additional steps.
+
+    Answers with at least one step that was not needed, in percent, and how many such steps there are. They
+    end no plan, so that these answers are at other leaves.
+    """
+    for key, lines in by_run([a for a in answers if a.additional_steps is not None]):
+        cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
+        yield (*key, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines))
+
+
+@table_of("clauses", (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"))
+def _clauses(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+    """Over- and understatement of operators.
+
+    Clauses of operators by side and category: those that are written and right (matched), written and wrong
+    (additional), and not written (missing). written: how many are written for each hundred of the data set's
+    own; above 100 the model says too much, below too little.
+    """
+    for key, lines in by_run(clauses):
+        parts = grouped(
+            ((line.side, category), line) for line in lines for category in line.categories.split()
+        )
+        for part, found in sorted(parts.items()):
+            counts = [sum(line.verdict == verdict for line in found) for verdict in _VERDICTS]
+            yield (*key, *part, *counts, _written_to_gold(found))
+
+
+def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
+    """(matched + additional) / (matched + missing), in percent."""
+    found = grouped(((line.task, line.name), line.verdict) for line in lines)
+    cases = []
+    for (task, name), verdicts in found.items():
+        written, gold = (len(verdicts) - verdicts.count(left_out) for left_out in ("missing", "additional"))
+        cases.append(Case(task, name, Share(written, gold)))
+    return Estimate.of(cases)
+
+
+@table_of("predicates", (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"), shown=12)
+def _predicates(clauses: Sequence[ClauseLine]) -> Iterator[Row]:
+    """Predicates of operators that are missing, or too much.
+
+    Clauses that lack or are wrong, by the predicates in them.
+    """
+    for key, lines in by_run([c for c in clauses if c.verdict != "matched"]):
+        counts = Counter(
+            (line.side, line.verdict, name) for line in lines for name in line.predicates.split()
+        )
+        found = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
+        yield from [(*key, *place, count) for place, count in found]
+
+
+@table_of("examples", (*SUITE, *_Leaf._fields, "answered_by", "task", "check", "objects"))
+def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Iterator[Row]:
+    """Examples.
+
+    The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.
+    """
+    for suite, given in by_suite(answers).items():
+        found = grouped((leaf_of(answer), answer) for answer in given)
+        for leaf in sorted(found, key=_order):
+            yield from [
+                (*suite, *leaf, a.agent, _place(a, explorer), a.error_check, a.error_objects)
+                for a in found[leaf][:number]
+            ]
+
+
+def _place(answer: AnswerLine, explorer: str | None) -> Cell:
+    """A task's id, which leads to the answer in an explorer, whose addresses ``explorer/state.js`` reads."""
+    if explorer is None:
+        return answer.task
+    run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
+    return Label(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
+
+
+@table_of(
+    "errors",
+    (*SUITE, MODEL, "task", "name", *_Leaf._fields, "check", "objects", "step", "annotated_steps"),
+    shown=0,
+)
+def _errors(answers: Sequence[AnswerLine]) -> Iterator[Row]:
+    """Every error.
+
+    A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how many
+    steps the data set's own plan has.
+    """
+    for answer in answers:
+        if answer.error_kind is not None:
+            key = (answer.protocol, answer.domain, answer.ability, answer.agent, answer.task, answer.name)
+            of_error = (answer.error_check, answer.error_objects, answer.error_step)
+            yield (*key, *leaf_of(answer), *of_error, answer.annotated_steps)
 
 
 class _Choices(Options):
@@ -48,8 +262,6 @@ class _Choices(Options):
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    from eai.studies.errors.analysis import error_tables
-
     explorer = _address(chosen.explorer, records.folder)
     tables = records.tables(features=False)
     found = error_tables(tables.answers, tables.clauses, examples=chosen.examples, explorer=explorer)

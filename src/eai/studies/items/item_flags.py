@@ -20,7 +20,7 @@ from eai.logic.rewriting import rename_objects
 from eai.planning.planner import Planner
 from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
-from eai.studies.items.analysis import Flag, TellsFlags
+from eai.studies.items.study import Flag, TellsFlags
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 
