@@ -22,7 +22,7 @@ from typing import TypeVar
 from eai.abilities.notation.goal_lexicon import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmark.gold_answers import AnswerBook, noisy_answer, written_answers
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.data.dataset import fetch
 from eai.households.packs import published_packs
 from eai.households.virtualhome.domain import as_meant
@@ -78,10 +78,14 @@ def open_book(ability: Ability) -> AnswerBook:
     tasks = open_tasks()
     if ability is Ability.GOAL_INTERPRETATION:
         domain, notation = as_meant(), VirtualHomeGoals()
-        return written_answers(tasks, lambda task: write_goals(task, domain, notation), notation.join)
+        return TaskSet(
+            tasks,
+            lambda i: WrittenAnswer(write_goals(tasks[i], domain, notation), notation.join),
+            tasks.sha256,
+        )
     with_goal = [task_id for task_id, task in tasks.items() if task.temporal_goal is not None]
-    chosen = TaskSet(with_goal, tasks.__getitem__, tasks.sha256)
-    return written_answers(chosen, script, VirtualHomeSubgoals().join)
+    join = VirtualHomeSubgoals().join
+    return TaskSet(with_goal, lambda i: WrittenAnswer(script(tasks[i]), join), tasks.sha256)
 
 
 def script(task: Task) -> tuple[str, ...]:

@@ -243,6 +243,13 @@ class Benchmark:
 
         return Wording.of(self.domain)
 
+    @property
+    def subgoal_notation(self) -> SubgoalNotation:
+        """How subgoals are written, be it said or not."""
+        from eai.abilities.notation.subgoals import SubgoalNotation  # which plans do not need
+
+        return self.subgoals or SubgoalNotation(self.domain)
+
     def observed_wording(self) -> Wording:
         """How observations name things: as prompts of action sequencing do, with what else is observed."""
         words = self.wording(Ability.ACTION_SEQUENCING)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, TypeAlias
 
 import eai.logic.formula as f
@@ -21,7 +21,7 @@ from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer
+from eai.benchmark.gold_answers import AnswerBook, book_of, no_answer
 from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import substitute
@@ -124,8 +124,7 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source = USUA
     """
     if ability not in _COPIED:
         raise no_answer("copy", benchmark, ability)
-    tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability]
-    return TaskSet(tasks, lambda task_id: copied(benchmark, tasks[task_id]), tasks.sha256)
+    return book_of(benchmark, ability, source, partial(_COPIED[ability], benchmark))
 
 
 def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
@@ -158,7 +157,7 @@ def _stem(word: str) -> str:
     return word
 
 
-def _goals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+def _goals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """Each named state of each named object, each relation named between two objects, each named action."""
     task = task.at_the_end
     notation, words = benchmark.goals, instruction_words(task)
@@ -178,29 +177,27 @@ def _goals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
             ]
     if notation.states_actions:
         goals += [WrittenGoal(name, is_action=True) for name in lexicon.actions if mentions(words, name)]
-    return WrittenAnswer(notation.write(goals), notation.join)
+    return notation.write(goals)
 
 
-def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+def _subgoals(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """One subgoal: the goal."""
     task = task.at_the_end
-    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
-    copied = [print_ltl(copied_goal(task, notation))] if task.goals else []
-    return WrittenAnswer(tuple(copied), notation.join)
+    return [print_ltl(copied_goal(task, benchmark.subgoal_notation))] if task.goals else []
 
 
 _achievers = lru_cache(maxsize=8)(Achievers)
 """Achievers of a domain, compiled once for all its tasks."""
 
 
-def _plan(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+def _plan(benchmark: Benchmark, task: Task) -> Iterable[str]:
     """An action for each goal about states, then the action goals, about the first objects that will do."""
     task, achievers = task.at_the_end, _achievers(benchmark.domain)
     plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
     actions = [achievers.taking(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
     plan += [_first([(each, {}) for each in ways], task) for ways in actions]
     steps = dict.fromkeys(action for action in plan if action is not None)
-    return WrittenAnswer(benchmark.plans.write(tuple(steps), task.scene), benchmark.plans.join)
+    return benchmark.plans.write(tuple(steps), task.scene)
 
 
 def _literals(task: Task) -> Iterator[Literal]:
@@ -236,7 +233,7 @@ def _first(matches: Iterable[_Match], task: Task) -> Action | None:
     return None
 
 
-def _operators(benchmark: Benchmark, task: TransitionTask) -> WrittenAnswer:
+def _operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
     """Operators of no condition, that assert of everything what the goal asserts, and deny what it denies."""
     parts = list(walk(task.problem.goal))
     denied = {p.operand.predicate for p in parts if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)}
@@ -244,8 +241,7 @@ def _operators(benchmark: Benchmark, task: TransitionTask) -> WrittenAnswer:
     declared = {each.name: each.parameters for each in task.domain.header.predicates}
     effects = [_everywhere(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
     effect = Both(tuple(effects))
-    written = [write_action(replace(gold, precondition=f.TRUE, effect=effect)) for gold in task.gold.values()]
-    return WrittenAnswer(tuple(written), join_operators)
+    return [write_action(replace(gold, precondition=f.TRUE, effect=effect)) for gold in task.gold.values()]
 
 
 def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
@@ -254,7 +250,7 @@ def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> P
     return for_each(parameters, AddEffect(atom) if adds else DeleteEffect(atom))
 
 
-_COPIED: dict[Ability, Callable[[Benchmark, Any], WrittenAnswer]] = {
+_COPIED: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {
     Ability.GOAL_INTERPRETATION: _goals,
     Ability.SUBGOAL_DECOMPOSITION: _subgoals,
     Ability.ACTION_SEQUENCING: _plan,

@@ -10,13 +10,13 @@ import json
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.notation.goal_lexicon import read_stated, write_goals
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.abilities.notation.subgoals import SubgoalNotation
+from eai.abilities.operator_task import TransitionTask
 from eai.abilities.planning import FindPlan, find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -27,8 +27,6 @@ from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
 from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.execution import Action, execute
-
-T = TypeVar("T")
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """Parts of a gold answer that belong together, and those that stand in their place."""
@@ -124,11 +122,27 @@ AnswerBook: TypeAlias = Mapping[str, WrittenAnswer]
 """The answers to the tasks of a suite by their ids, in the order of these; each is made on first use."""
 
 
-def written_answers(
-    tasks: TaskSet[T], write: Callable[[T], Iterable[str]], join: Callable[[Iterable[str]], str]
+def book_of(
+    benchmark: Benchmark, ability: Ability, source: Source, parts: Callable[[Any], Iterable[str]]
 ) -> AnswerBook:
-    """The answers whose parts are written of tasks."""
-    return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(write(tasks[task_id])), join), tasks.sha256)
+    """The answers to an ability whose parts are made of its tasks, joined as answers to it are written."""
+    tasks, join = benchmark.tasks_for(ability, source), join_of(benchmark, ability)
+    return TaskSet(tasks, lambda task_id: WrittenAnswer(tuple(parts(tasks[task_id])), join), tasks.sha256)
+
+
+def join_of(benchmark: Benchmark, ability: Ability) -> Callable[[Iterable[str]], str]:
+    """How the parts of an answer are joined: as its notation says; an answer of another form is one part."""
+    match ability:
+        case Ability.GOAL_INTERPRETATION:
+            return benchmark.goals.join
+        case Ability.SUBGOAL_DECOMPOSITION:
+            return benchmark.subgoal_notation.join
+        case Ability.ACTION_SEQUENCING:
+            return benchmark.plans.join
+        case Ability.TRANSITION_MODELING:
+            return join_operators
+        case _:
+            return "".join
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = USUAL) -> AnswerBook:
@@ -137,17 +151,24 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source = US
     Raises:
         DataError: the data cannot be had.
     """
+
+    def goals(task: Task) -> Iterable[str]:
+        return write_goals(task, benchmark.domain, benchmark.goals)
+
+    def operators(task: TransitionTask) -> Iterable[str]:
+        return [task.domain.operators[name].pddl for name in task.operators]
+
     match ability:
         case Ability.GOAL_INTERPRETATION:
-            return _goals(benchmark, source)
+            return book_of(benchmark, ability, source, goals)
         case Ability.TRANSITION_MODELING:
-            return _operators(benchmark, source)
-        case Ability.ACTION_SEQUENCING:
-            return _plans(benchmark, source, scripts=True)
-        case Ability.SUBGOAL_DECOMPOSITION:
-            return _subgoals(benchmark, source, scripts=True)
-        case _:
-            return _posed(benchmark, ability, source)
+            return book_of(benchmark, ability, source, operators)
+        case Ability.ACTION_SEQUENCING | Ability.SUBGOAL_DECOMPOSITION:
+            return _of_plans(benchmark, ability, source, scripts=True)
+    pose, world = declaration_of(ability).asked.pose, benchmark.world(source)
+    if pose is None:
+        raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
+    return book_of(benchmark, ability, source, lambda task: pose(world, task)[1:])
 
 
 def open_planned_book(
@@ -174,9 +195,9 @@ def open_planned_book(
     """
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _plans(benchmark, source, scripts=False, limits=limits, find=find)
+            return _of_plans(benchmark, ability, source, limits=limits, find=find)
         case Ability.SUBGOAL_DECOMPOSITION:
-            return _subgoals(benchmark, source, scripts=False)
+            return _of_plans(benchmark, ability, source)
         case _:
             raise no_answer("planner", benchmark, ability)
 
@@ -220,64 +241,39 @@ def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     return replace(benchmark, open_tasks=open_tasks)
 
 
-def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
-    notation = benchmark.goals
-    tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
-    return written_answers(tasks, lambda task: write_goals(task, benchmark.domain, notation), notation.join)
-
-
-def _plans(
+def _of_plans(
     benchmark: Benchmark,
+    ability: Ability,
     source: Source,
     *,
-    scripts: bool,
+    scripts: bool = False,
     limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
-    """Plans: the data set's own, where it has them and they are asked for, or else what the search finds."""
-    tasks, notation = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source), benchmark.plans
+    """Plans, or subgoals that stand for them: the data set's own, where it has them and they are asked for.
+
+    Else they are what the search finds.
+    """
     planner = Planner(benchmark.domain)
+
+    def plan(task: Task) -> Sequence[Action]:
+        known = scripts and (task.script or task.unsolvable is not None)
+        return task.script if known else find(task, planner, limits).plan
+
+    if ability is Ability.SUBGOAL_DECOMPOSITION:
+        notation = benchmark.subgoal_notation
+        return book_of(benchmark, ability, source, lambda task: notation.write(task, plan(task)))
+    tasks, plans = benchmark.tasks_for(ability, source), benchmark.plans
 
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         if scripts and task.missing:
-            return WrittenAnswer((refusal(notation.encoded(", ".join(task.missing))),), "".join)
+            return WrittenAnswer((refusal(plans.encoded(", ".join(task.missing))),), "".join)
         if scripts and task.is_ambiguous:
             return WrittenAnswer((refusal(f"{' or '.join(task.fits or ())}?", QUESTION),), "".join)
-        known = scripts and (task.script or task.unsolvable is not None)
-        plan = task.script if known else find(task, planner, limits).plan
-        return WrittenAnswer(notation.write(plan, task.scene), notation.join)
+        return WrittenAnswer(plans.write(plan(task), task.scene), plans.join)
 
     return TaskSet(tasks, answer, tasks.sha256)
-
-
-def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook:
-    """Subgoals that stand for plans: those of the data set, where they can be written, or of the search."""
-    tasks = benchmark.tasks_for(Ability.SUBGOAL_DECOMPOSITION, source)
-    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
-    planner = Planner(benchmark.domain)
-
-    def parts(task: Task) -> Iterable[str]:
-        known = scripts and (task.script or task.unsolvable is not None)
-        return notation.write(task, task.script if known else find_plan(task, planner).plan)
-
-    return written_answers(tasks, parts, notation.join)
-
-
-def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook:
-    """The right answers of an ability that poses its own questions."""
-    pose, world = declaration_of(ability).asked.pose, benchmark.world(source)
-    if pose is None:
-        raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
-    tasks = benchmark.tasks_for(ability, source)
-    return written_answers(tasks, lambda task: pose(world, task)[1:], "".join)
-
-
-def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
-    tasks = benchmark.tasks_for(Ability.TRANSITION_MODELING, source)
-    return written_answers(
-        tasks, lambda task: [task.domain.operators[name].pddl for name in task.operators], join_operators
-    )
 
 
 def join_operators(operators: Iterable[str]) -> str:

@@ -7,26 +7,20 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import solves
 from eai.abilities.notation.goal_lexicon import GoalLexicon, write_goals
-from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
-from eai.benchmark.gold_answers import (
-    AnswerBook,
-    join_operators,
-    no_answer,
-    open_answer_book,
-    written_answers,
-)
+from eai.benchmark.gold_answers import AnswerBook, book_of, no_answer, open_answer_book
 from eai.data.grouping import grouped
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects, rename_variables
@@ -51,21 +45,20 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source = US
         DataError: the data cannot be had.
     """
     if ability is Ability.TRANSITION_MODELING:
-        return _operator_book(benchmark.operators(source))
+        return book_of(benchmark, ability, source, _operators(benchmark.operators(source)))
     if ability not in _OF_TASKS:
         raise no_answer("lookup", benchmark, ability)
-    tasks = benchmark.tasks_for(ability, source)
-    known = (
-        benchmark if benchmark.open_public is None else replace(benchmark, open_tasks=benchmark.open_public)
-    )
-    public = known.tasks_for(ability, source)
+    known = replace(benchmark, open_tasks=benchmark.open_public or benchmark.open_tasks)
+    public = known.tasks_for(ability, source).values()
     if ability is Ability.GOAL_INTERPRETATION:
-        return _goal_book(benchmark, tasks, list(public.values()))
-    table = LookupTable(public.values(), benchmark.domain)
+        texts = [(task, Counter(instruction_words(task))) for task in public]
+        return book_of(benchmark, ability, source, partial(_goal_parts, benchmark, texts))
+    table = LookupTable(public, benchmark.domain)
     if ability is Ability.SUBGOAL_DECOMPOSITION:
-        return _subgoal_book(benchmark, tasks, table, open_answer_book(known, ability, source))
+        answers = open_answer_book(known, ability, source)
+        return book_of(benchmark, ability, source, partial(_subgoals, benchmark, table, answers))
     plans = benchmark.plans
-    return written_answers(tasks, lambda task: plans.write(table.plan(task), task.scene), plans.join)
+    return book_of(benchmark, ability, source, lambda task: plans.write(table.plan(task), task.scene))
 
 
 class LookupTable:
@@ -101,51 +94,38 @@ class LookupTable:
         return alike or next((other for other, _ in self._entries if other.id != task.id), None)
 
 
-def _subgoal_book(
-    benchmark: Benchmark, tasks: TaskSet[Task], table: LookupTable, known: AnswerBook
-) -> AnswerBook:
+def _subgoals(benchmark: Benchmark, table: LookupTable, answers: AnswerBook, task: Task) -> Sequence[str]:
     """The subgoals of the nearest other task, about this one's objects; what is about others is left out."""
-    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
-
-    def parts_for(task: Task) -> list[str]:
-        nearest = table.nearest(task)
-        if nearest is None:
-            return []
-        parts, here = known[nearest.id].parts, notation.lexicon(task.scene)
-        there = notation.lexicon(nearest.scene).objects
-        named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
-        meant = _correspondence(nearest, task, named)
-        names = {word: here.name(meant[index]) for word, index in there.items() if index in meant}
-        kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
-        return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
-
-    return written_answers(tasks, parts_for, notation.join)
+    nearest = table.nearest(task)
+    if nearest is None:
+        return ()
+    notation = benchmark.subgoal_notation
+    parts, here = answers[nearest.id].parts, notation.lexicon(task.scene)
+    there = notation.lexicon(nearest.scene).objects
+    named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
+    meant = _correspondence(nearest, task, named)
+    names = {word: here.name(meant[index]) for word, index in there.items() if index in meant}
+    kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
+    return [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
 
 
-def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task]) -> AnswerBook:
+def _goal_parts(
+    benchmark: Benchmark, texts: Iterable[tuple[Task, Counter[str]]], task: Task
+) -> Sequence[str]:
     """The goals of the task whose instruction shares most words, but for what does not exist here."""
     notation = benchmark.goals
-    texts = [(task, Counter(instruction_words(task))) for task in public]
-
-    def parts_for(task: Task) -> Iterable[str]:
-        nearest = _most_similar(Counter(instruction_words(task)), task, texts)
-        parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
-        read = notation.read(notation.join(parts))
-        stated = () if isinstance(read, Unreadable) else read.goals
-        lexicon = GoalLexicon(task, benchmark.domain, notation)
-        return notation.write([goal for goal in stated if lexicon.first_unknown(goal) is None])
-
-    return written_answers(tasks, parts_for, notation.join)
+    nearest = _most_similar(Counter(instruction_words(task)), task, texts)
+    parts = () if nearest is None else write_goals(nearest, benchmark.domain, notation)
+    read = notation.read(notation.join(parts))
+    stated = () if isinstance(read, Unreadable) else read.goals
+    lexicon = GoalLexicon(task, benchmark.domain, notation)
+    return notation.write([goal for goal in stated if lexicon.first_unknown(goal) is None])
 
 
-def _operator_book(tasks: TaskSet[TransitionTask]) -> AnswerBook:
-    """The operators that some other task asks for, as it has them."""
+def _operators(tasks: TaskSet[TransitionTask]) -> Callable[[TransitionTask], Sequence[str]]:
+    """Writes those of a task's operators that some other task asks for, as it has them."""
     asked = Counter([name for task in tasks.values() for name in task.operators])
-
-    def parts_for(task: TransitionTask) -> list[str]:
-        return [task.domain.operators[name].pddl for name in task.operators if asked[name] > 1]
-
-    return written_answers(tasks, parts_for, join_operators)
+    return lambda task: [task.domain.operators[name].pddl for name in task.operators if asked[name] > 1]
 
 
 def _lifted(task: Task) -> Counter[str]:

@@ -270,7 +270,7 @@ def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: st
         name=f"{benchmark.name}{suffix}",
         title=f"{benchmark.title or benchmark.name}, {suffix[1:]}",
         plans=_TwinPlans(benchmark.plans, words),
-        subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), words),
+        subgoals=_TwinSubgoals(benchmark.subgoal_notation, words),
         wordings=wording,
         formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
         asks={

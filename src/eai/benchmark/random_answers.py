@@ -7,20 +7,19 @@ much of a task is luck.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import chain, pairwise
 from typing import TypeAlias
 
 import eai.pddl.model as m
 from eai.abilities.notation.goal_lexicon import GoalLexicon
-from eai.abilities.notation.subgoals import SubgoalNotation
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.wording import Wording, subjects
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import WrittenAnswer, chance, join_operators, no_answer
+from eai.benchmark.gold_answers import WrittenAnswer, chance, join_of, join_operators, no_answer
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
@@ -64,14 +63,14 @@ def open_random_answers(benchmark: Benchmark, ability: Ability, source: Source =
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.open_public is None else benchmark.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_USUAL_STEPS]
-    write = _WRITERS[ability]
+    write, join = _WRITERS[ability], join_of(benchmark, ability)
 
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task = tasks[task_id]
         task = replace(task, initial=execute(benchmark.domain, task.initial, done).final) if done else task
         rng = chance(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
-        return write(benchmark, task, steps, rng)
+        return WrittenAnswer(tuple(write(benchmark, task, steps, rng)), join)
 
     return answer
 
@@ -106,30 +105,26 @@ def _possible_action(
 _Steps = Sequence[tuple[Action, State]]
 
 
-def _plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> WrittenAnswer:
-    parts = benchmark.plans.write([action for action, _ in steps], task.scene)
-    return WrittenAnswer(parts, benchmark.plans.join)
+def _plan(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
+    return benchmark.plans.write([action for action, _ in steps], task.scene)
 
 
-def _subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> WrittenAnswer:
+def _subgoals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     """One of the changes that each step makes."""
-    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
-    lexicon = notation.lexicon(task.scene)
+    lexicon = benchmark.subgoal_notation.lexicon(task.scene)
     states = [task.initial, *[state for _, state in steps]]
     wording = benchmark.wording(Ability.SUBGOAL_DECOMPOSITION)
     changes = [list(_changes(wording, task, *pair)) for pair in pairwise(states)]
-    parts = [print_ltl(lexicon.worded(rng.choice(of_step))) for of_step in changes if of_step]
-    return WrittenAnswer(tuple(parts), notation.join)
+    return [print_ltl(lexicon.worded(rng.choice(of_step))) for of_step in changes if of_step]
 
 
-def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> WrittenAnswer:
+def _goals(benchmark: Benchmark, task: Task, steps: _Steps, rng: random.Random) -> Iterable[str]:
     """The goals that have come about at the end."""
     lexicon = GoalLexicon(task, benchmark.domain, benchmark.goals)
     final = steps[-1][1] if steps else task.initial
     wording = benchmark.wording(Ability.GOAL_INTERPRETATION)
     changes = _changes(wording, task, task.initial, final)
-    stated = [lexicon.spelt(literal) for literal in changes if isinstance(literal, Atom)]
-    return WrittenAnswer(benchmark.goals.write(stated), benchmark.goals.join)
+    return benchmark.goals.write([lexicon.spelt(each) for each in changes if isinstance(each, Atom)])
 
 
 def _changes(wording: Wording, task: Task, before: State, after: State) -> Iterator[Literal]:
