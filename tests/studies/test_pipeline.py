@@ -10,7 +10,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.record import Record, Stated
 from eai.abilities.verdict import Confusion
 from eai.results.table import Cell, Estimate, Table
-from eai.studies.pipeline.analysis import Pipeline, _Believed, pooled
+from eai.studies.pipeline.analysis import _kind_of, _Pair, pooled
 from report.samples import RIGHT, WRONG, action_run
 
 COUNTS = (Confusion(2, 0, 0), Confusion(2, 1, 0), Confusion(1, 1, 1), None)
@@ -30,9 +30,9 @@ def piped(plain: list[Record]) -> list[Record]:
     return made
 
 
-def of(model: str = "first") -> Pipeline:
+def of(model: str = "first") -> _Pair:
     plain = action_run(model)
-    return Pipeline(plain, piped(plain), {}, {}, {})
+    return _Pair(plain, piped(plain), {}, {}, {})
 
 
 def column(table: Table, name: str) -> dict[Cell, Cell]:
@@ -72,7 +72,7 @@ def test_tasks_are_told_apart_by_their_goals() -> None:
 
 def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
     plain = action_run()
-    stages, *_ = Pipeline(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
+    stages, *_ = _Pair(plain, piped(plain), {}, {}, {"task_success": (50.0, 40.0)}).tables()
     row = next(row for row in stages.rows if row[0] == "task_success")
     _, modular, pipeline, difference, p_value, *paper = row
     assert isinstance(modular, Estimate)
@@ -89,9 +89,7 @@ def test_both_columns_have_intervals_and_the_paper_beside_them() -> None:
 def test_a_perfect_second_stage_and_what_is_missing() -> None:
     plain = action_run()
     asked = [("ON", False), ("not OPEN", True), ("INSIDE", True)]
-    *_, goals, _, missed = Pipeline(
-        plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}
-    ).tables()
+    *_, goals, _, missed = _Pair(plain, piped(plain), {"0_1": True, "1_1": True}, {"0_1": asked}, {}).tables()
     assert counts(goals, "perfect stage 2") == {
         "exactly right": 1,
         "all, and others": 1,
@@ -115,7 +113,12 @@ def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> N
 
 
 @pytest.mark.parametrize(
-    "stated", [(Confusion(3, 0, 0), "RIGHT"), (Confusion(3, 2, 0), "MORE"), (Confusion(3, 2, 1), "FEWER")]
+    ("stated", "kind"),
+    [
+        (Confusion(3, 0, 0), "exactly right"),
+        (Confusion(3, 2, 0), "all, and others"),
+        (Confusion(3, 2, 1), "some missing"),
+    ],
 )
-def test_how_right_goals_are(stated: tuple[Confusion, str]) -> None:
-    assert _Believed.of(Stated("0", stated[0])) is _Believed[stated[1]]
+def test_how_right_goals_are(stated: Confusion, kind: str) -> None:
+    assert _kind_of(Stated("0", stated)) == kind

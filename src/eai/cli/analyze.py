@@ -196,7 +196,7 @@ def _for_the_screen(table: Table) -> Table:
     rows = table.by_name()
     common = [name for name in SUITE if name in table.names and len({str(row[name]) for row in rows}) == 1]
     title = f"{table.title} ({', '.join([str(rows[0][name]) for name in common])})" if common else table.title
-    return replace(table.only([name for name in table.names if name not in common]), title=title)
+    return replace(table.without(common), title=title)
 
 
 def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:

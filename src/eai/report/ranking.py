@@ -167,7 +167,7 @@ class Ranking:
             notes=self.notes,
         )
         unused = {name for name in _OF_AGENT if not any(getattr(row, name) for row in self.rows)}
-        return table.only([name for name in table.names if name not in unused])
+        return table.without(unused)
 
     def _caption(self) -> str:
         """The protocol is that of runs, so a table of the paper's rows alone has none."""

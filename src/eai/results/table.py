@@ -8,7 +8,7 @@ a table looks is for its writers to say: `table_files` (CSV, JSON, Markdown and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import wraps
 from inspect import signature
@@ -199,6 +199,10 @@ class Table:
         places = [place for place, name in enumerate(self.names) if name in columns]
         chosen = tuple([self.columns[place] for place in places])
         return replace(self, columns=chosen, rows=tuple(tuple(row[i] for i in places) for row in self.rows))
+
+    def without(self, columns: Collection[str]) -> Table:
+        """The table but for some of its columns."""
+        return self.only([name for name in self.names if name not in columns])
 
     def flat_columns(self) -> list[str]:
         """The columns of CSV: an estimate has one for each of its parts."""

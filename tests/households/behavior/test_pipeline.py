@@ -19,7 +19,7 @@ from eai.results.summary import summarise
 from eai.results.table import Estimate
 from eai.scoring.batch import NO_ROW, score_run
 from eai.scoring.options import ScoringOptions
-from eai.studies.pipeline.analysis import Pipeline, pooled
+from eai.studies.pipeline.analysis import _Pair, pooled
 from eai.studies.pipeline.stage_one import believe
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, read_oracle
@@ -57,12 +57,12 @@ def suite(data_store: Store) -> Suite:
 
 
 @pytest.fixture(scope="module")
-def runs(suite: Suite) -> dict[str, Pipeline]:
+def runs(suite: Suite) -> dict[str, _Pair]:
     """The two runs of each model, by model."""
     return {model: _runs(model, suite) for model in PIPELINE_MODELS}
 
 
-def _runs(model: str, suite: Suite) -> Pipeline:
+def _runs(model: str, suite: Suite) -> _Pair:
     benchmark = find_benchmark("behavior")
     first = read_oracle("behavior", "goal_interpretation", model)["records"]
     goals = model, {row["identifier"]: row["response"] or "" for row in first}
@@ -71,7 +71,7 @@ def _runs(model: str, suite: Suite) -> Pipeline:
     piped = read_oracle("behavior", "pipeline_subgoal_decomposition", model)["tasks"]
     modular = _scored(suite, model, {row["identifier"]: row["response"] or "" for row in alone})
     second = _scored(suite, model, {row["identifier"]: row["llm_output"] or "" for row in piped})
-    return Pipeline(modular, [believed.marked(record) for record in second], {}, {}, {})
+    return _Pair(modular, [believed.marked(record) for record in second], {}, {}, {})
 
 
 def _scored(suite: Suite, model: str, answers: dict[str, str]) -> list[Record]:
@@ -93,7 +93,7 @@ def published(model: str) -> dict[str, tuple[str, bool, bool]]:
     }
 
 
-def test_published_verdicts(runs: dict[str, Pipeline]) -> None:
+def test_published_verdicts(runs: dict[str, _Pair]) -> None:
     equal: Counter[str] = Counter()
     differences = []
     for model, found in runs.items():
@@ -117,7 +117,7 @@ def test_published_verdicts(runs: dict[str, Pipeline]) -> None:
     assert differences == list(DIFFERENCES)
 
 
-def test_cells_of_the_paper(runs: dict[str, Pipeline]) -> None:
+def test_cells_of_the_paper(runs: dict[str, _Pair]) -> None:
     """Those of the pipeline: an answer that was never asked for counts as one that cannot be read."""
     paper = paper_table("pipeline_subgoal_decomposition")
     off = []
@@ -139,7 +139,7 @@ def test_cells_of_the_paper(runs: dict[str, Pipeline]) -> None:
     ("verdicts", "solved"), [("published", (91, 25, 30)), ("here", (98, 27, 30))]
 )  # fmt: skip
 def test_where_the_loss_comes_from(
-    verdicts: str, solved: tuple[int, int, int], runs: dict[str, Pipeline]
+    verdicts: str, solved: tuple[int, int, int], runs: dict[str, _Pair]
 ) -> None:
     """With right goals nothing is lost; what is lost is lost to missing goals."""
     found = [
@@ -159,7 +159,7 @@ def test_where_the_loss_comes_from(
     }
 
 
-def _as_published(found: Pipeline, model: str) -> Pipeline:
+def _as_published(found: _Pair, model: str) -> _Pair:
     """The same with the simulator's verdicts on the pipeline."""
     theirs = published(model)
     piped = []

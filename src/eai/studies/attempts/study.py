@@ -48,7 +48,7 @@ _RIGHT = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWE
 
 
 @dataclass(frozen=True, slots=True)
-class Arm:
+class _Arm:
     """One way to ask again, under one or several seeds of slips.
 
     Attributes:
@@ -89,7 +89,7 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
     return cases_of(stopped, stopped[0].ability).get(metric, [])
 
 
-def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
+def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
     """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
     found: dict[Experiment, dict[int | None, Sequence[Record]]] = {}
     for records in runs:
@@ -98,17 +98,17 @@ def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
             found.setdefault(replace(experiment, slip_seed=None), {})[experiment.slip_seed] = records
     order = [*get_args(Feedback)]
     return sorted(
-        (Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),
+        (_Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),
         key=lambda arm: (arm.experiment.slip, order.index(arm.experiment.feedback), arm.name),
     )
 
 
-def tables(arms: Sequence[Arm]) -> list[Table]:
+def tables(arms: Sequence[_Arm]) -> list[Table]:
     """All tables."""
     return [_by_attempt(arms), _worth(arms), _mended(arms)]
 
 
-def remarks(arms: Sequence[Arm]) -> list[str]:
+def remarks(arms: Sequence[_Arm]) -> list[str]:
     """Remarks for readers: which arms have no control, and which were run once."""
     known = {arm.experiment for arm in arms}
     alone = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in known]
@@ -127,7 +127,7 @@ def remarks(arms: Sequence[Arm]) -> list[str]:
     return found
 
 
-def success_by_attempt(arm: Arm) -> list[Estimate]:
+def success_by_attempt(arm: _Arm) -> list[Estimate]:
     """Task success after 1, 2, ... attempts."""
     return [Estimate.of(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
 
@@ -140,7 +140,7 @@ def success_by_attempt(arm: Arm) -> list[Estimate]:
         *("slip", "attempts used", "tokens"),
     ),
 )
-def _by_attempt(arms: Sequence[Arm]) -> Iterator[Row]:
+def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
     """By the number of attempts.
 
     What each arm would have come to after so many attempts, in percent, with 95 % intervals whose units are
@@ -152,7 +152,7 @@ def _by_attempt(arms: Sequence[Arm]) -> Iterator[Row]:
         yield from _attempt_rows(arm)
 
 
-def _attempt_rows(arm: Arm) -> Iterator[Row]:
+def _attempt_rows(arm: _Arm) -> Iterator[Row]:
     for number in range(1, arm.attempts + 1):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
         cases = [arm.cases(metric, number) for metric in _ERRORS]
@@ -179,7 +179,7 @@ def _attempt_rows(arm: Arm) -> Iterator[Row]:
     ("arm", "attempts", "told nothing", "with feedback", "difference"),
     title="What feedback is worth",
 )
-def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
+def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
     """Each arm with feedback beside the one without.
 
     Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks and seeds
@@ -203,7 +203,7 @@ def _worth(arms: Sequence[Arm]) -> Iterator[Row]:
     ("arm", "first answer", "tasks", "mended", "same", "another"),
     title="What became of first answers that failed",
 )
-def _mended(arms: Sequence[Arm]) -> Iterator[Row]:
+def _mended(arms: Sequence[_Arm]) -> Iterator[Row]:
     """The outcomes of tasks by that of the first answer.
 
     Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended in the
@@ -225,7 +225,7 @@ def _has_slipped(record: Record) -> bool:
     return error is not None and error.kind is FaultKind.SLIP
 
 
-def _shared(control: Arm, arm: Arm, attempts: int) -> tuple[list[Case], list[Case]]:
+def _shared(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
     """The cases of tasks that both have under a seed, in the same order."""
     pairs: list[tuple[Case, Case]] = []
     for seed in [seed for seed in arm.runs if seed in control.runs]:
@@ -372,7 +372,7 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
         )
 
 
-def _tables(arms: Sequence[Arm], key: RunKey) -> tuple[list[Table], list[str]]:
+def _tables(arms: Sequence[_Arm], key: RunKey) -> tuple[list[Table], list[str]]:
     """The tables, the paper's among them, and what must be said of that."""
     papers = [
         paper for paper in map(paper_table, _PAPER) if any(c.domain == key.domain for c in paper.columns)
@@ -382,7 +382,7 @@ def _tables(arms: Sequence[Arm], key: RunKey) -> tuple[list[Table], list[str]]:
     return [*tables(arms), _paper(papers, key.domain)], paper_remarks(papers, key.protocol)
 
 
-def _figures(arms: Sequence[Arm], key: RunKey) -> Figures:
+def _figures(arms: Sequence[_Arm], key: RunKey) -> Figures:
     yield of_run(key, "success_by_attempt", draw(arms))
 
 
@@ -406,7 +406,7 @@ _APART = 0.05
 """How far arms stand beside each other, so that their intervals can be distinguished."""
 
 
-def draw(arms: Sequence[Arm]) -> Figure | None:
+def draw(arms: Sequence[_Arm]) -> Figure | None:
     """Success with its 95 % intervals; None if no task had more than one attempt."""
     shown = [arm for arm in arms if arm.attempts > 1]
     if not shown:

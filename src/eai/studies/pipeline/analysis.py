@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from itertools import groupby
 from pathlib import Path
 
@@ -29,7 +28,7 @@ from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.planning.search import Limits
 from eai.results.certainty import Case, Cases
-from eai.results.comparison import Difference, compare
+from eai.results.comparison import compare
 from eai.results.lines import SuiteKey
 from eai.results.paper_tables import paper_models, paper_table
 from eai.results.rate import rate_of
@@ -47,26 +46,24 @@ _EFFORT = 400
 _NOT_SHOWN = ("p", "only modular", "only pipeline")
 """The columns that are in the files alone."""
 
+_KINDS = ("exactly right", "all, and others", "some missing", "no answer")
+"""How right the goals are that a question states."""
 
-class _Believed(str, Enum):
-    """How right the goals are that a question states."""
+_COMPARED = ("modular", "pipeline", "difference", "p")
+_PAPER = ("paper modular", "paper pipeline")
+_PERFECT = "perfect stage 2"
 
-    RIGHT = "exactly right"
-    MORE = "all, and others"
-    FEWER = "some missing"
-    NONE = "no answer"
 
-    @classmethod
-    def of(cls, stated: Stated | None) -> _Believed:
-        """The kind of the stated goals: all that is stated besides the task's is one of the others."""
-        if stated is None:
-            return cls.NONE
-        _, others, missed = stated.goal_counts
-        return cls.FEWER if missed else cls.MORE if others else cls.RIGHT
+def _kind_of(stated: Stated | None) -> str:
+    """The kind of the stated goals: all that is stated besides the task's is one of the others."""
+    if stated is None:
+        return "no answer"
+    _, others, missed = stated.goal_counts
+    return "some missing" if missed else "all, and others" if others else "exactly right"
 
 
 @dataclass(frozen=True, slots=True)
-class Pipeline:
+class _Pair:
     """A model's run of one ability alone, and the same where the goals are interpreted ones.
 
     Attributes:
@@ -97,65 +94,66 @@ class Pipeline:
 
     def tables(self) -> list[Table]:
         """All tables for which there is what they need."""
-        made = [self._stages(), self._goals(), self._first_stage()]
+        stages, goals = self._stages(), self._goals()
+        made = [
+            stages if self.paper else stages.without(_PAPER),
+            goals if self.reachable else goals.without([_PERFECT]),
+            self._first_stage(),
+        ]
         return [*made, self._missed()] if self.asked else made
 
-    def _stages(self) -> Table:
-        """Each rate in both runs, beside those of the paper."""
+    @table_of("stages", ("metric", *_COMPARED, *_PAPER))
+    def _stages(self) -> Iterator[Row]:
+        """Modular and pipeline.
+
+        Percent, and pipeline minus modular in points, with 95 % intervals whose units are the names of tasks;
+        p is of the exact test in which the tasks of a name share a coin (McNemar's where each task has its
+        own).{self._beside}
+        """
         declared = declaration_of(self.modular[0].ability)
         differences = {each.metric: each for each in compare(self.modular, self.pipeline).differences}
         before, after = (
             cases_of(self._shared(side), declared.ability) for side in (self.modular, self.pipeline)
         )
-        rows: list[Row] = []
         for metric in declared.terminal:
             one, other = before.get(metric, []), after.get(metric, [])
             p_value = differences[metric].p_value if metric in differences else None
-            figures = self.paper.get(metric, (None, None)) if self.paper else ()
-            rows.append((metric, *_compared(one, other), p_value, *figures))
-        columns = ("metric", "modular", "pipeline", "difference", "p")
-        return Table(
-            "stages",
-            "Modular and pipeline",
-            "Percent, and pipeline minus modular in points, with 95 % intervals whose units are the names of "
-            "tasks; p is of the exact test in which the tasks of a name share a coin (McNemar's where each "
-            "task has its own)." + (" Beside them the paper's figures for this model." if self.paper else ""),
-            (*columns, "paper modular", "paper pipeline") if self.paper else columns,
-            tuple(rows),
-        )
+            yield (metric, *_compared(one, other), p_value, *self.paper.get(metric, (None, None)))
 
-    def _goals(self) -> Table:
-        """Success in both runs by how right the stated goals are."""
-        believed = {record.task_id: _Believed.of(record.stated) for record in self._shared(self.pipeline)}
-        rows = []
-        for kind in (*_Believed, None):
-            tasks = {task for task, what in believed.items() if kind in (what, None)}
+    @property
+    def _beside(self) -> str:
+        return " Beside them the paper's figures for this model." if self.paper else ""
+
+    @table_of("goals", ("goals", "tasks", *_COMPARED, "only modular", "only pipeline", _PERFECT))
+    def _goals(self) -> Iterator[Row]:
+        """Where the loss comes from.
+
+        Tasks by the goals that their questions stated, success in both runs, and how many tasks only one of
+        them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and such as name
+        what does not exist.{self._searched}
+        """
+        believed = {record.task_id: _kind_of(record.stated) for record in self._shared(self.pipeline)}
+        for kind in (*_KINDS, "all"):
+            tasks = {task for task, known in believed.items() if kind in (known, "all")}
             if tasks:
-                rows.append(self._goal_row("all" if kind is None else kind.value, tasks))
-        perfect = ("perfect stage 2",) if self.reachable else ()
-        return Table(
-            "goals",
-            "Where the loss comes from",
-            "Tasks by the goals that their questions stated, success in both runs, and how many tasks only "
-            "one of them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and "
-            "such as name what does not exist." + (_PERFECT if perfect else ""),
-            ("goals", "tasks", "modular", "pipeline", "difference", "p", *_ONLY, *perfect),
-            tuple(rows),
-        )
+                modular, pipeline = self._of(self.modular, tasks), self._of(self.pipeline, tasks)
+                success = compare(modular, pipeline).differences[0]
+                only = len(success.only_first), len(success.only_second)
+                one, other = self._cases(modular), self._cases(pipeline)
+                perfect = [
+                    case._replace(share=of_all(self.reachable.get(case.task, False))) for case in other
+                ]
+                compared = *_compared(one, other), success.p_value
+                yield (kind, len(one), *compared, *only, Estimate.of(perfect))
 
-    def _goal_row(self, heading: str, tasks: Collection[str]) -> Row:
-        modular, pipeline = self._of(self.modular, tasks), self._of(self.pipeline, tasks)
-        success: Difference = compare(modular, pipeline).differences[0]
-        one, other = self._cases(modular), self._cases(pipeline)
-        reached = [case._replace(share=of_all(self.reachable.get(case.task, False))) for case in other]
+    @property
+    def _searched(self) -> str:
         return (
-            heading,
-            len(one),
-            *_compared(one, other),
-            success.p_value,
-            len(success.only_first),
-            len(success.only_second),
-            *((Estimate.of(reached),) if self.reachable else ()),
+            " A perfect stage 2 finds a plan for the stated goals by search, where there is one, and is "
+            "judged under strict: a yardstick and no bound, since a model may reach goals that it did not "
+            "state."
+            if self.reachable
+            else ""
         )
 
     @table_of("stage_1", ("answer", "tasks", "pipeline"))
@@ -222,10 +220,10 @@ def _compared(one: Cases, other: Cases) -> tuple[Estimate, Estimate, Estimate]:
     return Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other)
 
 
-def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
+def pooled(pipelines: Sequence[_Pair]) -> _Pair:
     """Several as one, in which each answer to a task is one to a task of its own, of the same name."""
     numbered = list(enumerate(pipelines))
-    return Pipeline(
+    return _Pair(
         [_numbered(number, record) for number, each in numbered for record in each.modular],
         [_numbered(number, record) for number, each in numbered for record in each.pipeline],
         {f"{number} {task}": value for number, each in numbered for task, value in each.reachable.items()},
@@ -236,13 +234,6 @@ def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
 
 def _numbered(number: int, record: Record) -> Record:
     return replace(record, task_id=f"{number} {record.task_id}")
-
-
-_PERFECT = (
-    " A perfect stage 2 finds a plan for the stated goals by search, where there is one, and is judged under "
-    "strict: a yardstick and no bound, since a model may reach goals that it did not state."
-)
-_ONLY = ("only modular", "only pipeline")
 
 
 def _conditions(scorer: Scorer, answer: str) -> Iterator[tuple[str, bool]]:
@@ -297,7 +288,7 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             yield alone, run
 
 
-def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> Pipeline:
+def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search: bool) -> _Pair:
     key = one.key
     asked: Mapping[str, Sequence[tuple[str, bool]]] = {}
     reachable: Mapping[str, bool] = {}
@@ -312,7 +303,7 @@ def _opened(one: Run, other: Run, source: Source, goals: Path | None, *, search:
             tasks = {record.task_id for record in other.records}
             wanted = {task: text for task, text in answers.items() if task in tasks}
             reachable = dict(_reached(benchmark, wanted, source))
-    return Pipeline(one.records, other.records, reachable, asked, _paper_figures(key))
+    return _Pair(one.records, other.records, reachable, asked, _paper_figures(key))
 
 
 def _reached(benchmark: Benchmark, answers: Mapping[str, str], source: Source) -> Iterator[tuple[str, bool]]:
@@ -339,7 +330,7 @@ def _paper_figures(key: RunKey) -> Mapping[str, tuple[float | None, float | None
     }
 
 
-def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
+def _analysis(found: _Pair, title: str, folder: str) -> Analysis:
     tables, record = found.tables(), found.modular[0]
     heading = f"{title}, {suite_title(found.suite)}"
     goals = next(table for table in tables if table.name == "goals")
@@ -350,8 +341,7 @@ def _analysis(found: Pipeline, title: str, folder: str) -> Analysis:
 
 def _for_screen(table: Table, heading: str) -> Table:
     """The table for the screen: tasks that are solved, and the difference in points, without intervals."""
-    columns = tuple([column for column in table.names if column not in _NOT_SHOWN])
-    shown = table.only(columns)
+    shown = table.without(_NOT_SHOWN)
     return replace(
         shown,
         title=f"{heading}: tasks solved, difference in points",
