@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
+from itertools import product
 from typing import TYPE_CHECKING, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -122,19 +123,14 @@ class Errata:
 
     def use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """The version, and the errata that decide verdicts on a task, for its record."""
-        deciding = self._deciding.get(ability, {}).get(task_id, ())
-        return ErrataUse(self.version, deciding) if self.version else None
+        return ErrataUse(self.version, self._deciding.get((ability, task_id), ())) if self.version else None
 
     @cached_property
-    def _deciding(self) -> Mapping[Ability, Mapping[str, tuple[str, ...]]]:
-        """Ability -> task -> ids of errata that decide verdicts: neither questions nor plans do."""
-        found: dict[Ability, dict[str, tuple[str, ...]]] = {}
-        for entry in self.entries:
-            if not entry.about_questions and not entry.plan:
-                for ability in entry.abilities:
-                    named = found.setdefault(ability, {})
-                    named.update({task_id: (*named.get(task_id, ()), entry.id) for task_id in entry.tasks})
-        return found
+    def _deciding(self) -> Mapping[tuple[Ability, str], tuple[str, ...]]:
+        """The ids of errata that decide verdicts, by ability and task: neither questions nor plans do."""
+        deciding = [entry for entry in self.entries if not entry.about_questions and not entry.plan]
+        places = ((place, entry.id) for entry in deciding for place in product(entry.abilities, entry.tasks))
+        return {place: tuple(ids) for place, ids in grouped(places).items()}
 
     def tasks(self, tasks: TaskSet[TaskT]) -> TaskSet[TaskT]:
         """The tasks of plans and goals, corrected."""

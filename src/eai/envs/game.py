@@ -742,7 +742,7 @@ def stage_of(task: str, rules: Rules = RULES) -> Stage:
     reference = TaskReference.parse(task)
     if reference.ability is not Ability.ACTION_SEQUENCING:
         raise InputError(f"{task}: only tasks of {Ability.ACTION_SEQUENCING.value} are played")
-    suite = suite_of(reference)
+    suite = suite_of(reference.benchmark, reference.ability)
     if reference.task_id not in suite.tasks:
         raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
     return staged(suite.tasks[reference.task_id], suite.benchmark, rules)

@@ -74,7 +74,7 @@ class Scoring(Workers):
         workers = self if suite.portable else Scoring()  # what has no name cannot be opened elsewhere
         asked, given = tee(responses)
         shares = workers._shares(suite, length_hint(responses))
-        judged = workers.each(_Judge(suite, settings), given, at_a_time=shares)
+        judged = workers.each(partial(_judge, suite, settings), given, at_a_time=shares)
         return map(partial(_record, suite, model), asked, judged)
 
     def parts(
@@ -103,7 +103,8 @@ class Scoring(Workers):
         items, number = _items_of(suite, answers, unanswered), len(answers.responses) + len(unanswered)
         if shard is not None:
             items, number = shard.of_these(items), -(-number // shard.of)
-        work = _Finish(_Judge(suite, settings), answers.model, _harness(suite.ability, answers), finish)
+        marked = partial(_with_harness, first=_harness(suite.ability, answers))
+        work = partial(_part, suite, settings, answers.model, marked, finish)
         if self._number < 2 or not suite.portable:
             at_a_time = (1, 1) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, AT_A_TIME)
             return (part for batch in batches(items, 1, *at_a_time) for part in work(batch))
@@ -142,51 +143,42 @@ _Judged: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
 """The part of a record that is not known before an answer is scored: all that a worker sends back."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Judge:
+def _judge(suite: Suite, settings: ScoringOptions, items: Sequence[Response | _Missing]) -> list[_Judged]:
     """From answers to what is made of them."""
+    return [_judged(suite, settings, item) for item in items]
 
-    suite: Suite
-    settings: ScoringOptions
 
-    def __call__(self, items: Sequence[Response | _Missing]) -> list[_Judged]:
-        return [self._missing(item) if isinstance(item, _Missing) else self._judged(item) for item in items]
-
-    def _judged(self, response: Response) -> _Judged:
-        assessment = self.suite.scorer(response.task_id).assess(response.text)
-        explanation = assessment.explain() if self.settings.explanations else None
+def _judged(suite: Suite, settings: ScoringOptions, item: Response | _Missing) -> _Judged:
+    explanation = None
+    if isinstance(item, _Missing):
+        verdict = suite.unanswered(item.task_id)
+        if settings.allow_missing and suite.scorer(item.task_id).why_excluded() is None:
+            verdict = declaration_of(suite.ability).verdict(excluded=NOT_ANSWERED)
+    else:
+        assessment = suite.scorer(item.task_id).assess(item.text)
+        explanation = assessment.explain() if settings.explanations else None
         verdict = assessment.verdict
-        if self.settings.look_back is not None and assessment.look_back is not None:
-            verdict = assessment.look_back(self.settings.look_back)
-        return verdict, self.suite.features(response.task_id), explanation
-
-    def _missing(self, missing: _Missing) -> _Judged:
-        """The judgement on a task without an answer."""
-        verdict = self.suite.unanswered(missing.task_id)
-        if self.settings.allow_missing and self.suite.scorer(missing.task_id).why_excluded() is None:
-            verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
-        return verdict, self.suite.features(missing.task_id), None
+        if settings.look_back is not None and assessment.look_back is not None:
+            verdict = assessment.look_back(settings.look_back)
+    return verdict, suite.features(item.task_id), explanation
 
 
-@dataclass(frozen=True, slots=True)
-class _Finish:
+def _part(
+    suite: Suite,
+    settings: ScoringOptions,
+    model: str,
+    marked: Callable[[Record], Record],
+    finish: Callable[[Record], Record] | None,
+    rows: Sequence[Row | _Missing],
+) -> list[Part]:
     """From answers to a part of the records of a run."""
+    items = [_read(suite, row) for row in rows]
+    records = [marked(_record(suite, model, item, _judged(suite, settings, item))) for item in items]
+    return [part_of(records if finish is None else [*map(finish, records)])]
 
-    judge: _Judge
-    model: str
-    harness: str | None
-    finish: Callable[[Record], Record] | None
 
-    def __call__(self, rows: Sequence[Row | _Missing]) -> list[Part]:
-        suite = self.judge.suite
-        items = [
-            row if isinstance(row, _Missing) else response_of(row, suite.benchmark.task_id_of) for row in rows
-        ]
-        return [part_of([self._finished(*each) for each in zip(items, self.judge(items), strict=True)])]
-
-    def _finished(self, item: Response | _Missing, judged: _Judged) -> Record:
-        record = _with_harness(_record(self.judge.suite, self.model, item, judged), self.harness)
-        return record if self.finish is None else self.finish(record)
+def _read(suite: Suite, row: Row | _Missing) -> Response | _Missing:
+    return row if isinstance(row, _Missing) else response_of(row, suite.benchmark.task_id_of)
 
 
 def _rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
@@ -242,10 +234,7 @@ def score_run(
         progressed: shows how far it is.
     """
     suite = suite.over(response.text for response in answers.responses)
-    items = [
-        item if isinstance(item, _Missing) else response_of(item, suite.benchmark.task_id_of)
-        for item in _items_of(suite, answers, unanswered)
-    ]
+    items = [_read(suite, row) for row in _items_of(suite, answers, unanswered)]
     found: list[Record] = []
     harness = _harness(suite.ability, answers)
     with Scoring(settings.workers) as scoring:

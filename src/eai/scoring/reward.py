@@ -50,24 +50,20 @@ def worth(earned: Merit, shaping: Shaping) -> float:
     Raises:
         ValueError: it is to be paid by its repair.
     """
-    return _by_itself(earned, shaping) / (1 + earned.added)
-
-
-def _by_itself(earned: Merit, shaping: Shaping) -> float:
-    """The pay of an answer with all that was done for it."""
     match shaping:
         case Shaping.SUCCESS:
-            return float(earned.success)
+            by_itself = float(earned.success)
         case Shaping.GOALS:
-            return 0.0 if earned.ended else earned.gain
+            by_itself = 0.0 if earned.ended else earned.gain
         case Shaping.PROGRESS:
-            return earned.gain
+            by_itself = earned.gain
         case Shaping.DIAGNOSIS:
-            return earned.gain / (1 + sum(earned.faults.values()))
+            by_itself = earned.gain / (1 + sum(earned.faults.values()))
         case Shaping.REPAIR:
             raise ValueError("how near a plan is to success is not told by its merits")
         case _:
             assert_never(shaping)
+    return by_itself / (1 + earned.added)
 
 
 def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
@@ -235,24 +231,20 @@ def reward_of(task: TaskReference, shaping: Shaping | str) -> Reward:
     return _opened(task.benchmark, task.ability, member(Shaping, shaping, "shaping"))
 
 
-def suite_of(task: TaskReference) -> Suite:
-    """The suite that a task is of, opened once and without a planner.
+@cache
+def suite_of(benchmark: str, ability: Ability) -> Suite:
+    """A suite that answers are paid in, opened once and without a planner; as `TaskReference` names it.
 
     Raises:
         InputError: there is no such suite.
         DataError: the data cannot be had.
     """
-    return _suite(task.benchmark, task.ability)
+    return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))
 
 
 @cache
 def _opened(benchmark: str, ability: Ability, shaping: Shaping) -> Reward:
-    return Reward(_suite(benchmark, ability), shaping)
-
-
-@cache
-def _suite(benchmark: str, ability: Ability) -> Suite:
-    return open_suite(benchmark, ability, source=Source(planner=PlannerChoice.NONE))
+    return Reward(suite_of(benchmark, ability), shaping)
 
 
 def _without_planner(suite: Suite) -> Suite:

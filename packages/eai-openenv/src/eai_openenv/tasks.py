@@ -34,7 +34,7 @@ class Tasks:
         self._benchmarks = frozenset(splits.values())
         self._of_split: dict[str, Mapping[str, Task]] = {}
         for split, benchmark in splits.items():
-            suite = suite_of(TaskReference(benchmark, Ability.ACTION_SEQUENCING, ""))
+            suite = suite_of(benchmark, Ability.ACTION_SEQUENCING)
             played = {
                 f"{benchmark}/{suite.ability.value}/{task_id}": suite.tasks[task_id]
                 for task_id in suite.task_ids

@@ -18,7 +18,7 @@ from eai.generator.spec import Generated, Spec, Split, Tier
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.scoring.reward import suite_of
-from eai.tasks.source import Source, TaskReference, given
+from eai.tasks.source import Source, given
 from eai.tasks.task_lines import read_line, task_of, written
 
 _TOGETHER = 8
@@ -43,7 +43,7 @@ class Asked(NamedTuple):
 
 def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Asked]:
     """The tasks of a benchmark in which an ability is asked for, in the order of the data set."""
-    suite = suite_of(TaskReference(domain, ability, ""))
+    suite = suite_of(domain, ability)
     asked = Library(prompts, None, suite.source).open(suite.benchmark, ability)
     for task_id in suite.task_ids:
         yield Asked(suite.reference(task_id), asked[task_id])
