@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
@@ -42,28 +41,25 @@ It also takes ``first``, a `Stage` before them, and ``epochs``, if there are to 
 
 
 @dataclass
-class Stage(ABC):
+class Stage:
     """A stage before the questions of a run, which state what comes of it instead of the facts.
 
     Attributes:
         library: where prompts come from.
         wanted: the tasks that the run is about, by domain.
         ask: asks a model.
+        believe: finds the beliefs that questions to a model state; InputError if they cannot state them, or
+            there is nothing.
         outcomes: the results of the questions that were asked in this stage.
+        known: the beliefs that were found, for ``believe`` to find each once.
     """
 
     library: Library
     wanted: Mapping[str, Collection[str]]
     ask: Ask
+    believe: Callable[[Stage, Endpoint, Suite], Believed]
     outcomes: list[SuiteResult] = field(default_factory=list, init=False)
-
-    @abstractmethod
-    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
-        """The beliefs that questions to a model state.
-
-        Raises:
-            InputError: they cannot state it, or there is nothing.
-        """
+    known: dict[tuple[str, ...], Believed] = field(default_factory=dict, init=False)
 
     def second(
         self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite
@@ -71,10 +67,18 @@ class Stage(ABC):
         """The questions to a model, and what they state; tasks for which there is nothing are left out.
 
         Raises:
-            InputError: as of `believed`.
+            InputError: as of `believe`.
         """
-        believed = self.believed(endpoint, suite)
+        believed = self.believe(self, endpoint, suite)
         return believed.prompts(self.library, suite, task_ids), believed
+
+    def answers(
+        self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **more: Any
+    ) -> dict[str, str]:
+        """The answers of a model that is asked in this stage, by task; ``more`` goes to who asks."""
+        outcome = self.ask(endpoint, prompts, suite, **more)
+        self.outcomes.append(outcome)
+        return {each.task_id: each.response for each in outcome.records if each.unanswered is None}
 
 
 class Variation(Options):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from eai.abilities.declaration import declaration_of
@@ -131,43 +131,32 @@ def _refuse_published(choice: Perception, library: Library, suite: Suite) -> Non
         )
 
 
-@dataclass
-class Scenes(Stage):
-    """The scenes of a run, once for each domain.
+def scenes(choice: Perception, stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+    """The scenes of a run, once for each domain and the same for all models.
 
     A captioner is asked first, for all tasks of a domain at once; its lists are then what other models read.
 
-    Attributes:
-        choice: how they are shown.
+    Raises:
+        InputError: published prompts cannot describe another scene, or a picture is missing.
     """
+    _refuse_published(choice, stage.library, suite)
+    key = (suite.domain,)
+    if key not in stage.known:
+        if choice.scene == "predicted":
+            stage.known[key] = _listed(choice, stage, suite)
+        else:
+            tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.wanted[suite.domain]}
+            templates = Templates(stage.library.folder)
+            stage.known[key] = shown_scenes(choice, suite.benchmark, tasks, templates)
+    return stage.known[key]
 
-    choice: Perception
-    _known: dict[str, Believed] = field(default_factory=dict, init=False)
 
-    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
-        """The scenes, the same for all models.
-
-        Raises:
-            InputError: published prompts cannot describe another scene, or a picture is missing.
-        """
-        _refuse_published(self.choice, self.library, suite)
-        if suite.domain not in self._known:
-            is_listed = self.choice.scene == "predicted"
-            self._known[suite.domain] = self._listed(suite) if is_listed else self._show(suite)
-        return self._known[suite.domain]
-
-    def _show(self, suite: Suite) -> Believed:
-        tasks = {i: suite.tasks[i] for i in suite.tasks if i in self.wanted[suite.domain]}
-        return shown_scenes(self.choice, suite.benchmark, tasks, Templates(self.library.folder))
-
-    def _listed(self, suite: Suite) -> Believed:
-        """The scenes as a captioner lists them, who is shown pictures."""
-        choice, asked = self.choice, open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
-        pictured = Scenes(self.library, self.wanted, self.ask, choice.of_pictures())
-        captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
-        task_ids = [task_id for task_id in asked.task_ids if task_id in self.wanted[suite.domain]]
-        prompts, _ = pictured.second(captioner, task_ids, asked)
-        outcome = self.ask(captioner, prompts, asked, first=pictured, epochs=1)
-        self.outcomes.append(outcome)
-        answers = {each.task_id: each.response for each in outcome.records if each.unanswered is None}
-        return listed_scenes(choice.label, suite, answers)
+def _listed(choice: Perception, stage: Stage, suite: Suite) -> Believed:
+    """The scenes as a captioner lists them, who is shown pictures."""
+    asked = open_suite(suite.benchmark, SCENE_GRAPH, source=suite.source)
+    pictured = Stage(stage.library, stage.wanted, stage.ask, partial(scenes, choice.of_pictures()))
+    captioner = Endpoint(str(choice.scene_model), choice.scene_args, choice.scene_base_url)
+    task_ids = [task_id for task_id in asked.task_ids if task_id in stage.wanted[suite.domain]]
+    prompts, _ = pictured.second(captioner, task_ids, asked)
+    answers = stage.answers(captioner, prompts, asked, first=pictured, epochs=1)
+    return listed_scenes(choice.label, suite, answers)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
@@ -134,9 +135,11 @@ class Perception(Variation):
 
     def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
         """The scenes."""
-        from eai.studies.perception.scenes import Scenes
+        if self.scene == "text":
+            return None
+        from eai.studies.perception.scenes import scenes
 
-        return None if self.scene == "text" else Scenes(library, wanted, ask, self)
+        return Stage(library, wanted, ask, partial(scenes, self))
 
     @property
     def label(self) -> str:

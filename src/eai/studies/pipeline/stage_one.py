@@ -8,7 +8,7 @@ Where there is none, nothing is asked, and the task counts as not answered. None
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -150,38 +150,34 @@ def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[
         yield read.model, {each.task_id: each.text for each in read.responses}
 
 
-@dataclass
-class StageOne(Stage):
-    """Goal interpretation, once for each model and domain.
+def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> Believed:
+    """The goals that a model interpreted, once for each model and domain.
 
-    Attributes:
+    Args:
         goals: `OWN`, or the file or folder with the answers.
+        stage: where the model is asked.
+        endpoint: the model.
+        suite: what is asked afterwards.
+
+    Raises:
+        InputError: there are no such answers, or none to any of the tasks.
     """
+    key = (endpoint.model, suite.domain)
+    if key not in stage.known:
+        if goals == OWN:
+            found = _own(stage, endpoint, suite)
+        else:
+            found = read_interpretations(Path(goals), suite.benchmark, suite.source, endpoint.model)
+        stage.known[key] = believe(found, suite.benchmark, suite.source)
+    if not stage.known[key].beliefs.keys() & set(stage.wanted[suite.domain]):
+        raise InputError(f"goals {goals}: none of the tasks has an answer to goal interpretation")
+    return stage.known[key]
 
-    goals: str
-    _known: dict[tuple[str, str], Believed] = field(default_factory=dict, init=False)
 
-    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
-        """The interpreted goals.
-
-        Raises:
-            InputError: there are no such answers, or none to any of the tasks.
-        """
-        key = (endpoint.model, suite.domain)
-        if key not in self._known:
-            interpretations = self._interpretations(endpoint, suite)
-            self._known[key] = believe(interpretations, suite.benchmark, suite.source)
-        if not self._known[key].beliefs.keys() & set(self.wanted[suite.domain]):
-            raise InputError(f"goals {self.goals}: none of the tasks has an answer to goal interpretation")
-        return self._known[key]
-
-    def _interpretations(self, endpoint: Endpoint, suite: Suite) -> Interpretations:
-        if self.goals != OWN:
-            return read_interpretations(Path(self.goals), suite.benchmark, suite.source, endpoint.model)
-        first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
-        prompts = self.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
-        wanted = [task_id for task_id in first.task_ids if task_id in self.wanted[suite.domain]]
-        outcome = self.ask(endpoint, {task_id: prompts[task_id] for task_id in wanted}, first)
-        self.outcomes.append(outcome)
-        answered = [record for record in outcome.records if record.unanswered is None]
-        return file_name(endpoint.model), {record.task_id: record.response for record in answered}
+def _own(stage: Stage, endpoint: Endpoint, suite: Suite) -> Interpretations:
+    """The answers of the model itself."""
+    first = open_suite(suite.benchmark, Ability.GOAL_INTERPRETATION, suite.protocol, source=suite.source)
+    prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
+    wanted = [task_id for task_id in first.task_ids if task_id in stage.wanted[suite.domain]]
+    asked = {task_id: prompts[task_id] for task_id in wanted}
+    return file_name(endpoint.model), stage.answers(endpoint, asked, first)

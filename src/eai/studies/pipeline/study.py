@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -52,9 +53,11 @@ class _Pipeline(Variation):
 
     def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
         """Goal interpretation."""
-        from eai.studies.pipeline.stage_one import StageOne
+        if self.goals is None:
+            return None
+        from eai.studies.pipeline.stage_one import interpreted
 
-        return None if self.goals is None else StageOne(library, wanted, ask, self.goals)
+        return Stage(library, wanted, ask, partial(interpreted, self.goals))
 
 
 class _Choices(Options):
