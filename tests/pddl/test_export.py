@@ -32,7 +32,7 @@ from eai.world.frame import AGENT
 from eai.world.history import Past
 from eai.world.operator import Operator, Try, additional, affordance, missing
 from eai.world.relation import bits
-from eai.world.state import Scene, State, WorldObject
+from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 
 X, Y, Z = Variable("x"), Variable("y"), Variable("z")
@@ -250,6 +250,15 @@ def test_what_has_no_formula_is_named_and_keeps_its_initial_value() -> None:
         "odd: it is computed by a function and has no formula, so it keeps its initial value",
     )
     assert set(_facts(exported, "odd")) == {"a_1", "b"}
+
+
+def test_predicates_are_declared_with_all_their_arguments() -> None:
+    between = Predicate("between", 4)
+    vocabulary = Vocabulary((between,))
+    scene = Scene(vocabulary, [WorldObject(name, "cup") for name in "abcd"])
+    initial = scene.state([Fact("between", (0, 1, 2, 3))])
+    exported = export(Domain("toy", vocabulary, ()), initial, ())
+    assert check_problem(exported.problem, exported.domain) == ()
 
 
 def test_invisible_predicates_can_be_left_out() -> None:

@@ -25,7 +25,7 @@ from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import DerivedPredicate
+from eai.world.vocabulary import DerivedPredicate, parameters
 
 
 def _object_key(scene: Scene, index: int) -> str:
@@ -336,7 +336,7 @@ def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
 
 
 def _declared(name: str, arity: int) -> m.PddlPredicate:
-    return m.PddlPredicate(name, tuple([f.Variable(letter) for letter in ("x", "y", "z")[:arity]]))
+    return m.PddlPredicate(name, tuple(map(f.Variable, parameters(arity))))
 
 
 def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
