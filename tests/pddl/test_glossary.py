@@ -39,7 +39,7 @@ def test_what_is_a_name_already_stays_one(name: str, written: str) -> None:
 def test_names_that_would_be_equal_get_numbers() -> None:
     names = PddlNames(["On", "on", "ON"])
     assert [names[name] for name in ("On", "on", "ON")] == ["on", "on-2", "on-3"]
-    twin = names.copy()
+    twin = PddlNames(names)
     assert twin["oN"] == "on-4"
     assert "oN" not in names
     with pytest.raises(KeyError):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import eai.logic.formula as f
 import eai.pddl.model as m
@@ -18,14 +17,15 @@ from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
 from eai.pddl.ordered_effects import all_at_once
-from eai.world.derived import Computed, Lookup
+from eai.world.derived import Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.frame import AGENT
+from eai.world.listing import listing
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import DerivedPredicate, parameters
+from eai.world.vocabulary import parameters
 
 
 def _object_key(scene: Scene, index: int) -> str:
@@ -90,24 +90,12 @@ def _facts(
             yield name, arguments
     for category, kind in glossary.kinds.items():
         yield from ((kind, (i,)) for i in bits(source.initial.scene.category(category)) if i in among)
-    for derived in glossary.frozen.values():
-        for arguments in product(kept, repeat=derived.arity):
-            if _holds(derived, source.initial, arguments):
-                yield glossary.predicates[derived.name], arguments
+    for name in glossary.frozen:
+        listed = listing(glossary.vocabulary, name, repeated=True).facts(source.initial, kept)
+        yield from ((glossary.predicates[name], fact.arguments) for fact in listed)
     if glossary.ordered:
         order = _order_name(glossary)
         yield from ((order, (i, j)) for place, i in enumerate(kept) for j in kept[place + 1 :])
-
-
-def _holds(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
-    """Whether a derived predicate that has a function holds in a state."""
-    match derived:
-        case Lookup(values=values):
-            return bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
-        case Computed(test=test):
-            return test(state, arguments)
-        case _:
-            raise DomainError(f"{derived.name} has no function")
 
 
 REQUIREMENTS = (":adl", ":derived-predicates")
@@ -258,10 +246,7 @@ def _unsupported(glossary: Glossary) -> Iterator[str]:
 
 def _things(glossary: Glossary, scene: Scene) -> PddlNames:
     """The names of all objects of a scene: first those that operators name."""
-    names = glossary.things.copy()
-    for index in range(len(scene.objects)):
-        names[_object_key(scene, index)]
-    return names
+    return PddlNames([*glossary.things, *(_object_key(scene, i) for i in range(len(scene.objects)))])
 
 
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:

@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 
 import eai.logic.formula as f
 from eai.errors import DomainError
@@ -26,12 +27,12 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 def conjunction(parts: Iterable[f.Formula]) -> f.Formula:
     """All parts hold, each written once; false where one part denies another."""
-    return _junction(f.And, parts, nothing=f.TRUE, decisive=f.FALSE)
+    return _junction(f.And, parts)
 
 
 def disjunction(parts: Iterable[f.Formula]) -> f.Formula:
     """Some part holds, each written once; true where one part denies another."""
-    return _junction(f.Or, parts, nothing=f.FALSE, decisive=f.TRUE)
+    return _junction(f.Or, parts)
 
 
 def negation(formula: f.Formula) -> f.Formula:
@@ -79,21 +80,13 @@ def substitute_term(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
     return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
-def _junction(
-    connective: type[f.And] | type[f.Or],
-    parts: Iterable[f.Formula],
-    *,
-    nothing: f.Formula,
-    decisive: f.Formula,
-) -> f.Formula:
-    """The parts connected: ``nothing`` is left out, ``decisive`` is the whole, and so are two opposites."""
-    found: dict[f.Formula, None] = {}
-    for part in parts:
-        found |= dict.fromkeys(f.operands(part, connective))
+def _junction(connective: type[f.And] | type[f.Or], parts: Iterable[f.Formula]) -> f.Formula:
+    """The parts connected; the opposite of none of them is the whole, and so are two opposites."""
+    found = dict.fromkeys(chain.from_iterable(f.operands(part, connective) for part in parts))
+    decisive = negation(connective(()))
     if any(part == decisive or negation(part) in found for part in found):
         return decisive
-    kept = tuple(part for part in found if part != nothing)
-    return kept[0] if len(kept) == 1 else connective(kept)
+    return next(iter(found)) if len(found) == 1 else connective(tuple(found))
 
 
 _STRANGE = re.compile(r"[^a-z0-9_-]")
@@ -116,33 +109,25 @@ _RESERVED = CONNECTIVES | {
 """Words of PDDL, those of preferences (PDDL 3) too, which VAL takes for what they are there."""
 
 
-class PddlNames:
+class PddlNames(dict[str, str]):
     """The PDDL names of one kind of thing (objects, predicates, operators, types), each given once.
+
+    Asked for a name that it does not have, it gives it a PDDL name that no other name has.
 
     Args:
         names: what gets its name first, in order.
     """
 
     def __init__(self, names: Iterable[str] = ()) -> None:
-        self._given: dict[str, str] = {}
+        super().__init__()
         self._meant: dict[str, str] = {}
         for name in names:
             self[name]
 
-    def __getitem__(self, name: str) -> str:
-        """The PDDL name of a name; the same always, and of no other name."""
-        found = self._given.get(name)
-        if found is None:
-            found = self._given[name] = self._free(name)
-            self._meant[found] = name
-        return found
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._given
-
-    def items(self) -> Iterator[tuple[str, str]]:
-        """Each name with its PDDL name, in the order in which they were given."""
-        return iter(self._given.items())
+    def __missing__(self, name: str) -> str:
+        written = self[name] = self._free(name)
+        self._meant[written] = name
+        return written
 
     def meant(self, written: str) -> str:
         """The name that a PDDL name stands for.
@@ -151,12 +136,6 @@ class PddlNames:
             KeyError: it stands for none.
         """
         return self._meant[written]
-
-    def copy(self) -> PddlNames:
-        """A table that begins with the names given so far."""
-        twin = PddlNames()
-        twin._given, twin._meant = dict(self._given), dict(self._meant)
-        return twin
 
     def _free(self, name: str) -> str:
         base = _STRANGE.sub("_", name.lower())
@@ -343,7 +322,8 @@ class ConditionWriter:
         if (min(sizes) if count is None else count) > min(sizes):
             return f.FALSE
         smaller, larger = (first, second) if sizes[0] <= sizes[1] else (second, first)
-        members: list[f.Term] = [f.Constant(self._things[name]) for name in self._members(smaller)]
+        named = self._scene.named(smaller.category)
+        members: list[f.Term] = [f.Constant(self._things[name]) for name in named]
         chosen: list[f.Variable] = []
         if count is not None and count < len(members):
             chosen = [self.fresh(smaller.name, smaller.category) for _ in range(count)]
@@ -355,10 +335,6 @@ class ConditionWriter:
             parts.append(negation(equality(one, other)))
             parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
         return _some([*chosen, *partners], conjunction([*parts, *_different(terms)]))
-
-    def _members(self, variable: f.Variable) -> tuple[str, ...]:
-        scene = self._scene
-        return () if scene is None else scene.named(variable.category)
 
 
 def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
