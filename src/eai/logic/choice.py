@@ -89,19 +89,6 @@ def ground(formula: f.Formula, objects: Objects) -> Choice:
     return _Grounding(objects).ground(formula, {}, True)
 
 
-def literals(choice: Choice) -> Iterator[Literal]:
-    """The conditions at the leaves, left to right."""
-    match choice:
-        case Leaf(literal):
-            yield literal
-        case Pairing(_, cells):
-            for cell in (cell for row in cells for cell in row if cell is not None):
-                yield from literals(cell)
-        case AllOf(parts) | AnyOf(parts) | Choose(_, parts):
-            for part in parts:
-                yield from literals(part)
-
-
 class _Grounding:
     def __init__(self, objects: Objects) -> None:
         self._objects = objects
@@ -209,7 +196,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(choice_options, parts))
         case Choose(count, parts):
-            for chosen in combinations(parts, count) if count <= len(parts) else ():
+            for chosen in combinations(parts, count):
                 yield from _product(chosen)
         case Pairing(count, cells):
             for pairs in _pairings(count, cells):
@@ -247,25 +234,13 @@ def _product(parts: Sequence[Choice]) -> Iterator[Option]:
 
 def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
     """All sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
-    rows, columns = len(cells), len(cells[0]) if cells else 0
-    if count > min(rows, columns):
-        return
-    if rows < columns:
-        places: Iterable[list[tuple[int, int]]] = (
-            list(zip(some, others, strict=True))
-            for some in combinations(range(rows), count)
-            for others in permutations(range(columns), count)
-        )
-    else:
-        places = (
-            list(zip(others, some, strict=True))
-            for some in combinations(range(columns), count)
-            for others in permutations(range(rows), count)
-        )
-    for place in places:
-        pairs = [cell for cell in (cells[i][j] for i, j in place) if cell is not None]
-        if len(pairs) == count:
-            yield pairs
+    lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
+    across = len(lines[0]) if lines else 0
+    for some in combinations(lines, count):
+        for others in permutations(range(across), count):
+            pairs = [cell for line, i in zip(some, others, strict=True) if (cell := line[i]) is not None]
+            if len(pairs) == count:
+                yield pairs
 
 
 def _elementary(count: int, numbers: Sequence[int]) -> int:
@@ -361,15 +336,9 @@ def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:
 
 
 def _any_of(parts: Sequence[BestOverlap]) -> BestOverlap:
-    def first_of_best(said: int) -> _Overlap | None:
-        best: _Overlap | None = None
-        for part in parts:
-            each = part(said)
-            if each is not None and (best is None or each.score > best.score):
-                best = each
-        return best
-
-    return parts[0] if len(parts) == 1 else first_of_best
+    if len(parts) == 1:
+        return parts[0]
+    return lambda said: max(filter(None, [part(said) for part in parts]), key=_score, default=None)
 
 
 def _some_of(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:

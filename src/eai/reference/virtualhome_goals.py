@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 from eai.abilities.explanation import GoalReport, names_in
@@ -15,7 +16,7 @@ from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.households.virtualhome.notation import FIELDS, VirtualHomeGoals, goal_of
 from eai.households.virtualhome.predicates import object_id
-from eai.logic.choice import literals
+from eai.logic.choice import choice_options
 from eai.world.domain import Domain
 
 _FENCE = "```json"
@@ -72,7 +73,8 @@ class ByLargestId(GoalInterpretation):
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
         self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
         for goal in notation.alternatives(task):
-            options = dict.fromkeys([self.lexicon.grounded(literal) for literal in literals(goal.options)])
+            literals = chain.from_iterable(choice_options(goal.options))
+            options = dict.fromkeys(map(self.lexicon.grounded, literals))
             self._options.append((" or ".join(map(str, options)), frozenset(options)))
         self._needed = frozenset().union(*[options for _, options in self._options])
         self._totals = tuple((kind, len(task.goals_of(kind))) for kind in GoalKind)
