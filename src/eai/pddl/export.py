@@ -28,12 +28,12 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import parameters
 
 
-def _object_key(scene: Scene, index: int) -> str:
-    """The key of an object in the table of names: the agent, which conditions name, is known as that."""
-    name = scene.objects[index].name
-    if index == scene.agent:
-        return AGENT.name
-    return f"{name} " if name == AGENT.name else name
+def _object_keys(scene: Scene) -> list[str]:
+    """The keys of objects in the table of names: the agent, which conditions name, is known as that."""
+    keys = [f"{each.name} " if each.name == AGENT.name else each.name for each in scene.objects]
+    if scene.agent is not None:
+        keys[scene.agent] = AGENT.name
+    return keys
 
 
 def _order_name(glossary: Glossary) -> str:
@@ -42,39 +42,27 @@ def _order_name(glossary: Glossary) -> str:
 
 
 def _problem(
-    glossary: Glossary, names: PddlNames, header: m.PddlDomain, source: ProblemSource, goal: f.Formula
+    glossary: Glossary, words: Sequence[str], header: m.PddlDomain, source: ProblemSource, goal: f.Formula
 ) -> m.PddlProblem:
     """The problem of an exported domain: typed objects, the facts of a state, and what the domain adds.
 
     Args:
         glossary: the names of the export.
-        names: those of the objects of the scene.
+        words: those of the objects of the scene, by index.
         header: the domain, operators apart.
         source: the problem.
         goal: its goal in PDDL.
     """
-    scene = source.initial.scene
-    words = [names[_object_key(scene, i)] for i in range(len(scene.objects))]
-    constants = {item.name for item in header.constants}
-    return m.PddlProblem(
-        name=PddlNames()[source.name],
-        domain=header.name,
-        objects=tuple(
-            [
-                m.TypedName(words[i], glossary.types[scene.objects[i].category])
-                for i in bits(source.kept)
-                if words[i] not in constants
-            ]
-        ),
-        initial=tuple(
-            [
-                f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
-                for predicate, arguments in _facts(glossary, header, source)
-            ]
-        ),
-        denied=(),
-        goal=goal,
-    )
+    things, constants = source.initial.scene.objects, {item.name for item in header.constants}
+    kinds = [(words[i], glossary.types[things[i].category]) for i in bits(source.kept)]
+    objects = tuple([m.TypedName(word, kind) for word, kind in kinds if word not in constants])
+    facts = tuple([_atom(name, arguments, words) for name, arguments in _facts(glossary, header, source)])
+    return m.PddlProblem(PddlNames()[source.name], header.name, objects, facts, denied=(), goal=goal)
+
+
+def _atom(predicate: str, arguments: Sequence[int], words: Sequence[str]) -> f.Atom:
+    """The atom of a predicate in PDDL about objects by index."""
+    return f.Atom(predicate, tuple([f.Constant(words[i]) for i in arguments]))
 
 
 def _facts(
@@ -140,25 +128,18 @@ class Exported:
     problem: m.PddlProblem
     unsupported: tuple[str, ...]
     _operators: PddlNames
-    _objects: PddlNames
     _predicates: PddlNames
-    _scene: Scene
+    _words: Sequence[str]
 
     def state(self, state: State) -> PddlState:
         """A state of the same scene: the atoms that are true in it, of predicates that operators read."""
         declared = {predicate.name for predicate in self.domain.predicates}
-        things = [self._name(i) for i in range(len(self._scene.objects))]
-        return frozenset(
-            [
-                f.Atom(name, tuple([f.Constant(things[i]) for i in arguments]))
-                for predicate, arguments in state.facts()
-                if (name := self._predicates[predicate]) in declared
-            ]
-        )
+        facts = [(self._predicates[predicate], arguments) for predicate, arguments in state.facts()]
+        return frozenset([_atom(name, things, self._words) for name, things in facts if name in declared])
 
     def step(self, action: Action) -> PlanStep:
         """A ground action as a step of a plan."""
-        return PlanStep(self._operators[action.operator], tuple(map(self._name, action.arguments)))
+        return PlanStep(self._operators[action.operator], tuple([self._words[i] for i in action.arguments]))
 
     def action(self, step: PlanStep) -> Action:
         """A step of a plan as a ground action.
@@ -166,11 +147,8 @@ class Exported:
         Raises:
             KeyError: it names what was not exported.
         """
-        index = {self._name(i): i for i in range(len(self._scene.objects))}
+        index = {word: i for i, word in enumerate(self._words)}
         return Action(self._operators.meant(step.action), tuple([index[name] for name in step.arguments]))
-
-    def _name(self, index: int) -> str:
-        return self._objects[_object_key(self._scene, index)]
 
 
 def export(
@@ -214,26 +192,18 @@ def export_problems(
     hidden = frozenset[str]() if invisible else hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_operator(each, operators, glossary, hidden) for each in domain.operators]
-    things = [_things(glossary, source.initial.scene) for source in sources]
+    things = [PddlNames([*glossary.things, *_object_keys(source.initial.scene)]) for source in sources]
     goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
     header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
     actions = tuple([_with_history(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
     unsupported = tuple(_unsupported(glossary))
-    return tuple(
-        [
-            Exported(
-                exported,
-                _problem(glossary, names, header, source, goal),
-                unsupported,
-                operators,
-                names,
-                glossary.predicates,
-                source.initial.scene,
-            )
-            for names, source, goal in zip(things, sources, goals, strict=True)
-        ]
-    )
+    found = []
+    for names, source, goal in zip(things, sources, goals, strict=True):
+        words = [names[key] for key in _object_keys(source.initial.scene)]
+        problem = _problem(glossary, words, header, source, goal)
+        found.append(Exported(exported, problem, unsupported, operators, glossary.predicates, words))
+    return tuple(found)
 
 
 def _unsupported(glossary: Glossary) -> Iterator[str]:
@@ -242,11 +212,6 @@ def _unsupported(glossary: Glossary) -> Iterator[str]:
     for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
         if isinstance(derived, Lookup) and derived.open_in_meaning:
             yield f"{derived.name}: its formula leaves open {derived.open_in_meaning}"
-
-
-def _things(glossary: Glossary, scene: Scene) -> PddlNames:
-    """The names of all objects of a scene: first those that operators name."""
-    return PddlNames([*glossary.things, *(_object_key(scene, i) for i in range(len(scene.objects)))])
 
 
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:
@@ -294,19 +259,19 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
     """The domain without operators: every predicate, type and constant that is in use."""
     axioms, constants = tuple(_axioms(glossary)), tuple(_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
-    predicates = [_declared(glossary.predicates[each.name], each.arity) for each in stored]
-    derived = [*glossary.derived.values(), *glossary.frozen.values()]
-    predicates += [_declared(glossary.predicates[each.name], each.arity) for each in derived]
-    predicates += [_declared(kind, 1) for kind in glossary.kinds.values()]
-    predicates += [_declared(done, 0) for done in glossary.performed.values()]
+    names = [each.name for each in stored] + [*glossary.derived, *glossary.frozen]
+    arities = {glossary.predicates[each]: glossary.vocabulary.arity(each) or 0 for each in names}
+    arities |= dict.fromkeys(glossary.kinds.values(), 1) | dict.fromkeys(glossary.performed.values(), 0)
     if glossary.ordered:
-        predicates.append(_declared(_order_name(glossary), 2))
+        arities[_order_name(glossary)] = 2
     return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
         types=tuple([m.TypedName(written) for _, written in glossary.types.items()]),
         constants=constants,
-        predicates=tuple(predicates),
+        predicates=tuple(
+            [m.PddlPredicate(each, tuple(map(f.Variable, parameters(n)))) for each, n in arities.items()]
+        ),
         actions=(),
         axioms=axioms,
     )
@@ -314,14 +279,9 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
 
 def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
     """The objects that operators name; they are of one category in all problems."""
-    index = {_object_key(scene, i): i for i in range(len(scene.objects))}
+    things = dict(zip(_object_keys(scene), scene.objects, strict=True))
     for name, written in glossary.things.items():
-        kind = glossary.types[scene.objects[index[name]].category] if name in index else m.OBJECT
-        yield m.TypedName(written, kind)
-
-
-def _declared(name: str, arity: int) -> m.PddlPredicate:
-    return m.PddlPredicate(name, tuple(map(f.Variable, parameters(arity))))
+        yield m.TypedName(written, glossary.types[things[name].category] if name in things else m.OBJECT)
 
 
 def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:

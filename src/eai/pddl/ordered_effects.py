@@ -178,18 +178,14 @@ class _OrderedEffects:
                 terms[deleted.name] = added
             else:
                 same.append(g.equality(g.substitute_term(deleted, terms), added))
-        open_variables = [
-            self._conditions.fresh(variable.name)
-            for variable in deletion.variables
-            if variable.name not in terms
-        ]
         rest = [variable.name for variable in deletion.variables if variable.name not in terms]
-        terms |= dict(zip(rest, open_variables, strict=True))
+        still_open = {name: self._conditions.fresh(name) for name in rest}
+        terms |= still_open
         later = self._later(addition.place, deletion.place, terms)
         found = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
         if _denies(addition.condition, found):
             return f.FALSE
-        for variable in reversed(open_variables):
+        for variable in reversed(still_open.values()):
             found = found if found in (f.TRUE, f.FALSE) else f.Exists(variable, found)
         return found
 
