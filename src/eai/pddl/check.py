@@ -204,20 +204,14 @@ class _Checker:
             case f.Equals(left, right):
                 for term in (left, right):
                     yield from self.term(term, scope)
-            case f.Not() | f.And() | f.Or() | f.Implies():
-                for part in children(formula):
-                    yield from self.formula(part, scope)
-            case f.ForAll(body=body) | f.Exists(body=body) | f.Exactly(body=body) | f.ForPairs(body=body):
-                yield from self.below(bound_by(formula), body, scope)
-            case _:
+            case f.Occurs() | f.Then() | f.Next() | f.Eventually() | f.Always() | f.Until():
                 yield PddlFinding(Offence.UNSUPPORTED, f"PDDL, not {type(formula).__name__}", self.place)
-
-    def below(
-        self, variables: tuple[f.Variable, ...], body: f.Formula, scope: TypeScope
-    ) -> Iterator[PddlFinding]:
-        """The findings below a quantifier."""
-        yield from _unknown_types(variables, self.vocabulary, self.place)
-        yield from self.formula(body, {**scope, **{each.name: m.type_of(each) for each in variables}})
+            case _:
+                bound = bound_by(formula)
+                yield from _unknown_types(bound, self.vocabulary, self.place)
+                inner = {**scope, **{each.name: m.type_of(each) for each in bound}} if bound else scope
+                for part in children(formula):
+                    yield from self.formula(part, inner)
 
     def effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
         match effect:

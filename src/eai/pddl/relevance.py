@@ -30,7 +30,7 @@ def relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
     distinct: dict[tuple[object, ...], m.PddlAction] = {}
     for action, _ in possible:
         effect = _restrict(action.effect, kept)
-        if effect is not None:
+        if effect != m.NO_EFFECT:
             key = (action.parameters, action.precondition, effect)
             distinct.setdefault(key, replace(action, effect=effect))
     return replace(domain, actions=tuple(distinct.values()))
@@ -86,22 +86,17 @@ def _relevant_predicates(
     return relevant_ones
 
 
-def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:
-    """The part of an effect on atoms of some predicates; None if there is none."""
-    match effect:
-        case m.AddEffect(atom) | m.DeleteEffect(atom):
-            return effect if atom.predicate in predicates else None
+def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
+    """The part of an effect on atoms of some predicates; `NO_EFFECT` if there is none."""
+    if isinstance(effect, (m.AddEffect, m.DeleteEffect)):
+        return effect if effect.atom.predicate in predicates else m.NO_EFFECT
+    match m.with_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
         case m.Both(parts):
-            kept = tuple(
-                [part for part in (_restrict(each, predicates) for each in parts) if part is not None]
-            )
-            return m.Both(kept) if kept else None
-        case m.Each(variable, part):
-            inner = _restrict(part, predicates)
-            return None if inner is None else m.Each(variable, inner)
-        case m.WhenEffect(condition, part):
-            inner = _restrict(part, predicates)
-            return None if inner is None else m.WhenEffect(condition, inner)
+            return m.Both(tuple([part for part in parts if part != m.NO_EFFECT]))
+        case m.Each(part=m.NO_EFFECT) | m.WhenEffect(part=m.NO_EFFECT):
+            return m.NO_EFFECT
+        case kept:
+            return kept
 
 
 def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
@@ -118,20 +113,16 @@ def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:
 
 
 def _condition(formula: f.Formula, objects: Mapping[str, Sequence[str]]) -> f.Formula:
-    if isinstance(formula, (f.ForAll, f.Exists)):
-        variable, body = formula.variable, _condition(formula.body, objects)
-        is_idle = objects[m.type_of(variable)] and variable.name not in free_variables(body)
-        return body if is_idle else replace(formula, body=body)
-    return with_parts(formula, lambda part: _condition(part, objects))
+    kept = with_parts(formula, lambda part: _condition(part, objects))
+    if isinstance(kept, (f.ForAll, f.Exists)) and objects[m.type_of(kept.variable)]:
+        return kept if kept.variable.name in free_variables(kept.body) else kept.body
+    return kept
 
 
 def _effect(effect: m.PddlEffect, objects: Mapping[str, Sequence[str]]) -> m.PddlEffect:
     kept = m.with_effect_parts(
         effect, lambda part: _effect(part, objects), lambda condition: _condition(condition, objects)
     )
-    if isinstance(kept, m.Each):
-        is_idle = objects[m.type_of(kept.variable)] and kept.variable.name not in m.effect_variables(
-            kept.part
-        )
-        return kept.part if is_idle else kept
+    if isinstance(kept, m.Each) and objects[m.type_of(kept.variable)]:
+        return kept if kept.variable.name in m.effect_variables(kept.part) else kept.part
     return kept

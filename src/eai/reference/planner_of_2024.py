@@ -31,6 +31,7 @@ from dataclasses import dataclass, field, replace
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import negation_normal
+from eai.logic.traversal import bound_by, with_parts
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -72,14 +73,12 @@ class _Leak:
 
     def open(self, formula: f.Formula) -> f.Formula:
         match formula:
-            case f.And(operands):
-                return f.And(tuple(map(self.open, operands)))
-            case f.Exists(variable, body):
-                if variable.name in self.taken:
-                    return f.Exists(variable, self.open(body))
+            case f.Exists(variable, body) if variable.name not in self.taken:
                 self.taken.add(variable.name)
                 self.found.append(variable)
                 return self.open(body)
+            case f.And() | f.Exists():
+                return with_parts(formula, self.open)
             case _:
                 return formula
 
@@ -96,17 +95,9 @@ class _Binder:
                 return self._literal(formula, arguments, scope, universal=universal)
             case f.Equals(left, right):
                 return self._literal(formula, (left, right), scope, universal=universal)
-            case f.Not(operand):
-                return f.Not(self.condition(operand, scope, universal=universal))
-            case f.And(operands) | f.Or(operands):
-                parts = (self.condition(operand, scope, universal=universal) for operand in operands)
-                return type(formula)(tuple(parts))
-            case f.ForAll(variable, body) | f.Exists(variable, body):
-                inside = universal or isinstance(formula, f.ForAll)
-                bound = self.condition(body, scope | {variable.name}, universal=inside)
-                return type(formula)(variable, bound)
-            case _:
-                return formula
+        scope = scope.union([variable.name for variable in bound_by(formula)])
+        inside = universal or isinstance(formula, f.ForAll)
+        return with_parts(formula, lambda part: self.condition(part, scope, universal=inside))
 
     def effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
