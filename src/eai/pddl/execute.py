@@ -272,7 +272,7 @@ class Executor:
         if len(step.arguments) != len(action.parameters):
             return takes(step.action, len(action.parameters), "object")
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
-            if name not in self._members(parameter):
+            if name not in self._objects[m.type_of(parameter)]:
                 return f"{name} is no {m.type_of(parameter)}"
         return self._apply(action, state, step)
 
@@ -300,9 +300,6 @@ class Executor:
         deleted = {change.atom for change in changes if isinstance(change, m.DeleteEffect)}
         added = {change.atom for change in changes if isinstance(change, m.AddEffect)}
         return (state - deleted) | added
-
-    def _members(self, variable: f.Variable) -> tuple[str, ...]:
-        return self._objects[m.type_of(variable)]
 
 
 def _changes(

@@ -163,9 +163,7 @@ def _without_costs(group: Group) -> Group:
 
 def _is_cost(group: Group) -> bool:
     match group.items:
-        case (Symbol(":functions" | ":metric" | "increase"), *_):
-            return True
-        case (Symbol("="), Group(), _):
+        case (Symbol(":functions" | ":metric" | "increase"), *_) | (Symbol("="), Group(), _):
             return True
         case _:
             return False

@@ -24,7 +24,7 @@ from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, When
-from eai.world.execution import Action, Fault, attempt, describe
+from eai.world.execution import Action, Fault, attempt, describe, scope_of
 from eai.world.fault import FaultKind
 from eai.world.history import Past
 from eai.world.operator import Operator
@@ -94,22 +94,15 @@ def _simulated(
 ) -> Iterator[str]:
     """The laws that a simulator has broken in carrying an action out."""
     for effect in _brought_about(domain, before, action, declared):
-        if not domain.holds(effect, after, _arguments(domain, action)):
+        if not domain.holds(effect, after, scope_of(action, domain)):
             yield f"{action.operator}: carried out without bringing about {print_ltl(effect)}"
     for name in sorted(change(declared, after).predicates & follow):
         yield f"{action.operator}: the simulator decides {name}, which is to follow the declaration"
 
 
-def _arguments(domain: Domain, action: Action) -> dict[str, int]:
-    """The objects of an action by the names of its operator's parameters."""
-    parameters = domain.compiled[action.operator].operator.parameters
-    names = [parameter.name for parameter in parameters]
-    return dict(zip(names, action.arguments, strict=True))
-
-
 def _brought_about(domain: Domain, before: State, action: Action, after: State) -> Iterator[Formula]:
     """The intended effects of an action that hold after it and did not before."""
-    arguments = _arguments(domain, action)
+    arguments = scope_of(action, domain)
     for effect in _intended(domain.compiled[action.operator].operator.effects, domain.vocabulary):
         if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
             yield effect

@@ -105,10 +105,10 @@ class Effects:
                 return self._write(atom, scope, adding=isinstance(effect, Add))
             case When():
                 return self._when(effect, scope)
-            case ForEach(variable, condition, effects):
-                return self._for_each(variable, condition, effects, scope)
-            case Let(variable, condition, effects):
-                return self._let(variable, condition, effects, scope)
+            case ForEach():
+                return self._for_each(effect, scope)
+            case Let():
+                return self._let(effect, scope)
             case _:
                 assert_never(effect)
 
@@ -125,13 +125,11 @@ class Effects:
 
         return apply
 
-    def _let(
-        self, variable: Variable, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]
-    ) -> Apply:
+    def _let(self, effect: Let, scope: Mapping[str, int]) -> Apply:
         slot = self._frame.new_slot()
-        inner = {**scope, variable.name: slot}
-        candidates = self._conditions.extension(condition, slot, inner)
-        then = self.sequence(effects, inner)
+        inner = {**scope, effect.variable.name: slot}
+        candidates = self._conditions.extension(effect.condition, slot, inner)
+        then = self.sequence(effect.effects, inner)
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
             mask = candidates(before, binding, before.scene.everything)
@@ -142,13 +140,11 @@ class Effects:
 
         return apply
 
-    def _for_each(
-        self, variable: Variable, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]
-    ) -> Apply:
+    def _for_each(self, effect: ForEach, scope: Mapping[str, int]) -> Apply:
         slot = self._frame.new_slot()
-        inner = {**scope, variable.name: slot}
-        matching = self._conditions.extension(condition, slot, inner)
-        steps = tuple([self._effect(effect, inner) for effect in effects])
+        inner = {**scope, effect.variable.name: slot}
+        matching = self._conditions.extension(effect.condition, slot, inner)
+        steps = tuple([self._effect(each, inner) for each in effect.effects])
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
             mask = matching(before, binding, before.scene.everything)

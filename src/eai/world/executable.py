@@ -147,18 +147,12 @@ def first_failing(checks: Sequence[_CompiledCheck], state: State, binding: Bindi
 
 
 def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[_CompiledCheck, ...]:
-    return tuple(
-        _CompiledCheck(
-            check,
-            conditions.truth(check.condition),
-            tuple(conditions.truth(formula) for formula in _sought(check)),
-        )
-        for check in checks
-    )
-
-
-def _sought(check: Check) -> tuple[Formula, ...]:
-    return (check.condition,) if check.sought is None else check.sought
+    found = []
+    for check in checks:
+        sought = (check.condition,) if check.sought is None else check.sought
+        compiled = conditions.truth(check.condition), tuple(map(conditions.truth, sought))
+        found.append(_CompiledCheck(check, *compiled))
+    return tuple(found)
 
 
 Arguments: TypeAlias = Callable[[State, Sequence[int]], Iterator[tuple[int, ...]]]

@@ -148,15 +148,19 @@ def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> 
     """The names of what the reason of a check speaks of without a name, in the state in which it failed."""
     if check.witness is None:
         return ()
-    scope = domain.compiled[action.operator].operator.scope(action.arguments)
+    scope = scope_of(action, domain)
     found = Readings(domain.vocabulary).witnesses(check.witness.variable, check.witness.body, scope, state)
     return tuple([state.scene.objects[i].name for i in found])
 
 
 def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
     """The names of the objects of an action, by the parameters that they stand for."""
-    scope = domain.compiled[action.operator].operator.scope(action.arguments)
-    return {name: scene.objects[index].name for name, index in scope.items()}
+    return {name: scene.objects[index].name for name, index in scope_of(action, domain).items()}
+
+
+def scope_of(action: Action, domain: Domain) -> dict[str, int]:
+    """The objects of an action, by index, by the parameters that they stand for."""
+    return domain.compiled[action.operator].operator.scope(action.arguments)
 
 
 def timeline(trajectory: Trajectory) -> Trace:
