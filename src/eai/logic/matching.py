@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 
 def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
@@ -91,11 +91,8 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
 
     Takes O(size * cells * rows) time.
     """
-    matching = _GrowingMatching(weights)
-    for _ in range(size):
-        if matching.grow() is None:
-            return None
-    return matching.cells()
+    column_of: dict[int, int] = {}
+    return sorted(column_of.items()) if all(_grow(weights, column_of) for _ in range(size)) else None
 
 
 def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
@@ -107,61 +104,52 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[tuple[int, int]]:
 
     Equal input gives equal output. Takes O(cells * rows * min(rows, columns)) time.
     """
-    matching = _GrowingMatching(weights)
-    while matching.grow(least_gain=1) is not None:
+    column_of: dict[int, int] = {}
+    while _grow(weights, column_of, least_gain=1):
         pass
-    return matching.cells()
+    return sorted(column_of.items())
 
 
-class _GrowingMatching:
-    """Cells of a table, no two in one row or column, of the greatest total weight for their number.
+def _grow(
+    weights: Sequence[Sequence[int | None]], column_of: dict[int, int], least_gain: int | None = None
+) -> bool:
+    """Take one cell more, along the path that gains most; whether that can be done and gains enough.
 
-    Cells are added one at a time along the path that gains most, which keeps the choice the best one for
-    every number (successive shortest paths); what is gained never grows.
+    That keeps the cells, each the column of a row, those of the greatest total weight for their number
+    (successive shortest paths); what is gained never grows.
     """
+    row_of = {column: row for row, column in column_of.items()}
+    gains, came_from = _best_gains(weights, column_of, row_of)
+    free = [(gain, -column) for column, gain in gains.items() if column not in row_of]
+    gain, end = max(free, default=(0, 0))
+    if not free or (least_gain is not None and gain < least_gain):
+        return False
+    column: int | None = -end
+    while column is not None:
+        row = came_from[column]
+        released, column_of[row] = column_of.get(row), column
+        column = released
+    return True
 
-    def __init__(self, weights: Sequence[Sequence[int | None]]) -> None:
-        self._weights = weights
-        self._column_of: dict[int, int] = {}
-        self._row_of: dict[int, int] = {}
 
-    def cells(self) -> list[tuple[int, int]]:
-        """The cells, by row and column, in order of rows."""
-        return [(row, self._column_of[row]) for row in sorted(self._column_of)]
-
-    def grow(self, least_gain: int | None = None) -> int | None:
-        """Take one cell more; returns what that gains, or None if it cannot be done or gains too little."""
-        gains, came_from = self._best_gains()
-        free = [(gain, column) for column, gain in gains.items() if column not in self._row_of]
-        if not free:
-            return None
-        gain, column = max(free, key=lambda end: (end[0], -end[1]))
-        if least_gain is not None and gain < least_gain:
-            return None
-        while True:
-            row = came_from[column]
-            released = self._column_of.get(row)
-            self._column_of[row], self._row_of[column] = column, row
-            if released is None:
-                return gain
-            column = released
-
-    def _best_gains(self) -> tuple[dict[int, int], dict[int, int]]:
-        """For each column the most that an alternating path from a free row to it gains, and its last row."""
-        reached = {row: 0 for row in range(len(self._weights)) if row not in self._column_of}
-        gains: dict[int, int] = {}
-        came_from: dict[int, int] = {}
-        queue = deque(reached)
-        while queue:
-            row = queue.popleft()
-            for column, weight in enumerate(self._weights[row]):
-                if weight is None or self._column_of.get(row) == column:
-                    continue
-                gain = reached[row] + weight
-                if column not in gains or gain > gains[column]:
-                    gains[column], came_from[column] = gain, row
-                    holder = self._row_of.get(column)
-                    if holder is not None:
-                        reached[holder] = gain - (self._weights[holder][column] or 0)
-                        queue.append(holder)
-        return gains, came_from
+def _best_gains(
+    weights: Sequence[Sequence[int | None]], column_of: Mapping[int, int], row_of: Mapping[int, int]
+) -> tuple[dict[int, int], dict[int, int]]:
+    """For each column the most that an alternating path from a free row to it gains, and its last row."""
+    reached = {row: 0 for row in range(len(weights)) if row not in column_of}
+    gains: dict[int, int] = {}
+    came_from: dict[int, int] = {}
+    queue = deque(reached)
+    while queue:
+        row = queue.popleft()
+        for column, weight in enumerate(weights[row]):
+            if weight is None or column_of.get(row) == column:
+                continue
+            gain = reached[row] + weight
+            if column not in gains or gain > gains[column]:
+                gains[column], came_from[column] = gain, row
+                holder = row_of.get(column)
+                if holder is not None:
+                    reached[holder] = gain - (weights[holder][column] or 0)
+                    queue.append(holder)
+    return gains, came_from

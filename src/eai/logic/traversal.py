@@ -49,6 +49,17 @@ def bound_by(formula: f.Formula) -> tuple[f.Variable, ...]:
             return ()
 
 
+def terms_of(formula: f.Formula) -> tuple[f.Term, ...]:
+    """The terms of an atom, an action or an equation, left to right; none of any other formula."""
+    match formula:
+        case f.Atom(_, arguments) | f.Occurs(_, arguments):
+            return arguments
+        case f.Equals(left, right):
+            return left, right
+        case _:
+            return ()
+
+
 def with_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
     """The formula with each immediate part replaced by what ``change`` makes of it, left to right."""
     match formula:
@@ -77,14 +88,8 @@ def walk(formula: f.Formula) -> Iterator[f.Formula]:
 
 def objects(formula: f.Formula) -> tuple[str, ...]:
     """The names of the objects that a formula speaks of, each once, left to right."""
-    names: dict[str, None] = {}
-    for part in walk(formula):
-        match part:
-            case f.Atom(_, terms) | f.Occurs(_, terms):
-                names |= dict.fromkeys(term.name for term in terms if isinstance(term, f.Constant))
-            case f.Equals(left, right):
-                names |= dict.fromkeys(term.name for term in (left, right) if isinstance(term, f.Constant))
-    return tuple(names)
+    terms = (term for part in walk(formula) for term in terms_of(part))
+    return tuple(dict.fromkeys([term.name for term in terms if isinstance(term, f.Constant)]))
 
 
 def predicates_of(*formulas: f.Formula) -> tuple[str, ...]:
@@ -99,14 +104,11 @@ def free_variables(formula: f.Formula) -> frozenset[str]:
     pending: list[tuple[f.Formula, frozenset[str]]] = [(formula, frozenset())]
     while pending:
         part, bound = pending.pop()
-        match part:
-            case f.Atom(_, terms) | f.Occurs(_, terms):
-                found |= {term.name for term in terms if isinstance(term, f.Variable)} - bound
-            case f.Equals(left, right):
-                found |= {term.name for term in (left, right) if isinstance(term, f.Variable)} - bound
-            case _:
-                inner = bound.union([variable.name for variable in bound_by(part)])
-                pending += [(child, inner) for child in children(part)]
+        if isinstance(part, (f.Atom, f.Occurs, f.Equals)):
+            found |= {term.name for term in terms_of(part) if isinstance(term, f.Variable)} - bound
+        else:
+            inner = bound.union([variable.name for variable in bound_by(part)])
+            pending += [(child, inner) for child in children(part)]
     return frozenset(found)
 
 

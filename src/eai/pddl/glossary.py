@@ -245,11 +245,10 @@ class ConditionWriter:
 
     def fresh(self, like: str, category: str | None = None) -> f.Variable:
         """A variable that nothing else is called by."""
-        name = like if like not in self._variables else None
-        while name is None:
+        name = like
+        while name in self._variables:
             self._count += 1
-            tried = f"{like}{self._count}"
-            name = tried if tried not in self._variables else None
+            name = f"{like}{self._count}"
         return f.Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
     def term(self, term: f.Term, scope: TermScope) -> f.Term:

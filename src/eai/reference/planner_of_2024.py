@@ -25,13 +25,13 @@ after which a current planner gives the same answers. Two steps:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import negation_normal
-from eai.logic.traversal import bound_by, with_parts
+from eai.logic.traversal import bound_by, terms_of, with_parts
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -90,11 +90,10 @@ class _Binder:
     refused: list[str] = field(default_factory=list)
 
     def condition(self, formula: f.Formula, scope: Names, *, universal: bool = False) -> f.Formula:
-        match formula:
-            case f.Atom(_, arguments):
-                return self._literal(formula, arguments, scope, universal=universal)
-            case f.Equals(left, right):
-                return self._literal(formula, (left, right), scope, universal=universal)
+        loose = _loose_terms(terms_of(formula), scope)
+        if loose:
+            self.refused += loose if universal else ()
+            return f.FALSE
         scope = scope.union([variable.name for variable in bound_by(formula)])
         inside = universal or isinstance(formula, f.ForAll)
         return with_parts(formula, lambda part: self.condition(part, scope, universal=inside))
@@ -102,9 +101,9 @@ class _Binder:
     def effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
             case m.AddEffect(atom):
-                return effect if _is_bound(atom.arguments, scope) else m.AddEffect(UNBOUND_ADDED)
+                return m.AddEffect(UNBOUND_ADDED) if _loose_terms(atom.arguments, scope) else effect
             case m.DeleteEffect(atom):
-                return effect if _is_bound(atom.arguments, scope) else m.Both(())
+                return m.NO_EFFECT if _loose_terms(atom.arguments, scope) else effect
             case m.Both(parts):
                 return m.Both(tuple(self.effect(part, scope) for part in parts))
             case m.Each(variable, part):
@@ -119,22 +118,9 @@ class _Binder:
         bound = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
         return m.for_each(leak.found, bound)
 
-    def _literal(
-        self, literal: f.Formula, arguments: tuple[f.Term, ...], scope: Names, *, universal: bool
-    ) -> f.Formula:
-        if _is_bound(arguments, scope):
-            return literal
-        if universal:
-            self.refused.extend(_loose_terms(arguments, scope))
-        return f.FALSE
 
-
-def _is_bound(arguments: tuple[f.Term, ...], scope: Names) -> bool:
-    return next(_loose_terms(arguments, scope), None) is None
-
-
-def _loose_terms(arguments: tuple[f.Term, ...], scope: Names) -> Iterator[str]:
-    return (term.name for term in arguments if isinstance(term, f.Variable) and term.name not in scope)
+def _loose_terms(terms: tuple[f.Term, ...], scope: Names) -> list[str]:
+    return [term.name for term in terms if isinstance(term, f.Variable) and term.name not in scope]
 
 
 _REFUSED = frozenset({Offence.UNKNOWN_PREDICATE, Offence.WRONG_ARITY, Offence.UNSUPPORTED})
