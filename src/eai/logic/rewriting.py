@@ -22,6 +22,13 @@ def with_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
     return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
 
 
+def map_leaves(formula: f.Formula, change: Callable[[Leaf], f.Formula]) -> f.Formula:
+    """The formula with each leaf replaced by what ``change`` makes of it."""
+    if isinstance(formula, (f.Atom, f.Occurs, f.Equals)):
+        return change(formula)
+    return with_parts(formula, lambda part: map_leaves(part, change))
+
+
 def rewrite(
     formula: f.Formula,
     change: Callable[[Leaf, frozenset[str]], f.Formula],
@@ -97,11 +104,7 @@ def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
         new = names.get(term.name, term.name) if isinstance(term, f.Constant) else term.name
         return term if new == term.name else f.Constant(new)
 
-    match formula:
-        case f.Atom() | f.Occurs() | f.Equals():
-            return with_terms(formula, renamed)
-        case _:
-            return with_parts(formula, lambda part: rename_objects(part, names))
+    return map_leaves(formula, lambda leaf: with_terms(leaf, renamed))
 
 
 def rename_variables(formula: f.Formula) -> f.Formula:

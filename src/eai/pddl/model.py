@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import free_variables, with_parts
+from eai.logic.traversal import free_variables
 
 OBJECT = "object"
 """The root of every type hierarchy."""
@@ -202,13 +202,6 @@ def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
 def effect_variables(effect: PddlEffect) -> frozenset[str]:
     """The names of the variables of all that an effect adds and deletes, and of its conditions where free."""
     return frozenset[str]().union(*map(free_variables, (*effect_atoms(effect), *effect_conditions(effect))))
-
-
-def map_literals(formula: f.Formula, change: Callable[[f.Atom | f.Equals], f.Formula]) -> f.Formula:
-    """The formula with every atom and equation replaced by what ``change`` makes of it."""
-    if isinstance(formula, (f.Atom, f.Equals)):
-        return change(formula)
-    return with_parts(formula, lambda part: map_literals(part, change))
 
 
 def for_each(variables: Sequence[f.Variable], effect: PddlEffect) -> PddlEffect:

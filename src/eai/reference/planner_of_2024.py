@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.rewriting import negation_normal
+from eai.logic.rewriting import Leaf, map_leaves, negation_normal
 from eai.logic.traversal import bound_by, terms_of, with_parts
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
@@ -152,7 +152,7 @@ def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.
     names = _UnknownNames(frozenset(item.name for item in objects))
     renamed = tuple(map(names.action, _with_distinct_names(actions)))
     initial = tuple(map(names.atom, problem.initial))
-    goal = m.map_literals(problem.goal, names.literal)
+    goal = map_leaves(problem.goal, names.leaf)
     domain = replace(
         header,
         constants=objects,
@@ -227,11 +227,11 @@ def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     """The condition with every type that is used as a predicate made false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
-    def change(literal: f.Atom | f.Equals) -> f.Formula:
-        is_type = isinstance(literal, f.Atom) and literal.predicate in types and len(literal.arguments) == 1
-        return f.FALSE if is_type else literal
+    def change(leaf: Leaf) -> f.Formula:
+        is_type = isinstance(leaf, f.Atom) and leaf.predicate in types and len(leaf.arguments) == 1
+        return f.FALSE if is_type else leaf
 
-    return m.map_literals(condition, change)
+    return map_leaves(condition, change)
 
 
 def _with_distinct_names(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
@@ -254,14 +254,14 @@ class _UnknownNames:
     made: dict[str, m.PddlPredicate] = field(default_factory=dict)
 
     def action(self, action: m.PddlAction) -> m.PddlAction:
-        precondition = m.map_literals(action.precondition, self.literal)
-        effect = m.map_effect(action.effect, lambda part: m.map_literals(part, self.literal), self.atom)
+        precondition = map_leaves(action.precondition, self.leaf)
+        effect = m.map_effect(action.effect, lambda part: map_leaves(part, self.leaf), self.atom)
         return replace(action, precondition=precondition, effect=effect)
 
-    def literal(self, literal: f.Atom | f.Equals) -> f.Formula:
-        if isinstance(literal, f.Atom):
-            return self.atom(literal)
-        return f.FALSE if self._is_unknown(literal.left) or self._is_unknown(literal.right) else literal
+    def leaf(self, leaf: Leaf) -> f.Formula:
+        if isinstance(leaf, f.Atom):
+            return self.atom(leaf)
+        return f.FALSE if any(map(self._is_unknown, terms_of(leaf))) else leaf
 
     def atom(self, atom: f.Atom) -> f.Atom:
         unknown = [(place, term) for place, term in enumerate(atom.arguments) if self._is_unknown(term)]
