@@ -281,7 +281,7 @@ class _LtlReader:
         variables: tuple[f.Variable, ...]
         if word.endswith("pairs"):
             first, second = variables = self._variable(expected, ","), self._variable("a name", ".")
-            make = partial(_pairs, first, second, count)
+            make = partial(f.ForPairs, first, second, count=count)
         else:
             variables = (self._variable(expected, "."),)
             make = partial(_QUANTIFIERS[word], *(() if count is None else (count,)), *variables)
@@ -341,10 +341,6 @@ class _LtlReader:
         """The error that none of these stands here, past blanks."""
         self._take("")
         return error_at(self._text, self._position, either(words))
-
-
-def _pairs(first: f.Variable, second: f.Variable, count: int | None, body: f.Formula) -> f.Formula:
-    return f.ForPairs(first, second, body, count)
 
 
 def _place_of_name(primitive: str, position: int, index: int) -> int:

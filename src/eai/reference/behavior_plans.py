@@ -92,13 +92,10 @@ def _as_json(segment: str) -> list[WrittenStep] | None:
         elements = _parsed(_TEXT_OR_COMMENT.sub(r"\1", segment))
     if elements is None:
         return None
-    for each in elements:
-        if not isinstance(each, dict):
-            return None
-        for value in each.values():
-            if not isinstance(value, str):
-                return None
-    return _steps(elements)
+    if {*map(type, elements)} - {dict}:
+        return None
+    values = {type(value) for each in elements for value in each.values()}
+    return None if values - {str} else _steps(elements)
 
 
 def _parsed(segment: str) -> list[dict[str, str]] | None:

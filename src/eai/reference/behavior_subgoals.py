@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from random import Random
 from typing import TypeAlias
 
@@ -80,30 +81,19 @@ def held(state: State) -> _Hands:
     return {hand: mask.bit_length() - 1 if mask else None for hand, mask in masks.items()}
 
 
-def plans_for(literals: Sequence[GroundAtom]) -> Plans:
-    """The plan for a literal, or for two that are done together; none if no action brings it about."""
-
-    def plans(state: State) -> Found:
-        first, *rest = literals
-        plan = _place_together(first, rest[0], state) if rest else _plan(first, state)
-        return Found(() if plan is None else (plan,))
-
-    return plans
-
-
-def _plan(literal: GroundAtom, state: State) -> Plan | None:
+def _plan(literal: GroundAtom, state: State) -> Found:
+    """The plan for a literal; none if no action brings it about."""
     predicate, arguments, truth = literal
-    return (_achieve if truth else _undo)(predicate, arguments, held(state), state.scene)
+    plan = (_achieve if truth else _undo)(predicate, arguments, held(state), state.scene)
+    return Found(() if plan is None else (plan,))
 
 
-def _place_together(first: GroundAtom, second: GroundAtom, state: State) -> Plan | None:
-    pair = _together(first, second)
-    if pair is None:
-        return None
-    (thing, support), (one, other) = (each.arguments for each in pair)
+def _place_together(on: GroundAtom, by: GroundAtom, state: State) -> Found:
+    """The plan for two literals that are done together, in the order of `_together`."""
+    (thing, support), (one, other) = on.arguments, by.arguments
     neighbour = one if thing == other else other
     actions, hand = _take(thing, held(state), state.scene)
-    return (*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support)))
+    return Found(((*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support))),))
 
 
 def _achieve(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> Plan | None:
@@ -222,11 +212,13 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         steps: list[tuple[int, Plans]] = []
         number = 0
         while number < len(atoms):
-            pair = tuple([atom for atom in atoms[number : number + 2] if atom is not None])
-            width = 2 if len(pair) == 2 and _together(*pair) is not None else 1
-            if atoms[number] is not None:
-                steps.append((number, plans_for(pair[:width])))
-            number += width
+            first, second = (*atoms, None)[number : number + 2]
+            pair = None if first is None or second is None else _together(first, second)
+            if pair is not None:
+                steps.append((number, partial(_place_together, *pair)))
+            elif first is not None:
+                steps.append((number, partial(_plan, first)))
+            number += 1 if pair is None else 2
         return steps
 
     def _reached_without_running(self) -> tuple[bool, ...]:

@@ -97,10 +97,8 @@ class ByLargestId(GoalInterpretation):
         """The counts of the predictions whose names are known."""
         named = self._named(goals)
         known = [goal for goal in named if isinstance(goal, WrittenGoal)]
-        matched: list[WrittenGoal] = []
-        wrong: list[WrittenGoal] = []
-        for goal in known:
-            (matched if goal in self._needed else wrong).append(goal)
+        matched = [goal for goal in known if goal in self._needed]
+        wrong = [goal for goal in known if goal not in self._needed]
         right_kinds, wrong_kinds = [*map(_kind, matched)], [*map(_kind, wrong)]
         counts = {}
         for kind, total in self._totals:
