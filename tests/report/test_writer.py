@@ -142,6 +142,14 @@ def test_latex_shows_what_is_asked_for(tmp_path: Path, runs: Path) -> None:
     assert {"second", "first"} <= {row["model"] for table in whole["tables"] for row in table["rows"]}
 
 
+def test_latex_names_the_column_that_ranks_where_it_is_not_shown(tmp_path: Path, runs: Path) -> None:
+    folder = write_report(tmp_path / "out", runs, "--no-plots", "--columns", "execution")
+    text = (folder / "tables.tex").read_text("utf-8")
+    (caption,) = re.findall(r"caption\{(Action sequencing, VirtualHome, protocol strict.*)\}", text)
+    assert "ranked by Task;" in caption
+    assert "Task &" not in text
+
+
 @pytest.mark.parametrize(("option", "name"), [("--models", "fist"), ("--columns", "sucess")])
 def test_what_no_table_has_is_named_with_the_near_one(
     tmp_path: Path, runs: Path, option: str, name: str

@@ -270,7 +270,7 @@ _AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protoco
 
 def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     """A ranking; the number that ranks comes first."""
-    order = sorted(range(len(table.columns)), key=lambda place: place != table.by)
+    order = sorted(range(len(table.columns)), key=lambda place: table.columns[place] != table.by)
     columns = [table.columns[place] for place in order]
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     head = "".join(f"<th>{escape(heading)}</th>" for heading in (*_BEFORE, *headings, *_AFTER))

@@ -124,7 +124,7 @@ class Ranking:
         column_notes: for each column the footnotes on the whole of it.
         rows: by rank.
         notes: all footnotes, the first is number 1.
-        by: the number of the column that ranks, from 0; None of a table without ranks.
+        by: the column that ranks, which need not be one that is shown; None of a table without ranks.
     """
 
     name: str
@@ -135,7 +135,7 @@ class Ranking:
     column_notes: tuple[tuple[str, ...], ...]
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
-    by: int | None = None
+    by: MetricColumn | None = None
 
     def numbers(self, notes: Iterable[str]) -> tuple[int, ...]:
         """The numbers of footnotes."""
@@ -146,7 +146,7 @@ class Ranking:
         """How the order of rows is told: the heading of the column that ranks, or nothing."""
         if self.by is None:
             return ""
-        return f", ranked by {_alone(self.columns[self.by], [column.group for column in self.columns])}"
+        return f", ranked by {_alone(self.by, [column.group for column in (*self.columns, self.by)])}"
 
     def table(self) -> Table:
         """The table that readers see; a number has its interval, where it is ours.
@@ -197,14 +197,14 @@ def _alone(column: MetricColumn, groups: Sequence[str]) -> str:
     return f"{column.group}: {column.label}" if ambiguous or alike else column.label
 
 
-def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> int:
-    """The number of the column that ranks: the first that is there of some metrics, else the first one."""
-    names = [column.metric for column in columns]
-    return next((names.index(name) for name in primary if name in names), 0)
+def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> MetricColumn:
+    """The column that ranks: the first that is there of some metrics, else the first one."""
+    return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
 
-def ranked(place: int, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
-    """The rows by rank, by the column at a place, with the best of each column marked."""
+def ranked(by: MetricColumn, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
+    """The rows by rank, by one of the columns, with the best of each column marked."""
+    place = columns.index(by)
     values = [row.cells[place].percent if row.competes else None for row in rows]
     printed = [round(value, 1) for value in values if value is not None]
     ranks = [None if v is None else 1 + sum(other > round(v, 1) for other in printed) for v in values]

@@ -291,9 +291,9 @@ def _of_rows(rows: Iterable[Row]) -> list[str]:
     return [note for row in rows for note in row.all_notes]
 
 
-def _with_missing(row: Row, by: int, columns: Sequence[MetricColumn]) -> Row:
+def _with_missing(row: Row, by: MetricColumn, columns: Sequence[MetricColumn]) -> Row:
     """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
-    if row.cells[by].percent is not None:
+    if row.cells[columns.index(by)].percent is not None:
         return row
     pairs = zip(columns, row.cells, strict=True)
     missing = dict.fromkeys(
@@ -304,7 +304,7 @@ def _with_missing(row: Row, by: int, columns: Sequence[MetricColumn]) -> Row:
         ]
     )
     lacking = f": {', '.join(missing)} not asked" if missing else ""
-    note = f"No rank, as there is no {columns[by].label.lower()}{lacking}."
+    note = f"No rank, as there is no {by.label.lower()}{lacking}."
     return replace(row, notes=(*row.notes, note))
 
 
