@@ -204,44 +204,42 @@ def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> M
 
 def ranked(by: MetricColumn, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
     """The rows by rank, by one of the columns, with the best of each column marked."""
-    place = columns.index(by)
-    values = [row.cells[place].percent if row.competes else None for row in rows]
-    printed = [round(value, 1) for value in values if value is not None]
-    ranks = [None if v is None else 1 + sum(other > round(v, 1) for other in printed) for v in values]
-    ranked = [
-        replace(row, rank=rank) for row, rank in zip(with_best_marked(columns, rows), ranks, strict=True)
-    ]
-    order = get_args(RowSource)
+    place, order = columns.index(by), get_args(RowSource)
+    ranks = ranks_of([_printed(row.cells[place]) if row.competes else None for row in rows])
+    marked = zip(with_best_marked(columns, rows), ranks, strict=True)
     return sorted(
-        ranked, key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model)
+        (replace(row, rank=rank) for row, rank in marked),
+        key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model),
     )
+
+
+def ranks_of(values: Sequence[float | None]) -> list[int | None]:
+    """The rank of each value, 1 of the greatest and shared by equals; None where there is none."""
+    known = [value for value in values if value is not None]
+    return [None if value is None else 1 + sum(other > value for other in known) for value in values]
 
 
 def with_best_marked(columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
     """The rows with the best of each column marked if there is something to compare."""
-    best = [
-        _best(column, [row.cells[i].percent for row in rows if _may_be_best(row, row.cells[i])])
-        for i, column in enumerate(columns)
-    ]
-    return [
-        replace(row, cells=tuple([_marked(row, *pair) for pair in zip(row.cells, best, strict=True)]))
+    shown = [
+        [_printed(cell) if cell.ranked and row.source != "floor" else None for cell in row.cells]
         for row in rows
     ]
+    best = list(map(_best, columns, zip(*shown, strict=True)))
+    return [
+        replace(row, cells=tuple(map(_marked, row.cells, numbers, best)))
+        for row, numbers in zip(rows, shown, strict=True)
+    ]
 
 
-def _marked(row: Row, cell: Cell, best: str | None) -> Cell:
-    is_best = best is not None and _may_be_best(row, cell) and _digits(cell.percent) == best
-    return replace(cell, best=is_best)
+def _marked(cell: Cell, number: float | None, best: float | None) -> Cell:
+    return replace(cell, best=number is not None and number == best)
 
 
-def _may_be_best(row: Row, cell: Cell) -> bool:
-    return cell.ranked and row.source != "floor"
-
-
-def _best(column: MetricColumn, values: Sequence[float | None]) -> str | None:
+def _best(column: MetricColumn, values: Sequence[float | None]) -> float | None:
     known = [value for value in values if value is not None]
-    return _digits(max(known)) if column.more_is_better and len(known) > 1 else None
+    return max(known) if column.more_is_better and len(known) > 1 else None
 
 
-def _digits(percent: float | None) -> str | None:
-    return None if percent is None else f"{percent:.1f}"
+def _printed(cell: Cell) -> float | None:
+    return None if cell.percent is None else round(cell.percent, 1)

@@ -6,7 +6,7 @@ For programs there is one JSON file, and one CSV file with a line a number.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -18,12 +18,13 @@ from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
 from eai.report.document import agreements, report_markdown
-from eai.report.ranking import Cell, Ranking, Row, with_best_marked
+from eai.report.ranking import Cell, Ranking, Row, ranks_of, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.results import latex
 from eai.results.cost import PriceList
-from eai.results.table_files import csv_text
+from eai.results.table import Plain
+from eai.results.table_files import rows_csv
 
 
 def write_tables(
@@ -102,8 +103,7 @@ def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) 
     rows = [replace(row, cells=tuple(row.cells[i] for i in places)) for row in rows]
     column_notes = tuple(table.column_notes[i] for i in places)
     used = {note for notes in (*column_notes, *(row.all_notes for row in rows)) for note in notes}
-    known = [row.rank for row in rows if row.rank is not None]
-    ranks = [None if row.rank is None else 1 + sum(rank < row.rank for rank in known) for row in rows]
+    ranks = ranks_of([None if row.rank is None else -row.rank for row in rows])
     rows = [replace(row, rank=rank) for row, rank in zip(rows, ranks, strict=True)]
     return replace(
         table,
@@ -133,30 +133,6 @@ def _slug(text: str) -> str:
     return "".join(c if c.isascii() and c.isalnum() else "-" for c in text)
 
 
-CSV_COLUMNS = (
-    "table",
-    "protocol",
-    "domain",
-    "model",
-    "source",
-    "rank",
-    "ability",
-    "metric",
-    "percent",
-    "numerator",
-    "denominator",
-    "low",
-    "high",
-    "low_by_task",
-    "high_by_task",
-    "design_effect",
-    "effective_tasks",
-    "answered",
-    "tasks",
-)
-"""The columns of the CSV file."""
-
-
 def rankings_json(tables: Sequence[Ranking]) -> str:
     """All tables, each number with what it is made of; percentages unrounded."""
     content: list[Json] = [
@@ -176,43 +152,49 @@ def rankings_json(tables: Sequence[Ranking]) -> str:
 
 def rankings_csv(tables: Sequence[Ranking]) -> str:
     """All numbers of all tables, one a line."""
-    lines = [
+    return rows_csv(
         _line(table, row, column, cell)
         for table in tables
         for row in table.rows
         for column, cell in zip(table.columns, row.cells, strict=True)
         if cell.percent is not None
-    ]
-    return csv_text(CSV_COLUMNS, lines)
+    )
 
 
-def _line(table: Ranking, row: Row, column: MetricColumn, cell: Cell) -> list[str | float | None]:
-    numbers = _numbers(cell)
-    return [
-        table.name,
-        table.protocol.value,
-        table.domain,
-        row.model,
-        row.source,
-        row.rank,
-        column.ability.value if column.ability else "all",
-        column.metric,
-        *(numbers[name] for name in ("percent", "numerator", "denominator")),
-        *(numbers["interval"] or (None, None)),
-        *(numbers["interval_by_task"] or (None, None)),
-        *(numbers[name] for name in ("design_effect", "effective_tasks")),
-        cell.coverage.answered if cell.coverage else None,
-        cell.coverage.tasks if cell.coverage else None,
-    ]
+def _line(table: Ranking, row: Row, column: MetricColumn, cell: Cell) -> dict[str, Plain]:
+    return {
+        "table": table.name,
+        "protocol": table.protocol.value,
+        "domain": table.domain,
+        "model": row.model,
+        "source": row.source,
+        "rank": row.rank,
+        "ability": column.ability.value if column.ability else "all",
+        "metric": column.metric,
+        **dict(_flat(_numbers(cell))),
+        "answered": cell.coverage.answered if cell.coverage else None,
+        "tasks": cell.coverage.tasks if cell.coverage else None,
+    }
+
+
+def _flat(numbers: Mapping[str, Any]) -> Iterator[tuple[str, Plain]]:
+    """The same with a column for each bound of an interval."""
+    for name, value in numbers.items():
+        if name.startswith("interval"):
+            low, high = value or (None, None)
+            yield name.replace("interval", "low"), low
+            yield name.replace("interval", "high"), high
+        else:
+            yield name, value
 
 
 def _numbers(cell: Cell) -> dict[str, Any]:
     """A number with what it is made of and how sure it is; None where that is not known."""
-    sure = cell.certainty
+    rate, sure = cell.rate, cell.certainty
     return {
         "percent": cell.percent,
-        "numerator": cell.rate.numerator if cell.rate else None,
-        "denominator": cell.rate.denominator if cell.rate else None,
+        "numerator": rate and rate.numerator,
+        "denominator": rate and rate.denominator,
         "interval": list(sure.interval) if sure else None,
         "interval_by_task": list(sure.by_task) if sure else None,
         "design_effect": sure.design_effect if sure else None,
