@@ -137,21 +137,21 @@ def test_only_the_command_that_is_asked_for_is_imported() -> None:
 
 def test_every_command_is_where_its_place_says(eai: Command) -> None:
     told = eai("--help")[1]
-    assert [name for name in cli._PLACES if f" {name} " not in told] == []
+    assert [name for of_panel in cli._COMMANDS.values() for name in of_panel if f" {name} " not in told] == []
 
 
 def test_help_has_the_summary_of_each_command_and_imports_none(eai: Command) -> None:
     known: Any = get_command(app)
-    for name, place in cli._PLACES.items():
-        assert place.summary == known.commands[name].help.split("\n\n")[0]
+    summaries = {name: text for of_panel in cli._COMMANDS.values() for name, text in of_panel.items()}
+    for name, summary in summaries.items():
+        assert summary == known.commands[name].help.split("\n\n")[0]
     script = (
         "import sys; from eai import cli; cli.app(['--help'], standalone_mode=False); print(*sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     loaded = done.stdout.splitlines()[-1].split()
-    assert not {
-        f"eai.cli.{(place.target or name).partition(':')[0]}" for name, place in cli._PLACES.items()
-    }.intersection(loaded)
+    modules = {f"eai.cli.{cli._PLACES.get(name, name).partition(':')[0]}" for name in summaries}
+    assert not modules.intersection(loaded)
 
 
 def test_there_are_few_commands() -> None:

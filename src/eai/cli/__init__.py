@@ -8,10 +8,11 @@ import signal
 import sys
 from collections import UserDict
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from io import TextIOWrapper
 from shutil import get_terminal_size
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import typer
 from typer.core import MarkupMode, TyperCommand, TyperGroup
@@ -80,92 +81,54 @@ _METAVARS: Mapping[str, str] = {
 _PANELS = 80
 """How many columns help in panels takes; where there are fewer, it would cut the names of options."""
 
+_COMMANDS = {
+    MEASURE: {
+        "demo": "See in a minute what eai does: two built-in models, and an answer that failed, explained.",
+        "run": "Obtain answers through Inspect and score them. "
+        "The same command resumes where it was interrupted.",
+        "play": "Play tasks yourself, as models act; "
+        "scores, reports and comparisons take episodes as theirs.",
+        "score": "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
+        "the main table to the screen.",
+        "serve": "Let agents outside of this program act.",
+    },
+    UNDERSTAND: {
+        "explain": "Show what became of an answer: each step, what it changed, the failing check and why; "
+        "or list answers.",
+        "compare": "Compare two runs task by task: exact McNemar for success, random exchanges for F1.",
+        "report": "Print the main results of runs, the best first; "
+        "with --out, write tables, plots and the HTML explorer.",
+        "analyze": "Make the tables and plots of a study of records; "
+        "without a name, list the studies and their options.",
+    },
+    MATERIAL: {
+        "generate": "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
+        "data": "The data set: fetch it, say where it is, check it, count it, annotate it.",
+        "new": "Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.",
+        "check": "Check a benchmark: its declaration, its tasks, and each line of task files.",
+        "export": "Prompts, data sets for training, task files, world-model questions, pictures, "
+        "challenge files.",
+    },
+}
+"""The commands by panel, in the order of the help, each with the first paragraph of its own.
 
-class _Place(NamedTuple):
-    """Where a command is, and where it stands in the help.
-
-    Attributes:
-        panel: the panel in the help.
-        summary: the help of an app with commands, or the first paragraph of that of a function, so that the
-            help of the group imports no command.
-        target: the module in this package and the name there, of a function or of an app with commands; both
-            are the command's name if empty.
-        old_flags: the module and the function in it that refuses flags which are settings now; none if empty.
-        bare: whether it does something without any argument, instead of printing its help.
-    """
-
-    panel: str
-    summary: str
-    target: str = ""
-    old_flags: str = ""
-    bare: bool = False
-
+It stands here, too, so that the help of the group imports no command.
+"""
 
 _PLACES = {
-    "demo": _Place(
-        MEASURE,
-        "See in a minute what eai does: two built-in models, and an answer that failed, explained.",
-        bare=True,
-    ),
-    "run": _Place(
-        MEASURE,
-        "Obtain answers through Inspect and score them. The same command resumes where it was interrupted.",
-        old_flags="flags:refuse_old_flags",
-    ),
-    "play": _Place(
-        MEASURE,
-        "Play tasks yourself, as models act; scores, reports and comparisons take episodes as theirs.",
-    ),
-    "score": _Place(
-        MEASURE,
-        "Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, "
-        "the main table to the screen.",
-    ),
-    "serve": _Place(MEASURE, "Let agents outside of this program act.", "serve:app"),
-    "explain": _Place(
-        UNDERSTAND,
-        "Show what became of an answer: each step, what it changed, the failing check and why; "
-        "or list answers.",
-    ),
-    "compare": _Place(
-        UNDERSTAND, "Compare two runs task by task: exact McNemar for success, random exchanges for F1."
-    ),
-    "report": _Place(
-        UNDERSTAND,
-        "Print the main results of runs, the best first; "
-        "with --out, write tables, plots and the HTML explorer.",
-    ),
-    "analyze": _Place(
-        UNDERSTAND,
-        "Make the tables and plots of a study of records; "
-        "without a name, list the studies and their options.",
-        old_flags="analyze:refuse_old_flags",
-        bare=True,
-    ),
-    "generate": _Place(
-        MATERIAL,
-        "Generate tasks that nobody has seen. Equal arguments give equal bytes.",
-        target="generate:generate_tasks",
-    ),
-    "data": _Place(
-        MATERIAL, "The data set: fetch it, say where it is, check it, count it, annotate it.", "data:app"
-    ),
-    "new": _Place(
-        MATERIAL,
-        "Write a small domain that runs: a folder NAME with its declaration and two tasks in NAME.py.",
-    ),
-    "check": _Place(
-        MATERIAL,
-        "Check a benchmark: its declaration, its tasks, and each line of task files.",
-        target="tasks:check",
-    ),
-    "export": _Place(
-        MATERIAL,
-        "Prompts, data sets for training, task files, world-model questions, pictures, challenge files.",
-        target="export:app",
-    ),
+    "serve": "serve:app",
+    "generate": "generate:generate_tasks",
+    "data": "data:app",
+    "check": "tasks:check",
+    "export": "export:app",
 }
-"""The commands, in the order of the help."""
+"""The module in this package, and the name there, of a command that is no function NAME in a module NAME."""
+
+_OLD_FLAGS = {"run": "flags:refuse_old_flags", "analyze": "analyze:refuse_old_flags"}
+"""The functions that refuse flags of a command which are settings now."""
+
+_BARE = frozenset({"demo", "analyze"})
+"""The commands that do something without any argument, instead of printing their help."""
 
 
 class _Commands(TyperGroup):
@@ -173,24 +136,26 @@ class _Commands(TyperGroup):
 
     def __init__(self, **attributes: Any) -> None:
         super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
-        self.commands = _Loaded({**_PLACES, **self.commands})
+        self._shown: dict[str, Any] = {
+            name: TyperCommand(name, help=summary, rich_help_panel=panel)
+            for panel, summaries in _COMMANDS.items()
+            for name, summary in summaries.items()
+        }
+        self._shown |= self.commands
+        self.commands = _Loaded(self._shown)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """The names of the commands, for which none needs to be imported."""
         return list(self.commands)
 
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command as the help of the group shows it, for which it is not imported."""
+        return self._shown.get(cmd_name)
+
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the help of the group, for which no command is imported."""
+        """Write the help of the group."""
         _label(self)
-        commands = self.commands
-        self.commands = {
-            name: TyperCommand(name, help=place.summary, rich_help_panel=place.panel)
-            for name, place in _PLACES.items()
-        } | {name: commands[name] for name in commands if name not in _PLACES}
-        try:
-            super().format_help(ctx, formatter)
-        finally:
-            self.commands = commands
+        super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that is named.
@@ -201,10 +166,10 @@ class _Commands(TyperGroup):
         for words in (" ".join(args[:2]), args[0]):
             if words in RENAMED:
                 raise InputError(f"eai {words}: write eai {RENAMED[words]}")
-        place = _PLACES.get(args[0])
-        if place is not None and place.old_flags:
-            _object_at(place.old_flags)(args[1:])
-        return super().resolve_command(ctx, args)
+        if args[0] in _OLD_FLAGS:
+            _object_at(_OLD_FLAGS[args[0]])(args[1:])
+        name, found, rest = super().resolve_command(ctx, args)
+        return name, found and _imported(found), rest
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was chosen; an interrupt that it says nothing about is one line."""
@@ -215,27 +180,29 @@ class _Commands(TyperGroup):
 
 
 class _Loaded(UserDict[str, Any]):
-    """Commands by name, or where they are until one is asked for."""
+    """Commands by name; whoever asks for one has it imported."""
 
     def __getitem__(self, name: str) -> Any:
-        found = self.data[name]
-        if isinstance(found, _Place):
-            found = self.data[name] = _imported(name, found)
-        return found
+        return _imported(self.data[name])
 
 
-def _object_at(target: str) -> Any:
-    module, _, name = target.partition(":")
+def _object_at(place: str) -> Any:
+    module, _, name = place.partition(":")
     return getattr(import_module(f"{__name__}.{module}"), name)
 
 
-def _imported(name: str, place: _Place) -> Any:
-    found = _object_at(place.target or f"{name}:{name}")
+@cache
+def _imported(shown: Any) -> Any:
+    """A command by how the help of the group shows it; one that does something is that already."""
+    if shown.callback is not None:
+        return shown
+    name, panel = shown.name, shown.rich_help_panel
+    found = _object_at(_PLACES.get(name, f"{name}:{name}"))
     app = typer.Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, typer.Typer):
-        app.add_typer(found, name=name, help=place.summary, rich_help_panel=place.panel)
+        app.add_typer(found, name=name, help=shown.help, rich_help_panel=panel)
     else:
-        app.command(name, no_args_is_help=not place.bare, rich_help_panel=place.panel)(found)
+        app.command(name, no_args_is_help=name not in _BARE, rich_help_panel=panel)(found)
     command: Any = get_group(app).commands[name]
     for each in _with_those_below(command):
         _label(each)
