@@ -65,11 +65,17 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
         model: the model.
         protocol: the protocol.
     """
-    shown = [table for table in tables if table.protocol is protocol and _row_of(table, model)]
+    shown = [
+        (table, row)
+        for table in tables
+        if table.protocol is protocol
+        for row in [each for each in table.rows if each.source == "run" and each.model == model][:1]
+    ]
     domains: dict[str, str] = {}
-    for table in shown:
-        domains.setdefault(table.domain, _title(table, model))
-    panels = {title: entries for title, entries in _panels(shown, model).items() if entries}
+    for table, row in shown:
+        answered = "" if row.coverage is None else f", {row.coverage} answered"
+        domains.setdefault(table.domain, f"{title_of(table.domain)}{answered}")
+    panels = {title: entries for title, entries in _panels(shown).items() if entries}
     if not panels:
         return None
     heights = [_HEAD + _LINE * _lines(entries) for entries in panels.values()]
@@ -79,51 +85,37 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     for axes, (title, entries) in zip(grid, panels.items(), strict=True):
         axes.set_title(title, fontsize=9.5)
         _draw_panel(axes, entries, list(domains))
-    _draw_legend(figure, list(domains.values()), _others(shown))
+    _draw_legend(figure, list(domains.values()), _others([table for table, _ in shown]))
     return figure
 
 
-def _title(table: Ranking, model: str) -> str:
-    """A domain with how much of it the model has answered."""
-    row = _row_of(table, model)
-    answered = "" if row is None or row.coverage is None else f", {row.coverage} answered"
-    return f"{title_of(table.domain)}{answered}"
-
-
-def _panels(tables: Sequence[Ranking], model: str) -> dict[str, list[_Entry]]:
+def _panels(shown: Sequence[tuple[Ranking, Row]]) -> dict[str, list[_Entry]]:
     """The lines of each panel by its title."""
     plans = [
         f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
     ]
-    faults = [entry for name in plans for entry in _entries(tables, name, model, (GRAMMAR, RUNTIME))]
+    faults = [entry for name in plans for entry in _entries(shown, name, (GRAMMAR, RUNTIME))]
     return {
-        "Main results, percent": _entries(tables, "overview", model),
-        "Goals that its plans reach, percent": _entries(tables, "goal_satisfaction", model),
+        "Main results, percent": _entries(shown, "overview"),
+        "Goals that its plans reach, percent": _entries(shown, "goal_satisfaction"),
         "What goes wrong in its plans, percent of answers": faults,
     }
 
 
 def _entries(
-    tables: Sequence[Ranking], name: str, model: str, groups: Sequence[str] | None = None
+    shown: Sequence[tuple[Ranking, Row]], name: str, groups: Sequence[str] | None = None
 ) -> list[_Entry]:
     """The columns of the tables of one name as lines, below the abilities that they are of."""
     entries: dict[MetricColumn, _Entry] = {}
-    for table in tables:
-        row = _row_of(table, model)
-        if table.name != name or row is None:
-            continue
+    for table, row in shown:
         for place, column in enumerate(table.columns):
-            if groups is None or column.group in groups:
+            if table.name == name and (groups is None or column.group in groups):
                 heading = ability_title(column.ability) if column.ability else column.group
                 entry = entries.setdefault(column, _Entry(heading, column.label, {}, {}))
                 entry.cells[table.domain] = row.cells[place]
                 others = (each.cells[place].percent for each in table.rows if each.source in _PAPERS)
                 entry.others[table.domain] = [percent for percent in others if percent is not None]
     return list(entries.values())
-
-
-def _row_of(table: Ranking, model: str) -> Row | None:
-    return next((row for row in table.rows if row.model == model and row.source == "run"), None)
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
