@@ -16,7 +16,8 @@ from eai.households.packs import VIRTUALHOME, Pack
 from eai.households.virtualhome.benchmark import count_annotated
 from eai.households.virtualhome.records import VirtualHome, open_virtualhome
 from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.results.data_set import distributions, profiles_of, table_of
+from eai.report.distributions import distributions
+from eai.results.data_set import profiles_of, table_of
 from eai.tasks.source import ErrataChoice, Source, given
 from eai.world.execution import Action
 from oracle import read_shared

@@ -20,8 +20,8 @@ from eai.cli.progress import data_progress
 from eai.data import dataset
 from eai.households.packs import all_packs, validate
 from eai.pddl.planning import PlannerChoice
-from eai.report import plot_distributions
-from eai.results.data_set import distributions, profiles_of, table_of
+from eai.report.distributions import distributions, save
+from eai.results.data_set import profiles_of, table_of
 from eai.results.table import Column, NamedCells, Table
 from eai.results.table_files import rows_csv, write_files
 from eai.results.terminal import print_table
@@ -193,7 +193,7 @@ def _write_distributions(benchmark: Benchmark, source: Source, out: Path) -> lis
     ]
     written = write_files(out, {f"{benchmark.name}-distributions.csv": rows_csv(rows)})
     title = benchmark.title or benchmark.name
-    return [*written, *plot_distributions.save(found, title, out / benchmark.name)]
+    return [*written, *save(found, title, out / benchmark.name)]
 
 
 def _check_annotations(

@@ -1,7 +1,7 @@
 """Figures of a data set: how many tasks, how long, about what (paper, Table 2).
 
-Profiles say what each task is like, distributions how many tasks have so many steps, goals and options.
-Statistics are the paper's Table 2 of any benchmark, each figure with the paper's beside it.
+Profiles say what each task is like. Statistics are the paper's Table 2 of any benchmark, each figure with the
+paper's beside it.
 """
 
 from __future__ import annotations
@@ -73,69 +73,6 @@ def profiles_of(benchmark: Benchmark, source: Source) -> tuple[_Profile, ...]:
     asked = benchmark.operators(source)
     tasks = benchmark.tasks(source).values()
     return tuple(_Profile(task, features_of(task, benchmark), asked.get(task.id)) for task in tasks)
-
-
-@dataclass(frozen=True, slots=True)
-class Distribution:
-    """How often each value occurs.
-
-    Attributes:
-        name: its name in files.
-        title: what is counted, in words.
-        of: what `counts` counts: ``tasks``, ``steps``, or ``mentions`` of objects in steps.
-        counts: value -> how often, by value if values are numbers, else the most frequent first.
-        decades: whether the numbers are so unlike that only their decade (1 to 9, 10 to 99, ...) tells.
-    """
-
-    name: str
-    title: str
-    of: str
-    counts: Mapping[int, int] | Mapping[str, int]
-    decades: bool = False
-
-
-def distributions(benchmark: Benchmark, source: Source) -> tuple[Distribution, ...]:
-    """The distributions of a benchmark, over its tasks with goals; those without any case are left out.
-
-    Raises:
-        DataError: the data cannot be had.
-    """
-    asked = [each for each in profiles_of(benchmark, source) if each.features.goals]
-    found = (*_of_features([each.features for each in asked]), *_of_steps([each.task for each in asked]))
-    return tuple(each for each in found if each.counts)
-
-
-def _of_features(features: list[Features]) -> Iterator[Distribution]:
-    for name, title in (
-        ("annotated_steps", "Steps of the annotated plan"),
-        ("goals", "Goals (conjuncts)"),
-        ("ground_goals", "Ground goals"),
-        ("goal_options", "Ways to meet the goals"),
-        ("objects", "Objects the task is about"),
-    ):
-        values = [value for each in features if (value := getattr(each, name)) is not None]
-        counts = dict(sorted(Counter(values).items()))
-        yield Distribution(name, title, "tasks", counts, decades=name == "goal_options")
-
-
-def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:
-    """The actions of annotated plans' steps, and with what category of object."""
-    actions: Counter[str] = Counter()
-    objects: Counter[str] = Counter()
-    pairs: Counter[str] = Counter()
-    for task in tasks:
-        for step in task.script:
-            categories = [task.scene.objects[i].category for i in step.arguments]
-            actions[step.operator] += 1
-            objects.update(categories)
-            pairs.update(f"{step.operator} {category}" for category in categories)
-    yield Distribution("actions", "Actions of annotated plans", "steps", _ranked(actions))
-    yield Distribution("categories", "Objects of those steps, by category", "mentions", _ranked(objects))
-    yield Distribution("pairs", "Actions with objects", "mentions", _ranked(pairs))
-
-
-def _ranked(counts: Mapping[str, int]) -> dict[str, int]:
-    return dict(sorted(counts.items(), key=lambda item: (-item[1], item[0])))
 
 
 LONG = 10

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.report.plot_distributions import binned, save
-from eai.results.data_set import Distribution
+from eai.report.distributions import _Distribution, binned, save
 
 pytest.importorskip("matplotlib")
 
@@ -29,8 +28,8 @@ def test_decades_say_where_they_begin() -> None:
 
 def test_files_are_written_the_same_every_time(tmp_path: Path) -> None:
     found = (
-        Distribution("steps", "Steps", "tasks", {2: 1, 5: 3}),
-        Distribution("actions", "Actions", "steps", {"GO": 3, "a$b": 1}),
+        _Distribution("steps", "Steps", "tasks", {2: 1, 5: 3}),
+        _Distribution("actions", "Actions", "steps", {"GO": 3, "a$b": 1}),
     )
     first = [path.read_bytes() for path in save(found, "Toy", tmp_path / "toy")]
     assert [path.name for path in save(found, "Toy", tmp_path / "toy")] == [
