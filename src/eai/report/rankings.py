@@ -137,15 +137,13 @@ def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable]) -
     for paper in papers:
         figure = paper.figure(model, column)
         if figure is not None:
-            notes = [note.text for note in paper.notes if note.models and note.is_on(model, column)]
-            return Cell(figure, notes=tuple(notes))
+            return Cell(figure, notes=tuple(paper.notes.get((model, column), ())))
     return Cell(None)
 
 
 def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, ...]:
     """The notes on a whole column."""
-    notes = [note for paper in papers for note in paper.notes if not note.models]
-    return tuple([note.text for note in notes if column in note.columns])
+    return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
 
 
 def published_rows(

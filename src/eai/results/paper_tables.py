@@ -10,9 +10,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib import resources
+from itertools import product
 from typing import NamedTuple
 
 from pydantic import TypeAdapter
@@ -20,6 +21,7 @@ from pydantic import TypeAdapter
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Share
 from eai.data.files import parse_toml
+from eai.data.grouping import grouped
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate, total
 
@@ -33,38 +35,21 @@ class PaperColumn(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class _PaperNote:
-    """A remark on some cells.
-
-    Attributes:
-        text: one or two sentences.
-        models: the rows it is on; all if empty.
-        columns: the columns it is on.
-    """
-
-    text: str
-    models: tuple[str, ...]
-    columns: tuple[PaperColumn, ...]
-
-    def is_on(self, model: str, column: PaperColumn) -> bool:
-        """Whether it is on a cell."""
-        return column in self.columns and (not self.models or model in self.models)
-
-
-@dataclass(frozen=True, slots=True)
 class PaperTable:
     """One table of the paper.
 
     Attributes:
         name: the name of its file here.
         rows: model -> figures in percent, None where the paper has none; in the paper's order.
+        notes: model and column -> remarks on the figure, a sentence or two each; on all of a column where the
+            model is empty.
     """
 
     name: str
     title: str
     columns: tuple[PaperColumn, ...]
     rows: Mapping[str, tuple[float | None, ...]]
-    notes: tuple[_PaperNote, ...] = ()
+    notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
     def figure(self, model: str, column: PaperColumn) -> float | None:
         """A figure in percent, or None if the table does not have it."""
@@ -106,7 +91,7 @@ def paper_setting() -> _PaperSetting:
 def paper_table(name: str) -> PaperTable:
     """One of the full tables or of the others, with its notes."""
     table = _read_table(name)
-    return replace(table, notes=(*_written_notes(name, table.columns), *_contradictions(name)))
+    return replace(table, notes=grouped((*_written_notes(table), *_contradictions(table))))
 
 
 @cache
@@ -128,36 +113,30 @@ def _text(name: str) -> str:
     return _content(name).decode()
 
 
-def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[_PaperNote]:
+def _written_notes(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     """The notes of ``notes.toml`` on a table."""
     for note in parse_toml(_text("notes.toml"))["note"]:
-        if name in _listed(note["table"]):
-            met = tuple(
-                column
-                for column in columns
-                if all(getattr(column, key) == note[key] for key in PaperColumn._fields if key in note)
-            )
-            yield _PaperNote(note["text"], _listed(note.get("model", [])), met)
+        if table.name in _listed(note["table"]):
+            told = {key: note[key] for key in PaperColumn._fields if key in note}
+            for column in table.columns:
+                if told.items() <= column._asdict().items():
+                    yield from (((model, column), note["text"]) for model in _listed(note.get("model", "")))
 
 
-def _listed(value: str | list[str]) -> tuple[str, ...]:
-    return (value,) if isinstance(value, str) else tuple(value)
+def _listed(value: str | list[str]) -> list[str]:
+    return [value] if isinstance(value, str) else value
 
 
-def _contradictions(name: str) -> Iterator[_PaperNote]:
+def _contradictions(table: PaperTable) -> Iterator[tuple[tuple[str, PaperColumn], str]]:
     """Cells for which another of the full tables prints another figure."""
     full = paper_setting().full_tables
-    if name not in (*full, *paper_setting().same_quantity):
+    if table.name not in (*full, *paper_setting().same_quantity):
         return
-    ours = _read_table(name)
-    for other in full:
-        theirs = _read_table(other)
-        shared = [column for column in ours.columns if column in theirs.columns and other != name]
-        for model in [model for model in ours.rows if model in theirs.rows]:
-            for column in shared:
-                printed = theirs.figure(model, column)
-                if printed != ours.figure(model, column):
-                    yield _PaperNote(f"The table “{theirs.title}” prints {printed}.", (model,), (column,))
+    for other in [_read_table(name) for name in full if name != table.name]:
+        for model, column in product(table.rows, table.columns):
+            printed = other.figure(model, column)
+            if column in other.columns and model in other.rows and printed != table.figure(model, column):
+                yield (model, column), f"The table “{other.title}” prints {printed}."
 
 
 TABLE = "published_strict.json"

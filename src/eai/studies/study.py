@@ -101,7 +101,8 @@ def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure |
 
 def paper_remarks(papers: Iterable[PaperTable], protocol: Protocol) -> list[str]:
     """Remarks on figures of the paper that stand beside those of records of a protocol."""
-    remarks = [note.text for paper in papers for note in paper.notes if not note.models]
+    on_columns = (paper.notes.get(("", column), ()) for paper in papers for column in paper.columns)
+    remarks = [note for notes in on_columns for note in notes]
     if protocol.value != paper_setting().protocol:
         remarks.append(f"These records are of protocol {protocol.value}, the paper's figures are not.")
     return list(dict.fromkeys(remarks))
