@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, groupby
+from typing import Literal
 
 from eai.abilities.declaration import MetricColumn
 from eai.abilities.experiment import Experiment
@@ -44,11 +45,10 @@ from eai.results.coverage import together
 from eai.results.paper_tables import PaperColumn, PaperTable, PublishedSuite
 from eai.results.summary import AVERAGE, Place, average_performance, average_weights
 
-_PUBLISHED = (
-    "Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
-    "those of {known} of the paper's {all} models; the others are to be added."
+_FLOOR = (
+    "Floor: what is earned without deciding anything, by null models; never ranked. "
+    f"{'; '.join(f'{model} {what}' for model, what in paper_tables.NULL_MODELS.items())}."
 )
-_FLOOR = "Floor: what is earned without deciding anything, by null models; never ranked. {names}."
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
 
 
@@ -146,57 +146,36 @@ def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, .
     return tuple([note for paper in papers for note in paper.notes.get(("", column), ())])
 
 
-def published_rows(
-    columns: Sequence[MetricColumn], protocol: Protocol, domain: str, runs: Sequence[RunSummary]
+def scored_rows(
+    source: Literal["published", "floor"],
+    columns: Sequence[MetricColumn],
+    protocol: Protocol,
+    domain: str,
+    runs: Sequence[RunSummary],
 ) -> Iterator[Row]:
-    """The paper's models, as their published answers were scored under a protocol.
+    """Models as a table that comes with the package has them; what it says of itself are their footnotes.
 
     Args:
+        source: the paper's models, whose published answers were scored, or null models.
         columns: the columns.
-        protocol: the protocol of the table; there are no rows under one that they were not scored under.
-        domain: the domain of the table.
+        protocol: the protocol of the ranking; there are no rows under one that they were not scored under.
+        domain: the domain of the ranking.
         runs: the runs beside which they stand.
     """
-    table = paper_tables.published_scores()
+    floor = source == "floor"
+    table = paper_tables.null_scores(protocol.value) if floor else paper_tables.published_scores()
     if table.protocol != protocol.value:
         return
-    suites = _suites(table.suites, columns, domain)
-    known = len({model for suite in suites.values() for model in suite.models})
-    everyone = len(set(paper_tables.paper_models().values()))
-    text = _PUBLISHED.format(sha256=paper_tables.published_scores_sha256(), known=known, all=everyone)
-    yield from _scored_rows(suites, columns, runs, "published", text)
-
-
-def floor_rows(
-    columns: Sequence[MetricColumn], protocol: Protocol, domain: str, runs: Sequence[RunSummary]
-) -> Iterator[Row]:
-    """The null models in the suites that come with the package; arguments as for `published_rows`."""
-    suites = _suites(paper_tables.null_scores(protocol.value).suites, columns, domain)
-    names = "; ".join(f"{model} {what}" for model, what in paper_tables.NULL_MODELS.items())
-    return _scored_rows(suites, columns, runs, "floor", _FLOOR.format(names=names))
-
-
-def _suites(
-    known: Mapping[str, PublishedSuite], columns: Sequence[MetricColumn], domain: str
-) -> Mapping[Ability, PublishedSuite]:
-    """The suites of a table of scores that are of the abilities of columns."""
     abilities = dict.fromkeys(column.ability for column in columns if column.ability)
-    return {a: known[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in known}
-
-
-def _scored_rows(
-    suites: Mapping[Ability, PublishedSuite],
-    columns: Sequence[MetricColumn],
-    runs: Sequence[RunSummary],
-    source: RowSource,
-    text: str,
-) -> Iterator[Row]:
-    """The models of a table of scores, with what it says of itself and its suites as footnotes."""
-    texts = [text, *(note for suite in suites.values() for note in suite.notes)]
-    other = [run.key.ability for run in runs if _is_on_other_data(run, suites)]
+    suites = {a: table.suites[f"{domain}/{a}"] for a in abilities if f"{domain}/{a}" in table.suites}
+    models = dict.fromkeys(model for suite in suites.values() for model in suite.models)
+    texts = [_FLOOR if floor else _about_published(len(models))]
+    texts += [note for suite in suites.values() for note in suite.notes]
+    pairs = [(run, suites[run.key.ability]) for run in runs if run.key.ability in suites]
+    other = [run.key.ability for run, suite in pairs if run.data_sha256 != (suite.data_sha256,)]
     if other:
         texts.append(_OTHER_DATA.format(suites=", ".join(map(ability_title, dict.fromkeys(other)))))
-    for model in dict.fromkeys(model for suite in suites.values() for model in suite.models):
+    for model in models:
         cells = _published_cells(model, suites)
         found = tuple(cell_of(cells, column) for column in columns)
         if any(cell.percent is not None for cell in found):
@@ -204,9 +183,13 @@ def _scored_rows(
             yield Row(model, source, found, covered, tuple(texts))
 
 
-def _is_on_other_data(run: RunSummary, suites: Mapping[Ability, PublishedSuite]) -> bool:
-    suite = suites.get(run.key.ability)
-    return suite is not None and run.data_sha256 != (suite.data_sha256,)
+def _about_published(known: int) -> str:
+    """The footnote on so many models whose published answers were scored."""
+    sha256, everyone = paper_tables.published_scores_sha256(), set(paper_tables.paper_models().values())
+    return (
+        f"Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
+        f"those of {known} of the paper's {len(everyone)} models; the others are to be added."
+    )
 
 
 def _published_cells(model: str, suites: Mapping[Ability, PublishedSuite]) -> Cells:
@@ -272,8 +255,8 @@ def make_ranking(
     if with_paper and protocol.value == paper_tables.paper_setting().protocol:
         papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
     elif with_paper:
-        others += published_rows(columns, protocol, domain, runs)
-    others += [*paper_rows(places, papers), *floor_rows(columns, protocol, domain, runs)]
+        others += scored_rows("published", columns, protocol, domain, runs)
+    others += [*paper_rows(places, papers), *scored_rows("floor", columns, protocol, domain, runs)]
     on_columns = tuple(_notes_on(place, papers) for place in places)
     notes = _in_order(_of_rows(ours), *on_columns, _of_rows(others))
     rows = tuple(ranked(by, columns, [*ours, *others]))
