@@ -37,8 +37,8 @@ class Matrix:
     ) -> None:
         self.rows = tuple(rows)
         self.columns = tuple(columns)
-        self.sources = reduce(or_, self.columns, 0) if sources is None else sources
-        self.targets = reduce(or_, self.rows, 0) if targets is None else targets
+        self.sources = reduce(or_, filter(None, self.columns), 0) if sources is None else sources
+        self.targets = reduce(or_, filter(None, self.rows), 0) if targets is None else targets
 
     @classmethod
     def of_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.errors import DataError
 from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, VOCABULARY
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
-    Edge,
     GraphDelta,
     ObjectRecord,
     TaskRecord,
@@ -25,129 +24,80 @@ from eai.world.execution import Action
 from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject
 
+_UNARY = VOCABULARY.unary_slots
 _BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
 
 
-class _Lines:
-    """The rows and columns of all relations, and the masks of all unary predicates, while being built.
+class _Graph(NamedTuple):
+    """A graph of the data set.
 
-    ``described`` has the labels of each object. ``sources`` and ``targets`` are the masks of the objects
-    whose row, or column, is not empty. ``relations`` are those that were made of all this and have not
-    changed since: states share them.
+    Attributes:
+        records: the objects by id, in order.
+        index: the place of each id in that order.
+        unary: the objects of each unary predicate, as masks.
+        rows: of each relation the targets of each object, as masks.
+        columns: of each relation the sources of each object.
     """
 
-    def __init__(self, base: GraphDelta) -> None:
-        self.objects: list[WorldObject] = []
-        self.index: dict[int, int] = {}
-        self.unary = [0] * len(VOCABULARY.unary_slots)
-        self.described: list[frozenset[str]] = []
-        self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
-        self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
-        self.sources = [0] * len(VOCABULARY.binary_slots)
-        self.targets = [0] * len(VOCABULARY.binary_slots)
-        self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
-        self.apply(base)
+    records: Mapping[int, ObjectRecord]
+    index: Mapping[int, int]
+    unary: Sequence[int]
+    rows: Sequence[Sequence[int]]
+    columns: Sequence[Sequence[int]]
 
-    def copy(self) -> _Lines:
-        """An independent copy."""
-        twin = object.__new__(_Lines)
-        twin.objects, twin.index, twin.unary = list(self.objects), dict(self.index), list(self.unary)
-        twin.described = list(self.described)
-        twin.rows = [list(rows) for rows in self.rows]
-        twin.columns = [list(columns) for columns in self.columns]
-        twin.sources, twin.targets = list(self.sources), list(self.targets)
-        twin.relations = list(self.relations)
-        return twin
-
-    def append(self, records: Sequence[ObjectRecord]) -> None:
-        """Add objects behind all others."""
-        for record in records:
-            self.index[record.id] = len(self.objects)
-            self.objects.append(_world_object(record.class_name, record.id))
-            self.described.append(frozenset())
-        self._describe(records)
-        if records:
-            empty = [0] * len(records)
-            for lines in (*self.rows, *self.columns):
-                lines += empty
-            self.relations = [None] * len(self.rows)
-
-    def apply(self, delta: GraphDelta) -> None:
-        """Make one graph into another.
+    def after(self, delta: GraphDelta) -> _Graph:
+        """The graph that a delta makes of this one.
 
         Raises:
             DataError: the delta removes objects, which no graph of the data set does.
         """
         if delta.removed_ids:
             raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
-        self._describe(delta.changed_objects)
-        self.append(delta.added_objects)
-        self.link(delta.removed_edges, present=False)
-        self.link(delta.added_edges, present=True)
-
-    def link(self, edges: Iterable[Edge], *, present: bool) -> None:
-        """Add or remove pairs of relations."""
-        index, sources, targets = self.index, self.sources, self.targets
-        for source_id, relation, target_id in edges:
+        described = (*delta.changed_objects, *delta.added_objects)
+        records = {**self.records, **{record.id: record for record in described}}
+        index = {object_id: i for i, object_id in enumerate(records)}
+        empty = [0] * (len(records) - len(self.records))
+        rows, columns = ([[*lines, *empty] for lines in each] for each in (self.rows, self.columns))
+        for source_id, relation, target_id in delta.removed_edges:
             slot, source, target = _BINARY[relation], index[source_id], index[target_id]
-            rows, columns = self.rows[slot], self.columns[slot]
-            is_source, is_target = 1 << source, 1 << target
-            self.relations[slot] = None
-            if present:
-                rows[source] |= is_target
-                columns[target] |= is_source
-                sources[slot] |= is_source
-                targets[slot] |= is_target
-                continue
-            rows[source] &= ~is_target
-            columns[target] &= ~is_source
-            if not rows[source]:
-                sources[slot] &= ~is_source
-            if not columns[target]:
-                targets[slot] &= ~is_target
+            rows[slot][source] &= ~(1 << target)
+            columns[slot][target] &= ~(1 << source)
+        for source_id, relation, target_id in delta.added_edges:
+            slot, source, target = _BINARY[relation], index[source_id], index[target_id]
+            rows[slot][source] |= 1 << target
+            columns[slot][target] |= 1 << source
+        unary = list(self.unary)
+        self._relabel(unary, described, index)
+        return _Graph(records, index, unary, rows, columns)
 
-    def _describe(self, records: Iterable[ObjectRecord]) -> None:
-        """Set the category and every unary predicate of objects to what their records say."""
-        objects, described, unary = self.objects, self.described, self.unary
+    def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
+        """Change masks of unary predicates to what records say of some objects, which may be new."""
         for record in records:
-            index = self.index[record.id]
-            if objects[index].category != record.class_name:
-                objects[index] = _world_object(record.class_name, record.id)
-            for slot in _differing(described[index], record.labels):
-                unary[slot] ^= 1 << index
-            described[index] = record.labels
+            known = self.records.get(record.id)
+            for name in record.labels ^ (known.labels if known is not None else frozenset()):
+                unary[_UNARY[name]] ^= 1 << index[record.id]
 
-    def state(self, scene: Scene) -> State:
-        """The state over a scene of these objects."""
-        return State(scene, tuple(self.unary), tuple(map(self._relation, range(len(self.relations)))))
+    def state(self) -> State:
+        """The state of its objects, the character among them."""
+        things = [_world_object(each.class_name, each.id) for each in self.records.values()]
+        relations = tuple(map(_relation, self.rows, self.columns))
+        return State(Scene(VOCABULARY, things, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
-    def after(self, state: State, delta: GraphDelta) -> State:
-        """The state of these lines after a small difference; the lines stay as they are.
+    def state_after(self, state: State, delta: GraphDelta) -> State:
+        """The state of this graph after a small difference.
 
         Raises:
             DataError: the delta adds or removes objects, which no final graph of the data set does.
         """
         if delta.removed_ids or delta.added_objects:
             raise DataError("objects come or go in a plan; run `eai data fetch --force`")
-        draft = Draft(state)
-        for record in delta.changed_objects:
-            index = self.index[record.id]
-            for slot in _differing(self.described[index], record.labels):
-                draft.unary[slot] ^= 1 << index
+        draft, index = Draft(state), self.index
+        self._relabel(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
-            draft.unlink(_BINARY[relation], self.index[source], self.index[target])
+            draft.unlink(_BINARY[relation], index[source], index[target])
         for source, relation, target in delta.added_edges:
-            draft.link(_BINARY[relation], self.index[source], self.index[target])
+            draft.link(_BINARY[relation], index[source], index[target])
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
-
-    def _relation(self, slot: int) -> Relation:
-        relation = self.relations[slot]
-        if relation is None and not self.sources[slot]:
-            return _empty(len(self.objects))
-        if relation is None:
-            matrix = Matrix(self.rows[slot], self.columns[slot], self.sources[slot], self.targets[slot])
-            relation = self.relations[slot] = Relation(matrix)
-        return relation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,26 +112,24 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 
 def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
     """The tasks of the records."""
-    base = _Lines(records.base)
+    nothing = [()] * len(VOCABULARY.binary_slots)
+    base = _Graph({}, {}, [0] * len(_UNARY), nothing, nothing).after(records.base)
     return TaskSet(records, lambda task_id: _task(records[task_id], base), records.sha256)
 
 
-def _task(record: TaskRecord, base: _Lines) -> VirtualHomeTask:
-    lines = base.copy()
-    lines.apply(record.initial)
-    scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
-    initial = lines.state(scene)
-    index = lines.index
+def _task(record: TaskRecord, base: _Graph) -> VirtualHomeTask:
+    graph = base.after(record.initial)
+    initial, index = graph.state(), graph.index
     return VirtualHomeTask(
         id=record.id,
         title=record.title,
         instruction=record.description,
         initial=initial,
-        annotated_final=lines.after(initial, record.final),
+        annotated_final=graph.state_after(initial, record.final),
         script=tuple(
             [Action(word, tuple([index[i] for _, i in objects])) for word, objects in record.script]
         ),
-        goals=tuple(dict.fromkeys(_goals(record, scene, index))),
+        goals=tuple(dict.fromkeys(_goals(record, initial.scene, index))),
         temporal_goal=record.tl_goal,
         relevant=tuple(
             sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
@@ -199,17 +147,14 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
     return build_tasks(open_virtualhome(source))
 
 
-@cache
-def _differing(before: frozenset[str], after: frozenset[str]) -> tuple[int, ...]:
-    """The slots of the unary predicates that hold of an object with one of these sets of labels alone."""
-    return tuple([VOCABULARY.unary_slots[name] for name in before ^ after])
+def _relation(rows: Sequence[int], columns: Sequence[int]) -> Relation:
+    return Relation(Matrix(rows, columns)) if any(rows) else _empty(len(rows))
 
 
 @cache
 def _empty(size: int) -> Relation:
     """The relation of no two of so many objects; states share it."""
-    nothing = (0,) * size
-    return Relation(Matrix(nothing, nothing, 0, 0))
+    return Relation(Matrix([0] * size, [0] * size))
 
 
 @cache
