@@ -12,10 +12,10 @@ first of them; edges of other relations come by ascending ids.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cache, cached_property
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias
 
 from eai.data.store import PackFile
 from eai.households.packs import VIRTUALHOME, open_published
@@ -45,13 +45,8 @@ class ObjectRecord:
     @cached_property
     def labels(self) -> frozenset[str]:
         """All that is said of it alone: its properties and states, and whether it is a room."""
-        return _labels(self.properties, self.states, self.category == _ROOMS)
-
-
-@cache
-def _labels(properties: tuple[str, ...], states: tuple[str, ...], is_room: bool) -> frozenset[str]:
-    """The same set for all objects that have the same, so that it is compared at once."""
-    return frozenset((*properties, *states, "ROOM") if is_room else (*properties, *states))
+        room = ("ROOM",) if self.category == _ROOMS else ()
+        return frozenset((*self.properties, *self.states, *room))
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,24 +108,14 @@ class TaskRecord:
         return list(of_nodes | (set(self.relevant_from_edges) - of_nodes))
 
 
-@dataclass(frozen=True, slots=True)
-class _Tables:
+class _Tables(NamedTuple):
     """Tables to which the task lines refer by number."""
 
     relations: Sequence[str]
-    labels: Sequence[tuple[str, ...]]
-    rows: Sequence[Sequence[Any]]
-    records: dict[int, ObjectRecord] = field(default_factory=dict)
+    records: Sequence[ObjectRecord]
 
-    def object(self, number: int) -> ObjectRecord:
-        identifier, class_name, category, properties, states = self.rows[number]
-        labels = self.labels
-        record = ObjectRecord(identifier, class_name, category, labels[properties], labels[states])
-        return self.records.setdefault(number, record)
-
-    def objects(self, numbers: Sequence[int]) -> tuple[ObjectRecord, ...]:
-        known = self.records.get
-        return tuple([known(number) or self.object(number) for number in numbers])
+    def objects(self, numbers: Iterable[int]) -> tuple[ObjectRecord, ...]:
+        return tuple(map(self.records.__getitem__, numbers))
 
     def edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
         relations = map(self.relations.__getitem__, flat[1::3])
@@ -171,7 +156,12 @@ class VirtualHome(TaskSet[TaskRecord]):
     def __init__(self, content: bytes, sha256: str) -> None:
         header, *lines = content.splitlines()
         values = json.loads(header)
-        tables = _Tables(values["relations"], tuple(map(tuple, values["labels"])), values["objects"])
+        labels = list(map(tuple, values["labels"]))
+        records = [
+            ObjectRecord(number, name, category, labels[owned], labels[state])
+            for number, name, category, owned, state in values["objects"]
+        ]
+        tables = _Tables(values["relations"], records)
         objects, edges = tables.objects(values["base_objects"]), tables.edges(values["base_edges"])
         self.base = GraphDelta((), (), objects, (), edges)
         texts = dict(zip(values["tasks"], lines, strict=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.errors import DataError
@@ -28,7 +28,8 @@ _UNARY = VOCABULARY.unary_slots
 _BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
 
 
-class _Graph(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Graph:
     """A graph of the data set.
 
     Attributes:
