@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import pytest
@@ -19,6 +19,8 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
 from eai.generator import walk as module
+from eai.generator.goals import Proposals
+from eai.generator.prior import Prior
 from eai.generator.spec import Generated, TaskKind
 from eai.generator.walk import Seeker, Walk, _are_apart, _if_it_matters, reach_all
 from eai.logic.ltl_printer import print_ltl
@@ -131,8 +133,7 @@ def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
     way = execute(lamps.domain, task.initial, steps)
     assert way.failure is None
     prior = replace(NOTHING_IS_USUAL, **{"wanted": WANTED, **changes})
-    listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
-    became = Seeker(lamps.domain, prior, listings)._became(task, way.states)
+    became = seeker(lamps, task, prior)._became(way.states)
     assert {print_ltl(atom): when for atom, when in became.items()} == expected
 
 
@@ -153,11 +154,14 @@ def asked(lamps: Benchmark, way: str, *goals: f.Formula) -> Task:
     return replace(task, goals=tuple(map(goal, goals or (ONE, OTHER))), script=tuple(steps))
 
 
-def seeker(lamps: Benchmark, **changes: Any) -> Seeker:
+def seeker(lamps: Benchmark, task: Task, prior: Prior) -> Seeker:
     listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
-    wanted = {"wanted": {("lit", True): 1, ("is_open", True): 1, ("inside", True): 1}}
-    prior = replace(NOTHING_IS_USUAL, **{**wanted, **changes})
-    return Seeker(lamps.domain, prior, listings)
+    proposals = Proposals(prior, task.scene, {}, {})
+    begin = partial(Walk, Planner(lamps.domain), task.initial)
+    return Seeker(task, lamps.domain, listings, proposals, random.Random(0), begin)
+
+
+USUAL = replace(NOTHING_IS_USUAL, wanted={(name, True): 1 for name in ("lit", "is_open", "inside")})
 
 
 FIRST, SECOND = "GO lamp_1; PRESS lamp_1", "GO lamp_2; PRESS lamp_2"
@@ -176,16 +180,13 @@ BOX = "GO box; OPEN box"
 def test_a_plan_is_cut_where_one_goal_more_holds_to_the_end(
     lamps: Benchmark, way: str, cuts: list[int]
 ) -> None:
-    task, found = asked(lamps, way), seeker(lamps)
-    assert found._cuts([ONE, OTHER], found._course(task, task.script)) == cuts
+    assert seeker(lamps, asked(lamps, way), USUAL)._cuts == cuts
 
 
 def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Benchmark) -> None:
-    task, found = asked(lamps, f"{BOX}; {FIRST}; {SECOND}"), seeker(lamps)
-    ours, other = (
-        found._course(task, asked(lamps, way).script)
-        for way in (f"{BOX}; {FIRST}; {SECOND}", f"{SECOND}; {BOX}; {FIRST}")
-    )
+    task = asked(lamps, f"{BOX}; {FIRST}; {SECOND}")
+    found = seeker(lamps, task, USUAL)
+    ours, other = found._ours, found._course(asked(lamps, f"{SECOND}; {BOX}; {FIRST}").script)
     is_open = atom("is_open", "box")
     assert [ours.comes_first(*pair) for pair in ((is_open, ONE), (ONE, OTHER), (OTHER, ONE))] == [
         True,
@@ -194,19 +195,20 @@ def test_what_comes_first_and_what_is_so_at_once_tells_two_ways_apart(lamps: Ben
     ]
     assert ours.comes_first(ONE, ONE)
     assert ours.has_both(is_open, OTHER)
-    goals = {print_ltl(goal): apart for apart, goal in found._candidates(task, ours, other)}
+    goals = {print_ltl(goal): apart for apart, goal in found._candidates(other)}
     assert goals == {
         "not lit(lamp_2) until lit(lamp_1)": True,
         "not lit(lamp_2) until is_open(box)": True,
     }
     for text in goals:
-        (goal,) = [each for _, each in found._candidates(task, ours, other) if print_ltl(each) == text]
+        (goal,) = [each for _, each in found._candidates(other) if print_ltl(each) == text]
         kept = _if_it_matters(goal, ours, other)
         assert kept is not None
         assert (kept.plan, kept.temptation) == (ours.plan, other.plan)
         assert _if_it_matters(goal, other, ours) is None
         assert _if_it_matters(goal, ours, ours) is None
-    pressed = seeker(lamps, actions={("PRESS",): 1})._candidates(task, ours, ours)
+    pressing = seeker(lamps, task, replace(USUAL, actions={("PRESS",): 1}))
+    pressed = pressing._candidates(pressing._ours)
     told = [print_ltl(goal) for _, goal in pressed]
     assert len(told) == 2 * 3
     assert "not is_open(box) until PRESS(lamp_1)" in told
@@ -219,12 +221,7 @@ def test_goals_are_reached_in_another_order_where_there_are_several(
     task, reached = asked(lamps, f"{FIRST}; {SECOND}", *goals), []
     monkeypatch.setattr(module, "reach_all", lambda walk, goals: reached.append(goals))
     monkeypatch.setattr(Seeker, "_between", lambda *asked: None)
-
-    def begin() -> Walk:
-        return Walk(Planner(lamps.domain), task.initial)
-
-    found = seeker(lamps)._in_order(task, goals, begin, None, random.Random(0))  # type: ignore[arg-type]
-    assert found is None
+    assert seeker(lamps, task, USUAL)._in_order() is None
     assert len(reached) == walks
 
 

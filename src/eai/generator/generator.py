@@ -7,6 +7,7 @@ import random
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest, solves
@@ -169,8 +170,7 @@ class Generator:
         self._hiding = Hiding(self.benchmark.domain, self.prior)
         self._weights = list(self._weights_of_bases())
         self._begin_anew()
-        listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
-        self._seeker = Seeker(self.benchmark.domain, self.prior, listings)
+        self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
 
     def _begin_anew(self) -> None:
         """Have planners that remember nothing: of usual actions, and of all."""
@@ -249,7 +249,8 @@ class Generator:
         """The task with goals over time, and the temptation to pass them over."""
         tempting = {"temptation": plan_of(task)}
         if self.spec.kind is TaskKind.ORDER:
-            found = self._seeker.find(task, initial, self._planner, proposals, rng)
+            begin, listings = partial(Walk, self._planner, initial), self._listings
+            found = Seeker(task, self.benchmark.domain, listings, proposals, rng, begin).find()
             if found is None:
                 return Reason.NO_ORDER
             instruction = words.instruction([*(each.formula for each in task.goals), found.goal], rng)

@@ -12,16 +12,14 @@ import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import chain, permutations
+from itertools import chain, pairwise, permutations
 from operator import itemgetter
-from typing import TypeAlias
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import GoalKind, Task
 from eai.generator.goals import Proposals
-from eai.generator.prior import Prior
 from eai.logic.trace import Trace
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner, PlanningGoal, needed_actions
@@ -188,10 +186,6 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
     return depth + 1
 
 
-_Goals: TypeAlias = Sequence[f.Formula]
-_Begin: TypeAlias = Callable[[], Walk]
-
-
 @dataclass(frozen=True)
 class _OverTime:
     """A goal over time, a plan that keeps it, and one that reaches all else but does not."""
@@ -230,60 +224,60 @@ class _Course:
 
 @dataclass(frozen=True)
 class Seeker:
-    """Looks for goals over time.
+    """Looks for a goal over time.
 
     Attributes:
+        task: for a task with a certificate.
         domain: in which plans are executed.
-        prior: what is usual.
         listings: what goals can say.
+        proposals: what may be seen on a detour.
+        rng: chooses.
+        begin: begins a walk where the task does, by what is usual.
     """
 
+    task: Task
     domain: Domain
-    prior: Prior
     listings: Sequence[Listing]
+    proposals: Proposals
+    rng: random.Random
+    begin: Callable[[], Walk]
 
-    def find(
-        self, task: Task, start: State, planner: Planner, proposals: Proposals, rng: random.Random
-    ) -> _OverTime | None:
-        """A goal over time for a task with a certificate, or None if none is found.
-
-        Args:
-            task: the task.
-            start: its initial state, as it is walked in.
-            planner: finds other plans, of what is usual.
-            proposals: what may be seen on a detour.
-            rng: chooses.
-        """
-        goals = [goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]
-        if len(goals) < len(task.goals):
+    def find(self) -> _OverTime | None:
+        """A goal over time, or None if none is found."""
+        if self.task.goals_of(GoalKind.ACTION):
             return None
         ways = [self._after_a_detour, self._tidily, self._in_order]
-        for way in rng.sample(ways, len(ways)):
-            found = way(task, goals, lambda: Walk(planner, start), proposals, rng)
-            if found is not None:
-                return found
-        return None
+        found = (way() for way in self.rng.sample(ways, len(ways)))
+        return next((each for each in found if each is not None), None)
 
-    def _after_a_detour(
-        self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
-    ) -> _OverTime | None:
+    @cached_property
+    def _goals(self) -> Sequence[f.Formula]:
+        return [goal.formula for goal in self.task.goals]
+
+    @cached_property
+    def _ours(self) -> _Course:
+        return self._course(self.task.script)
+
+    def _course(self, plan: Sequence[Action]) -> _Course:
+        trajectory = execute(self.domain, self.task.initial, plan)
+        return _Course(plan, trajectory, self._became(trajectory.states))
+
+    def _after_a_detour(self) -> _OverTime | None:
         """Something that is to be so before a goal is reached, and not in the end."""
-        walk, seen, last = begin(), proposals.literal(rng), rng.choice(goals)
+        walk, seen, last = self.begin(), self.proposals.literal(self.rng), self.rng.choice(self._goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
             return None
         walk.conditions.clear()
-        if not (walk.follow(task.script, goals) or reach_all(walk, goals)) or walk.holds(seen, walk.state):
+        reached = walk.follow(self.task.script, self._goals) or reach_all(walk, self._goals)
+        if not reached or walk.holds(seen, walk.state):
             return None
         goal = f.Then((seen, last))
-        detour, direct = self._course(task, walk.trail), self._course(task, task.script)
-        kept = _if_it_matters(goal, detour, direct)
+        kept = _if_it_matters(goal, self._course(walk.trail), self._ours)
         return None if kept is None else replace(kept, plan=certificate(walk, goal))
 
-    def _tidily(
-        self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
-    ) -> _OverTime | None:
+    def _tidily(self) -> _OverTime | None:
         """Never at once: a state that the certificate leaves behind (open, switched on), and another."""
-        untidy = self._course(task, task.script)
+        untidy, goals, rng = self._ours, self._goals, self.rng
         last = len(untidy.plan)
         left = [
             atom
@@ -293,15 +287,15 @@ class Seeker:
         if not left:
             return None
         never = rng.choice(left)
-        cuts = [cut for cut in self._cuts(goals, untidy) if cut >= untidy.became[never][0]]
+        cuts = [cut for cut in self._cuts if cut >= untidy.became[never][0]]
         for cut in cuts[:_TIDY]:
-            walk = begin()
+            walk = self.begin()
             if (
                 walk.follow(untidy.plan[:cut], ())
                 and walk.reach(f.Not(never))
                 and walk.follow(untidy.plan[cut:], goals)
             ):
-                tidy = self._course(task, walk.trail)
+                tidy = self._course(walk.trail)
                 for other in rng.sample(list(untidy.became), len(untidy.became)):
                     goal = f.Always(f.Not(f.And((never, other))))
                     kept = _if_it_matters(goal, tidy, untidy) if other != never else None
@@ -310,86 +304,79 @@ class Seeker:
                         return replace(kept, plan=certificate(walk, goal))
         return None
 
-    def _course(self, task: Task, plan: Sequence[Action]) -> _Course:
-        trajectory = execute(self.domain, task.initial, plan)
-        return _Course(plan, trajectory, self._became(task, trajectory.states))
-
-    def _in_order(
-        self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
-    ) -> _OverTime | None:
+    def _in_order(self) -> _OverTime | None:
         """An order that the certificate keeps, and the same actions in another order do not."""
-        ours = self._course(task, task.script)
-        cuts = self._cuts(goals, ours)
-        parts = [ours.plan[i:j] for i, j in zip([0, *cuts], cuts, strict=False)]
+        ours, goals, rng = self._ours, self._goals, self.rng
+        parts = [ours.plan[i:j] for i, j in pairwise([0, *self._cuts])]
         for _ in range(_SHUFFLES if len(parts) > 1 else 0):
-            found = self._between(task, goals, ours, list(chain(*rng.sample(parts, len(parts)))), rng)
+            found = self._between(list(chain(*rng.sample(parts, len(parts)))))
             if found is not None:
                 return found
-        walk = begin()
+        walk = self.begin()
         if len(goals) > 1 and reach_all(walk, rng.sample(goals, len(goals))):
-            return self._between(task, goals, ours, certificate(walk), rng)
+            return self._between(certificate(walk))
         return None
 
-    def _cuts(self, goals: _Goals, course: _Course) -> list[int]:
-        """After how many steps of a plan one goal more holds to the end."""
-        states = list(enumerate(course.trajectory.states))[::-1]
-        missed = (next(i for i, state in states if not self.domain.holds(goal, state)) for goal in goals)
+    @cached_property
+    def _cuts(self) -> list[int]:
+        """After how many steps of the certificate one goal more holds to the end."""
+        states = list(enumerate(self._ours.trajectory.states))[::-1]
+        missed = (
+            next(i for i, state in states if not self.domain.holds(goal, state)) for goal in self._goals
+        )
         return sorted({i + 1 for i in missed})
 
-    def _between(
-        self, task: Task, goals: _Goals, ours: _Course, plan: Sequence[Action], rng: random.Random
-    ) -> _OverTime | None:
+    def _between(self, plan: Sequence[Action]) -> _OverTime | None:
         """A goal that holds on our way, and not on that of another plan; rather about one thing."""
-        trajectory = execute(self.domain, task.initial, plan)
-        if trajectory.failure is not None or not all(
-            self.domain.holds(goal, trajectory.final) for goal in goals
-        ):
+        other = self._course(plan)
+        final = other.trajectory.final
+        if other.trajectory.failure is not None or not all(self.domain.holds(g, final) for g in self._goals):
             return None
-        other = _Course(plan, trajectory, self._became(task, trajectory.states))
-        candidates = list(self._candidates(task, ours, other))
-        rng.shuffle(candidates)
+        candidates = list(self._candidates(other))
+        self.rng.shuffle(candidates)
         candidates.sort(key=itemgetter(0))
-        kept = (_if_it_matters(goal, ours, other) for _, goal in candidates)
+        kept = (_if_it_matters(goal, self._ours, other) for _, goal in candidates)
         return next((found for found in kept if found is not None), None)
 
-    def _candidates(self, task: Task, ours: _Course, other: _Course) -> Iterator[tuple[bool, f.Formula]]:
-        """Goals that may tell one way from another, and whether what they name has no object in common."""
+    def _candidates(self, other: _Course) -> Iterator[tuple[bool, f.Formula]]:
+        """Goals that may tell our way from another, and whether what they name has no object in common."""
+        ours, things = self._ours, self.task.scene.objects
         both = [atom for atom in ours.became if atom in other.became]
         for first, then in permutations(both, 2):
             if ours.comes_first(first, then) and not other.comes_first(first, then):
                 yield _are_apart(then, first), f.Until(f.Not(then), first)
             if objects(first) < objects(then) and other.has_both(first, then) > ours.has_both(first, then):
                 yield _are_apart(first, then), f.Always(f.Not(f.And((first, then))))
-        wanted = {name for alternatives in self.prior.actions for name in alternatives}
+        wanted = {name for alternatives in self.proposals.prior.actions for name in alternatives}
         for action in ours.plan:
             if action.operator in wanted and action.arguments:
-                names = [f.Constant(task.scene.objects[i].name) for i in action.arguments]
+                names = [f.Constant(things[i].name) for i in action.arguments]
                 done = f.Occurs(action.operator, tuple(names))
                 yield from ((_are_apart(then, done), f.Until(f.Not(then), done)) for then in both)
 
-    def _became(self, task: Task, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
+    def _became(self, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
         """The facts that came to hold, with the states, as far as goals say them of things."""
-        things, agent = task.scene.objects, task.scene.agent
+        things, agent, about = self.task.scene.objects, self.task.scene.agent, self.task.relevant
         found: dict[Fact, list[int]] = {}
         for each in self.listings:
-            if (each.predicate, True) in self.prior.wanted:
-                at_start = set(each.facts(states[0], task.relevant))
+            if (each.predicate, True) in self.proposals.prior.wanted:
+                at_start = set(each.facts(states[0], about))
                 for number, state in enumerate(states):
-                    for fact in each.facts(state, task.relevant):
+                    for fact in each.facts(state, about):
                         if fact not in at_start:
                             found.setdefault(fact, []).append(number)
         return {
             f.Atom(fact.predicate, tuple([f.Constant(things[i].name) for i in fact.arguments])): when
             for fact, when in found.items()
-            if agent not in fact.arguments and self._moves(fact, task)
+            if agent not in fact.arguments and self._moves(fact)
         }
 
-    def _moves(self, fact: Fact, task: Task) -> bool:
+    def _moves(self, fact: Fact) -> bool:
         """Whether a fact is a state, or the place of a thing that is ever taken in hand."""
         if len(fact.arguments) != 2:
             return len(fact.arguments) < 2
-        moved = task.scene.objects[fact.arguments[0]].category
-        return not self.prior.kinds or moved in self.prior.taken
+        moved, prior = self.task.scene.objects[fact.arguments[0]].category, self.proposals.prior
+        return not prior.kinds or moved in prior.taken
 
 
 def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> _OverTime | None:
