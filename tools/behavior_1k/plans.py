@@ -313,8 +313,8 @@ def opened(source: Source | None = None) -> Scenes:
 
 def line_of(scenes: Scenes, name: str) -> str:
     """The line of an activity, which is empty where no plan is found."""
-    activity, setting = scenes.set_up(name)
-    plan = write_plan(declared(), setting.state, activity.problem.goal, setting.declared)
+    activity, initial = scenes.set_up(name)
+    plan = write_plan(declared(), initial, activity.problem.goal, len(activity.objects))
     return "" if isinstance(plan, str) else f"{name}\t{write_plan_line(plan)}\n"
 
 

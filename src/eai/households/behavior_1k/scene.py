@@ -10,25 +10,28 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.households.behavior_1k import kinds as k
 from eai.households.behavior_1k import predicates as p
 from eai.logic.traversal import bound_by, walk
 from eai.pddl.bddl import parse_problem
-from eai.world.state import Fact, Scene, State, WorldObject
+from eai.world.state import Scene, State
 from eai.world.vocabulary import Predicate
 
 AGENT, ANY_OTHER = "agent", "_*"
+RECIPE = "recipe"
+"""The category of the recipes of a scene, which come last and which no answer may name."""
 GROUND = ("floor", "lawn", "driveway")
 """The kinds that an agent stands on somewhere."""
 
 _SYNSET = re.compile(r"([\w'-]+)\.n\.\d\d")
 _SUPPORTS = ("inside", "ontop", "attached", "overlaid", "draped")
 _MOVES = ("inside", "ontop", "under", "attached")
+_Facts: TypeAlias = Iterator[tuple[Predicate, tuple[str, ...]]]
 _NEEDS = {"toggled_on": p.works_on, "closed": p.works_closed, "inside": p.works_inside}
 _PLAIN: Mapping[Predicate, tuple[str, ...]] = {
     **{each: (each.name,) for each in (p.openable, p.toggleable, p.slicer, p.fillable, p.substance)},
@@ -49,7 +52,6 @@ class _Activity:
     """A definition, in names without senses: ``mug_1`` for ``mug.n.04_1``.
 
     Args:
-        name: its name.
         text: the definition.
 
     Attributes:
@@ -57,8 +59,7 @@ class _Activity:
         synsets: the kind with its sense that each category means; no activity has two of one name.
     """
 
-    def __init__(self, name: str, text: str) -> None:
-        self.name = name
+    def __init__(self, text: str) -> None:
         self.problem = parse_problem(k.lemma(text))
         self.synsets = {k.lemma(match[0]): match[0] for match in _SYNSET.finditer(text)}
 
@@ -128,21 +129,6 @@ class _Activity:
                 yield from (self.synsets[self.objects[name]] for name in self._meant(place))
 
 
-@dataclass(frozen=True, slots=True)
-class _Setting:
-    """The scene of an activity at the start.
-
-    Attributes:
-        state: the state.
-        declared: how many of the scene's objects the definition declares; they are the first.
-        nameable: how many an answer may name, those first; the others are recipes.
-    """
-
-    state: State
-    declared: int
-    nameable: int
-
-
 class _SceneMaker:
     """Makes one scene.
 
@@ -163,27 +149,19 @@ class _SceneMaker:
         self._rooms = {names[0]: names[1] for predicate, names in activity.facts() if predicate == "inroom"}
         self._recipes: list[k.Recipe] = []
 
-    def setting(self) -> _Setting:
-        """The scene at the start."""
+    def state(self) -> State:
+        """The scene at the start: what is declared, then what can come to be, then the recipes."""
         self._fill_sources()
         wanted = {self._kind[name] for name in self._future}
         asked = (self._activity.synsets[c] for c in self._activity.asked_for())
         there = {kind for name, kind in self._all.items() if name not in self._future}
         wanted |= {kind for kind in asked if kind in self._kinds.rules.makings and kind not in there}
         self._add_products(sorted(wanted), there)
-        declared = [WorldObject(name, category) for name, category in self._activity.objects.items()]
-        made = [WorldObject(name, f"made__{k.lemma(kind)}") for name, kind in self._all.items()][
-            len(declared) :
-        ]
         recipes = {f"recipe_{number}": each for number, each in enumerate(self._recipes, 1)}
-        others = [WorldObject(name, "recipe") for name in recipes]
-        scene = Scene(p.VOCABULARY, (*declared, *made, *others))
-        facts = [
-            Fact(each.name, tuple([scene.index[name] for name in names]))
-            for each, names in dict.fromkeys((*self._facts(), *self._recipe_facts(recipes)))
-        ]
-        nameable = len(declared) + len(made)
-        return _Setting(scene.state(facts), len(declared), nameable)
+        made = {name: f"made__{k.lemma(kind)}" for name, kind in self._all.items()}
+        objects = {**made, **self._activity.objects, **dict.fromkeys(recipes, RECIPE)}
+        facts = dict.fromkeys((*self._facts(), *self._recipe_facts(recipes)))
+        return Scene(p.VOCABULARY, objects).state((each.name, names) for each, names in facts)
 
     # Which objects there are.
 
@@ -267,7 +245,7 @@ class _SceneMaker:
 
     # What holds of them.
 
-    def _facts(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _facts(self) -> _Facts:
         for name, kind in self._all.items():
             yield from self._nature(name, kind)
             yield from self._temperatures(name, kind)
@@ -278,7 +256,7 @@ class _SceneMaker:
             yield p.gives, (name, substance)
         yield from self._situation()
 
-    def _nature(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _nature(self, name: str, kind: str) -> _Facts:
         """Yield the kind and the abilities of an object."""
         has, rules = self._kinds.has, self._kinds.rules
         for predicate, abilities in _PLAIN.items():
@@ -306,7 +284,7 @@ class _SceneMaker:
             for need in source.needs if source is not None else ():
                 yield _NEEDS[need], (name,)
 
-    def _temperatures(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _temperatures(self, name: str, kind: str) -> _Facts:
         """Yield the things that a source cooks, melts or chills; all sources of heat make things hot."""
         heat, cold = self._kinds.source(kind, "heatSource"), self._kinds.source(kind, "coldSource")
         if heat is None and cold is None:
@@ -324,7 +302,7 @@ class _SceneMaker:
             if cold is not None and cold.temperature <= 0 and self._kinds.has(its_kind, "freezable"):
                 yield p.chills, (name, other)
 
-    def _removal(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _removal(self, name: str, kind: str) -> _Facts:
         """Which substances a tool, washer or sink removes, and by which solvents."""
         washes = kind == k.WASHER or self._kinds.has(kind, "drains")
         for other, substance in self._all.items():
@@ -344,11 +322,11 @@ class _SceneMaker:
                     yield p.washes_off, (name, other)
                 yield from self._solvents(other, needed or ())
 
-    def _solvents(self, name: str, kinds: Iterable[str]) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _solvents(self, name: str, kinds: Iterable[str]) -> _Facts:
         for kind in kinds:
             yield from ((p.dissolved_by, (name, solvent)) for solvent in self._of_kind(kind))
 
-    def _becoming(self, name: str, kind: str) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _becoming(self, name: str, kind: str) -> _Facts:
         """Yield the things that an object becomes, and those that it fits."""
         rules = self._kinds.rules
         dice = rules.dice.get(kind, {})
@@ -367,7 +345,7 @@ class _SceneMaker:
             if one == kind:
                 yield from ((p.fits, (name, other)) for other in self._of_kind(to))
 
-    def _halves(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _halves(self) -> _Facts:
         """Which halves are of which whole."""
         for whole, (half, number) in self._kinds.rules.slice.items():
             halves = [name for name in self._of_kind(half) if name in self._future]
@@ -375,7 +353,7 @@ class _SceneMaker:
                 for each in halves[number * place : number * (place + 1)]:
                     yield p.part_of, (each, name)
 
-    def _situation(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _situation(self) -> _Facts:
         """States and places at the start."""
         placed: set[str] = set()
         there = {substance for _, substance in self._gives}
@@ -398,7 +376,7 @@ class _SceneMaker:
                 yield p.present, (name,)
         yield from self._floors()
 
-    def _floors(self) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _floors(self) -> _Facts:
         """The floor of the room of each object, and that on which the robot is."""
         floors = [name for name, kind in self._kind.items() if k.lemma(kind) in GROUND]
         for name, kind in self._all.items():
@@ -413,7 +391,7 @@ class _SceneMaker:
 
     # Recipes.
 
-    def _recipe_facts(self, recipes: Mapping[str, k.Recipe]) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _recipe_facts(self, recipes: Mapping[str, k.Recipe]) -> _Facts:
         for name, each in recipes.items():
             yield p.recipe, (name,)
             if each.by != "machine":
@@ -436,9 +414,7 @@ class _SceneMaker:
             if each.by == "machine":
                 yield from ((p.mixer, (machine,)) for machine in self._of_kind(each.vessel))
 
-    def _taken(
-        self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool
-    ) -> Iterator[tuple[Predicate, tuple[str, ...]]]:
+    def _taken(self, name: str, recipe: k.Recipe, kind: str, number: int, *, bakes: bool) -> _Facts:
         """Yield the things of a kind that a recipe takes; baking takes substances only on a base."""
         related = kind in recipe.toppings or kind in recipe.toppings.values()
         is_substance = self._kinds.has(kind, "substance")
@@ -462,14 +438,14 @@ class Scenes:
 
     def __init__(self, kinds: k.Kinds, texts: Mapping[str, str]) -> None:
         self._kinds = kinds
-        self.activities = {name: _Activity(name, text) for name, text in texts.items()}
+        self.activities = {name: _Activity(text) for name, text in texts.items()}
         self._containers = frozenset(kind for each in self.activities.values() for kind in each.containers())
 
-    def set_up(self, name: str) -> tuple[_Activity, _Setting]:
-        """An activity and its scene.
+    def set_up(self, name: str) -> tuple[_Activity, State]:
+        """An activity and its state at the start.
 
         Raises:
             KeyError: there is no such activity.
         """
         activity = self.activities[name]
-        return activity, _SceneMaker(activity, self._kinds, self._containers).setting()
+        return activity, _SceneMaker(activity, self._kinds, self._containers).state()

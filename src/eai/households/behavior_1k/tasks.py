@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cache
 from importlib.resources import files
 
 import eai.logic.formula as f
@@ -18,7 +18,7 @@ from eai.english import NUMBERS, English, plural, sentences_of, turned
 from eai.errors import InputError
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
-from eai.households.behavior_1k.scene import Scenes
+from eai.households.behavior_1k.scene import RECIPE, Scenes
 from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
@@ -43,46 +43,45 @@ def subsets() -> Mapping[str, tuple[str, ...]]:
     return {name: tuple(each) for name, each in parse_toml(_evidence().decode())["subsets"].items()}
 
 
-class _ActivityTasks(TaskSet[Task]):
-    """The tasks of a pack, in alphabetical order; their digest is that of the data, evidence and reading.
+def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
+    """The tasks in alphabetical order, fetched first when they are not there.
+
+    Their digest is that of the data, evidence and reading.
 
     Args:
-        pack: the pack.
         english: the sentences of predicates.
+        source: where the data is.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
     """
+    pack = open_published(BEHAVIOR_1K, source)
+    texts, plans, excluded = _lines(pack, ACTIVITIES), _lines(pack, PLANS), left_out()
 
-    def __init__(self, pack: PackFile, english: English) -> None:
-        self._pack = pack
-        self._english = english
-        self._left_out = left_out()
-        self._texts = _lines(pack, ACTIVITIES)
-        digest = f"{pack.sha256}{hashlib.sha256(_evidence()).hexdigest()}{READING}"
-        super().__init__(self._texts, self._task, hashlib.sha256(digest.encode()).hexdigest())
+    @cache
+    def scenes() -> Scenes:
+        return Scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
-    @cached_property
-    def _scenes(self) -> Scenes:
-        kinds = Kinds(self._pack.read_json(KINDS), self._pack.read_json(RULES))
-        return Scenes(kinds, self._texts)
-
-    @cached_property
-    def _plans(self) -> Mapping[str, str]:
-        return _lines(self._pack, PLANS)
-
-    def _task(self, task_id: str) -> Task:
-        activity, setting = self._scenes.set_up(task_id)
+    def build(task_id: str) -> Task:
+        activity, initial = scenes().set_up(task_id)
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.operands(activity.problem.goal, f.And)))
+        everything = range(len(initial.scene.objects))
+        nameable = len(everything) - initial.scene.category(RECIPE).bit_count()
         return Task(
             id=task_id,
             title=title,
-            instruction=_instruction(title, formulas, activity.objects, self._english),
-            initial=setting.state,
+            instruction=_instruction(title, formulas, activity.objects, english),
+            initial=initial,
             goals=tuple(map(goal, formulas)),
-            relevant=tuple(range(setting.nameable)),
-            script=_plan(self._plans.get(task_id, "")),
-            unsolvable=self._left_out.get(task_id),
-            unnamed=tuple(range(setting.nameable, len(setting.state.scene.objects))),
+            relevant=tuple(everything[:nameable]),
+            script=_plan(plans.get(task_id, "")),
+            unsolvable=excluded.get(task_id),
+            unnamed=tuple(everything[nameable:]),
         )
+
+    digest = f"{pack.sha256}{hashlib.sha256(_evidence()).hexdigest()}{READING}"
+    return TaskSet(texts, build, hashlib.sha256(digest.encode()).hexdigest())
 
 
 def _plan(line: str) -> tuple[Action, ...]:
@@ -93,15 +92,6 @@ def _plan(line: str) -> tuple[Action, ...]:
 
 def _lines(pack: PackFile, member: str) -> Mapping[str, str]:
     return dict(line.split("\t") for line in pack.read(member).decode().splitlines())
-
-
-def open_tasks(english: English, source: Source | None = None) -> _ActivityTasks:
-    """The tasks, fetched first when they are not there.
-
-    Raises:
-        DataError: they cannot be obtained, or the store is damaged.
-    """
-    return _ActivityTasks(open_published(BEHAVIOR_1K, source), english)
 
 
 def _noun_of(category: str) -> str:
