@@ -6,7 +6,9 @@ defect, `eai.reference.behavior_quirks` says so. The source is its ``evolving_gr
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from itertools import chain
 from typing import NamedTuple
 
 from eai.households.behavior import predicates as p
@@ -148,60 +150,59 @@ def can_place(hand: _Hand, place: Variable) -> tuple[Check, ...]:
 NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
-def _opened(hand: _Hand) -> Check:
-    return missing(hand.empty | ~p.closed(X), "{x} is closed")
-
-
-def place_inside(hand: _Hand) -> Operator:
-    """The object in the hand comes to lie in the object."""
+def placing(hand: _Hand) -> Iterator[Operator]:
+    """What the hand holds, called ``h`` in the effects, comes to rest somewhere else."""
+    free, beside = can_place(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
-    checks = (NO_INSIDE, fits, _opened(hand), *can_place(hand, X))
-    return _place(hand, "PLACE_INSIDE", checks, put_in(H, X), "put what that hand holds into the object")
+    for name, checks, effects, where in (
+        ("ONTOP", free, put_on(H, X), "onto the object"),
+        ("INSIDE", (*_goes_in(hand, fits), *free), put_in(H, X), "into the object"),
+        ("NEXTTO", free, (*beside, *put_with(H, X)), "next to the object"),
+        ("UNDER", free, (Add(p.stands_under(H, X)), *put_with(H, X)), "under the object"),
+    ):
+        yield _place(hand, name, (X,), checks, effects, where)
+    both = (*free, *can_place(hand, Y))
+    where = "next to the first object and onto the second"
+    yield _place(hand, "NEXTTO_ONTOP", (X, Y), both, (*beside, *put_on(H, Y)), where)
 
 
-def place_ontop(hand: _Hand) -> Operator:
-    """The object in the hand comes to lie on the object or floor."""
-    text = "put what that hand holds onto the object"
-    return _place(hand, "PLACE_ONTOP", can_place(hand, X), put_on(H, X), text)
+def _goes_in(hand: _Hand, fits: Check) -> tuple[Check, ...]:
+    return NO_INSIDE, fits, missing(hand.empty | ~p.closed(X), "{x} is closed")
 
 
-def place_nextto(hand: _Hand) -> Operator:
-    """The object in the hand comes to rest where the object does, and next to it."""
-    effects = (*both_ways(Add, p.stands_by(H, X)), *put_with(H, X))
-    text = "put what that hand holds next to the object"
-    return _place(hand, "PLACE_NEXTTO", can_place(hand, X), effects, text)
+def _place(
+    hand: _Hand,
+    name: str,
+    parameters: tuple[Variable, ...],
+    checks: tuple[Check, ...],
+    effects: tuple[Effect, ...],
+    where: str,
+) -> Operator:
+    placed = Let(H, hand.holds(H), (Delete(hand.holds(H)), *effects))
+    text = f"put what that hand holds {where}"
+    return Operator(f"{hand.name}_PLACE_{name}", parameters, checks, (placed,), text)
 
 
-def place_under(hand: _Hand) -> Operator:
-    """The object in the hand comes to rest where the object does, and under it."""
-    effects = (Add(p.stands_under(H, X)), *put_with(H, X))
-    text = "put what that hand holds under the object"
-    return _place(hand, "PLACE_UNDER", can_place(hand, X), effects, text)
-
-
-def place_nextto_ontop(hand: _Hand) -> Operator:
-    """The object in the hand comes to lie on the second object, next to the first."""
-    checks = (*can_place(hand, X), *can_place(hand, Y))
-    effects = (*both_ways(Add, p.stands_by(H, X)), *put_on(H, Y))
-    text = "put what that hand holds next to the first object and onto the second"
-    return _place(hand, "PLACE_NEXTTO_ONTOP", checks, effects, text, X, Y)
-
-
-def transfer_inside(hand: _Hand) -> Operator:
-    """The contents of what the hand holds come to lie in the object."""
+def pouring(hand: _Hand) -> Iterator[Operator]:
+    """Each thing directly in or on what the hand holds, called ``c`` in the effects, goes somewhere else."""
     too_big = Exists(H, hand.holds(H) & Exists(C, p.carries(H, C) & p.larger(C, X)))
     fits = affordance(~too_big, "the contents of what the hand holds are too big for {x}")
-    checks = (NO_INSIDE, fits, _opened(hand), *can_place(hand, X))
-    text = "pour what is in or on the object in that hand into the object"
-    return _transfer(hand, "TRANSFER_CONTENTS_INSIDE", checks, put_in(C, X), text)
-
-
-def transfer_ontop(hand: _Hand) -> Operator:
-    """The contents of what the hand holds come to lie on the object or floor."""
     empty = Exists(H, hand.holds(H) & ~Exists(C, p.carries(H, C)))
-    checks = (affordance(~empty, "what the hand holds is empty"), *can_place(hand, X))
-    text = "pour what is in or on the object in that hand onto the object"
-    return _transfer(hand, "TRANSFER_CONTENTS_ONTOP", checks, put_on(C, X), text)
+    has_contents = affordance(~empty, "what the hand holds is empty")
+    for name, checks, effects, where in (
+        ("INSIDE", _goes_in(hand, fits), put_in(C, X), "into the object"),
+        ("ONTOP", (has_contents,), put_on(C, X), "onto the object"),
+    ):
+        poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*cut_loose(C), *effects))
+        text = f"pour what is in or on the object in that hand {where}"
+        checks = (*checks, *can_place(hand, X))
+        yield Operator(f"{hand.name}_TRANSFER_CONTENTS_{name}", (X,), checks, (poured,), text)
+
+
+def by_hand(hand: _Hand) -> tuple[Operator, ...]:
+    """The actions of a hand, in the order of the reference."""
+    ontop, inside, nextto, under, nextto_ontop = placing(hand)
+    return grasp(hand), ontop, inside, release(hand), nextto, *pouring(hand), nextto_ontop, under
 
 
 def set_state(
@@ -340,20 +341,9 @@ def freeze() -> Operator:
 def declared_operators() -> tuple[Operator, ...]:
     """All actions, in the order of the reference's list (``EvalActions``), the left hand first."""
     not_on = missing(~(p.toggleable(X) & p.is_toggled_on(X)), "{x} is running")
-    by_hand = (
-        grasp,
-        place_ontop,
-        place_inside,
-        release,
-        place_nextto,
-        transfer_inside,
-        transfer_ontop,
-        place_nextto_ontop,
-        place_under,
-    )
     return (
         Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),
-        *(make(hand) for make in by_hand for hand in HANDS),
+        *chain.from_iterable(zip(*map(by_hand, HANDS), strict=True)),
         set_state("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
         set_state("CLOSE", p.openable, p.is_open, "close the object", to=False),
         cook(),
@@ -366,27 +356,6 @@ def declared_operators() -> tuple[Operator, ...]:
         toggle_on(),
         set_state("TOGGLE_OFF", p.toggleable, p.is_toggled_on, "switch the object off", to=False),
     )
-
-
-def _place(
-    hand: _Hand,
-    name: str,
-    checks: tuple[Check, ...],
-    effects: tuple[Effect, ...],
-    description: str,
-    *parameters: Variable,
-) -> Operator:
-    """An action after which what the hand held, called ``h`` in the effects, is elsewhere."""
-    placed = Let(H, hand.holds(H), (Delete(hand.holds(H)), *effects))
-    return Operator(f"{hand.name}_{name}", parameters or (X,), checks, (placed,), description)
-
-
-def _transfer(
-    hand: _Hand, name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...], description: str
-) -> Operator:
-    """An action after which each thing directly in or on what the hand holds, ``c``, is elsewhere."""
-    poured = ForEach(C, Exists(H, hand.holds(H) & p.carries(H, C)), (*cut_loose(C), *effects))
-    return Operator(f"{hand.name}_{name}", (X,), checks, (poured,), description)
 
 
 def _already(state: Predicate, *, holds: bool) -> str:
