@@ -144,27 +144,14 @@ class Words:
 
     def _request(self, goal: f.Formula, voice: e.Voice) -> str | None:
         """A request for a goal, where there is one that says all of it."""
-        match goal:
-            case (
-                f.Not(f.Atom() as atom)
-                | f.ForAll(_, f.Not(f.Atom() as atom))
-                | f.Exists(_, f.Not(f.Atom() as atom))
-            ):
-                requests = self.english.denies
-            case (
-                (f.Atom() as atom)
-                | f.ForAll(_, f.Atom() as atom)
-                | f.Exists(_, f.Atom() as atom)
-                | f.ForAll(_, f.Exists(_, f.Atom() as atom))
-                | f.ForPairs(_, _, f.Atom() as atom)
-            ):
-                requests = self.english.asks
-            case _:
-                return None
+        plain = _plain(goal)
+        if plain is None:
+            return None
+        atom, negated = plain
         first = next(iter(atom.arguments), None)
         if isinstance(first, f.Constant) and self.scene.index[first.name] == self.scene.agent:
             return None  # nobody puts an agent on a couch
-        several = requests.get(atom.predicate)
+        several = (self.english.denies if negated else self.english.asks).get(atom.predicate)
         return None if several is None else self._filled(voice.of(several), atom, self._ranges(goal, voice))
 
     def _statement(self, goal: f.Formula, voice: e.Voice) -> str:
@@ -177,19 +164,13 @@ class Words:
                 return f"either {self._statement(first, voice)} or {self._statement(second, voice)}"
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
                 return self._text(atom, {variable.name: f"{e.NO} {self._noun(variable)}"}, voice)
-            case f.Exists(_, f.Not(f.Atom() as atom)) | f.Not(f.Atom() as atom):
-                return self._text(atom, self._ranges(goal, voice), voice, negated=True)
             case f.Exactly(count, _, f.Atom() as atom):
                 return self._text(atom, self._ranges(goal, voice), voice, several=count != 1)
-            case (
-                (f.Atom() as atom)
-                | f.ForAll(_, f.Atom() as atom)
-                | f.Exists(_, f.Atom() as atom)
-                | f.ForAll(_, f.Exists(_, f.Atom() as atom))
-                | f.ForPairs(_, _, f.Atom() as atom)
-            ):
-                return self._text(atom, self._ranges(goal, voice), voice)
-        return self._clause_over_time(goal, voice)
+        plain = _plain(goal)
+        if plain is None:
+            return self._clause_over_time(goal, voice)
+        atom, negated = plain
+        return self._text(atom, self._ranges(goal, voice), voice, negated=negated)
 
     def _clause_over_time(self, goal: f.Formula, voice: e.Voice) -> str:
         """A sentence that says a goal about the whole course."""
@@ -211,13 +192,10 @@ class Words:
         """The words for each variable of a goal in a sentence."""
         every = voice.of(e.EVERY)
         match goal:
-            case f.ForAll(variable, f.Exists(inner)):
-                return {
-                    variable.name: f"{every} {self._noun(variable)}",
-                    inner.name: f"{e.SOME} {self._noun(inner)}",
-                }
-            case f.ForAll(variable):
-                return {variable.name: f"{every} {self._noun(variable)}"}
+            case f.ForAll(variable, body):
+                inner = [body.variable] if isinstance(body, f.Exists) else []
+                some = {each.name: f"{e.SOME} {self._noun(each)}" for each in inner}
+                return {variable.name: f"{every} {self._noun(variable)}", **some}
             case f.Exists(variable):
                 return {variable.name: f"{e.AT_LEAST_ONE} {self._noun(variable)}"}
             case f.Exactly(count, variable):
@@ -233,23 +211,34 @@ class Words:
     def _noun(self, variable: f.Variable) -> str:
         return self.nouns[variable.category or ""]
 
-    def _text(
-        self,
-        atom: f.Atom,
-        values: Mapping[str, str],
-        voice: e.Voice,
-        *,
-        negated: bool = False,
-        several: bool = False,
-        never: bool = False,
-    ) -> str:
+    def _text(self, atom: f.Atom, values: Mapping[str, str], voice: e.Voice, **form: bool) -> str:
         """The sentence of an atom, its variables replaced by what they range over."""
         sentence = voice.of(self.sentences(atom.predicate))
-        return self._filled(e.turned(sentence, negated=negated, several=several, never=never), atom, values)
+        return self._filled(e.turned(sentence, **form), atom, values)
 
     def _filled(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         words = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
         return _with_words(sentence, words)
+
+
+def _plain(goal: f.Formula) -> tuple[f.Atom, bool] | None:
+    """The atom of a goal about things that are named, or all or some of a kind, and whether it is denied."""
+    match goal:
+        case (
+            f.Not(f.Atom() as atom)
+            | f.ForAll(_, f.Not(f.Atom() as atom))
+            | f.Exists(_, f.Not(f.Atom() as atom))
+        ):
+            return atom, True
+        case (
+            (f.Atom() as atom)
+            | f.ForAll(_, f.Atom() as atom)
+            | f.Exists(_, f.Atom() as atom)
+            | f.ForAll(_, f.Exists(_, f.Atom() as atom))
+            | f.ForPairs(_, _, f.Atom() as atom)
+        ):
+            return atom, False
+    return None
 
 
 def _with_words(sentence: str, words: Sequence[str]) -> str:
@@ -322,10 +311,8 @@ class _Reader:
         taken = _TAKEN.fullmatch(other)
         if taken is None:
             return f.Until(self._statement(one), self._statement(other))
-        names = [self._objects.get(name) for name in taken[2].split(" with ")]
-        return f.Until(
-            self._statement(one), f.Occurs(taken[1], tuple([f.Constant(n) for n in names if n is not None]))
-        )
+        names = [self._objects[name] for name in taken[2].split(" with ") if name in self._objects]
+        return f.Until(self._statement(one), f.Occurs(taken[1], tuple(map(f.Constant, names))))
 
     def _either(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):
@@ -366,13 +353,9 @@ class _Reader:
         found = _QUANTIFIED.fullmatch(words[0])
         if found is None:
             return
-        number, noun = found["number"], found["noun"]
-        count = (
-            None
-            if number is None
-            else self._counts.get(number) or (int(number) if number.isdigit() else None)
-        )
-        category = (self._plurals if several else self._categories).get(noun)
+        number = found["number"] or ""
+        count = self._counts.get(number) or (int(number) if number.isdigit() else None)
+        category = (self._plurals if several else self._categories).get(found["noun"])
         if category is None or several != (count not in (None, 1)):
             return
         x = f.Variable("x", category)
