@@ -148,12 +148,7 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
     cannot fall, since a success ends the attempts: a rise from one row to the next is no finding by itself.
     Attempts used and tokens are means a task, up to that attempt.
     """
-    for arm in arms:
-        yield from _attempt_rows(arm)
-
-
-def _attempt_rows(arm: _Arm) -> Iterator[Row]:
-    for number in range(1, arm.attempts + 1):
+    for arm, number in ((each, number) for each in arms for number in range(1, each.attempts + 1)):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
         cases = [arm.cases(metric, number) for metric in _ERRORS]
         errors = [rate_of(case.share for case in each).percent for each in cases]
@@ -193,9 +188,8 @@ def _worth(arms: Sequence[_Arm]) -> Iterator[Row]:
             continue
         for number in range(1, arm.attempts + 1):
             one, other = _shared(control, arm, number)
-            yield (
-                (arm.name, number, Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other))
-            )
+            estimates = Estimate.of(one), Estimate.of(other), Estimate.of_difference(one, other)
+            yield (arm.name, number, *estimates)
 
 
 @table_of(
@@ -420,10 +414,8 @@ def draw(arms: Sequence[_Arm]) -> Figure | None:
         color, style = (LINES[number % len(LINES)], "o-") if has_feedback else (MUTED, "o--")
         label = f"{clipped(arm.name)}, n = {estimates[0].denominator:,.0f}"
         draw_line(panel, places, estimates, color, style, label=label)
-    panel.set_xticks(range(1, max(arm.attempts for arm in shown) + 1))
-    panel.set_xlabel("attempts")
-    panel.set_ylabel("task success in percent")
-    panel.set_ylim(0, 100)
+    ticks = range(1, max(arm.attempts for arm in shown) + 1)
+    panel.set(xlabel="attempts", xticks=ticks, ylabel="task success in percent", ylim=(0, 100))
     panel.grid(axis="y", color=RULE, linewidth=0.6)
     figure.legend(loc="outside lower center", ncols=1, frameon=False, fontsize=7)
     return figure

@@ -140,7 +140,7 @@ def _name(records: Sequence[Record]) -> str:
 
 
 @table_of("perception_runs", ("scene", *_RATES, "value"))
-def _by_run(runs: _Runs) -> Iterable[Row]:
+def _by_run(runs: _Runs) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
     A row a run: realised error rates in percent, then {runs.metric}. `predicate_error`: facts missing or
@@ -149,25 +149,18 @@ def _by_run(runs: _Runs) -> Iterable[Row]:
     ones; `unseen`: objects not named, of all. Empty where a question does not tell of a scene graph. Sorted
     by `predicate_error`.
     """
-    return sorted(_run_rows(runs), key=_order)
+    rates = {name: _rates(runs.of_run(name)) for name in runs.runs}
+    places = {name: -1.0 if each[0].value is None else each[0].value for name, each in rates.items()}
+    for name in sorted(rates, key=lambda name: (places[name], name)):
+        yield (name, *rates[name], Estimate.of(runs.cases(name)))
 
 
-def _run_rows(runs: _Runs) -> Iterator[Row]:
-    for name in runs.runs:
-        seen = runs.of_run(name)
-        rates = [_rate(seen, rate) if seen else Estimate(None) for rate in _RATES]
-        yield (name, *rates, Estimate.of(runs.cases(name)))
-
-
-def _order(row: Row) -> tuple[float, str]:
-    rate = row[1]
-    value = rate.value if isinstance(rate, Estimate) else None
-    return (-1.0 if value is None else value, str(row[0]))
-
-
-def _rate(seen: Group, name: str) -> Estimate:
-    """An error rate of a run; its interval is of tasks that differ in how much can be missed."""
-    return Estimate.of([each.with_share(perception_shares(each.perceived)[name]) for each in seen])
+def _rates(seen: Group) -> list[Estimate]:
+    """The error rates of a run; their intervals are of tasks that differ in how much can be missed."""
+    if not seen:
+        return [Estimate(None)] * len(_RATES)
+    shares = [(each, perception_shares(each.perceived)) for each in seen]
+    return [Estimate.of([each.with_share(of_task[name]) for each, of_task in shares]) for name in _RATES]
 
 
 @table_of("perception_rates", ("above", "up_to", *_COSTS))
@@ -215,18 +208,11 @@ def _by_predicate(runs: _Runs) -> Iterable[Row]:
 def _predicate_row(name: str, runs: _Runs) -> Row:
     having = [each for each in runs.seen if name in each.perceived.predicates]
     lost = [each for each in having if name in each.lost]
-    alone = [each for each in lost if each.lost == {name} and _is_only_lost(each.perceived)]
-    lost_share = Estimate.of([each.with_share(_lost_share(each.perceived, name)) for each in having])
+    alone = [each for each in lost if each.lost == {name} and each.kinds <= {"missing", "misplaced"}]
+    counts = [each.perceived.predicates[name] for each in having]
+    shares = [Share(gone, right + gone) for right, _, gone in counts]
+    lost_share = Estimate.of([each.with_share(share) for each, share in zip(having, shares, strict=True)])
     return (name, lost_share, len(lost), *runs.costs(alone))
-
-
-def _is_only_lost(perceived: Perceived) -> bool:
-    return not (perceived.unnecessary or perceived.invented_names or perceived.unseen)
-
-
-def _lost_share(perceived: Perceived, name: str) -> Share:
-    right, _, lost = perceived.predicates[name]
-    return Share(lost, right + lost)
 
 
 def _by_cost(row: Row) -> tuple[float, str]:

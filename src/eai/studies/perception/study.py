@@ -225,10 +225,8 @@ def draw(by_run: Table, metric: str) -> Figure | None:
         fill = color if is_seen else "white"
         panel.plot(place, value.value, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
     of = " to ".join(f"{number:,}" for number in sorted({min(cases), max(cases)})) if cases else "0"
-    panel.set_xlabel(f"facts missing or misplaced, percent (n = {of})")
+    panel.set(xlabel=f"facts missing or misplaced, percent (n = {of})", ylim=(0, 102), xlim=(-2, None))
     panel.set_ylabel(f"{metric.replace('_', ' ')} in percent")
-    panel.set_ylim(0, 102)
-    panel.set_xlim(left=-2)
     panel.grid(axis="y", color=RULE, linewidth=0.6)
     return figure
 
