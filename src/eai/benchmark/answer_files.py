@@ -10,7 +10,7 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
@@ -165,31 +165,20 @@ def recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -
         InputError: there is no such file, or more than one.
     """
     if not path.is_dir():
-        return _of_attempt(files_of_suite(path, domain, ability)[0], attempt)
-    plain = [] if attempt > 1 else _plain_files(path)
-    files = plain or sorted(path.rglob(f"*{attempt_name('', attempt)}{SUFFIX}"))
+        first = files_of_suite(path, domain, ability)[0]
+        name = model_name(first).removesuffix(attempt_name("", 1))
+        return first if attempt == 1 else first.with_name(f"{attempt_name(name, attempt)}{SUFFIX}")
+    files: list[Path] = []
+    if attempt == 1:
+        with suppress(InputError):  # there may be those of single attempts alone
+            files = find_response_files(path)
+    files = files or sorted(path.rglob(f"*{attempt_name('', attempt)}{SUFFIX}"))
     found = [file for file in files if _suite_of(file) == (domain, ability.value)]
     if len(found) != 1:
         name = "<model>" if attempt == 1 else attempt_name("<model>", attempt)
         place = path / domain / ability.value / f"{name}{SUFFIX}"
         raise InputError(f"{path}: expected one file {place}, found {len(found) or 'none'}")
     return found[0]
-
-
-def _plain_files(folder: Path) -> list[Path]:
-    """The files in a folder that are not of single attempts; there may be none."""
-    try:
-        return find_response_files(folder)
-    except InputError:
-        return []
-
-
-def _of_attempt(first: Path, attempt: int) -> Path:
-    """The file with the answers of an attempt, from that with the first ones."""
-    if attempt == 1:
-        return first
-    name = model_name(first).removesuffix(attempt_name("", 1))
-    return first.with_name(f"{attempt_name(name, attempt)}{SUFFIX}")
 
 
 def _suite_of(file: Path) -> tuple[str, str] | None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from collections.abc import Set as AbstractSet
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 from itertools import groupby
 from operator import itemgetter
 from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
@@ -42,7 +42,7 @@ from eai.world.state import Change, Fact, State, change
 
 if TYPE_CHECKING:
     from eai.abilities.mending import PlanMender
-    from eai.envs.reference import Reference
+    from eai.envs.agents import Reference
 
 Sight: TypeAlias = tuple[int, ...]
 """The objects that are seen, in the order in which they are listed."""
@@ -114,14 +114,16 @@ class _View:
         self._wording = wording
         self._is_full = observe == "full"
         self._names = [wording.object_name(task, index) for index in range(len(task.scene.objects))]
-        about = subjects(task) if of == "task" else list(range(len(task.scene.objects)))
+        self._kind = cache(partial(wording.kind, task))
         self.agent = task.scene.agent
         self._of_agent = {each.name for each in wording.domain.egocentric if of == "scene"}
-        self.landmarks = () if self._is_full else _landmarks(task, wording)
+        is_landmark = partial(wording.domain.is_landmark, task.initial)
+        everything = range(len(task.scene.objects))
+        self.landmarks = () if self._is_full else tuple(filter(is_landmark, everything))
+        about = subjects(task) if of == "task" else everything
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
         self._place = {index: place for place, index in enumerate(self.subjects)}
         self._mask = mask_of(self.subjects)
-        self._kinds: dict[int, str] = {}
         visible = wording.domain.visible or TRUE
         self._sight_sources = stored_sources(predicates_of(visible), wording.domain.vocabulary)
         sight = self._sight(task.initial)
@@ -227,17 +229,6 @@ class _View:
     def _shown(self, listing: Listing, state: State, sight: Sight) -> _Shown:
         return _Shown(partial(self._facts, listing, state, sight), self.lines)
 
-    def _kind(self, index: int) -> str:
-        kind = self._kinds.get(index)
-        if kind is None:
-            kind = self._kinds[index] = self._wording.kind(self._task, index)
-        return kind
-
-
-def _landmarks(task: Task, wording: Wording) -> tuple[int, ...]:
-    is_landmark = wording.domain.is_landmark
-    return tuple([i for i in range(len(task.scene.objects)) if is_landmark(task.initial, i)])
-
 
 def _without(facts: Iterable[Fact], others: Sequence[Fact]) -> list[Fact]:
     """The facts that are not among others."""
@@ -297,7 +288,7 @@ class Stage:
     @cached_property
     def reference(self) -> Reference:
         """The shortest plan known, and commands that win in this view."""
-        from eai.envs.reference import reference_of
+        from eai.envs.agents import reference_of
 
         return reference_of(self)
 
@@ -512,7 +503,8 @@ class Game:
             if self.refused is not None:
                 return self._turn(_Tried(f"{REFUSE}."), ())
         ends = self._rules.until == "done"
-        meant, repairs = self.stage.commands.read(text, self._nameable(), ends=ends)
+        nameable = self.known if self._rules.observe == "partial" else range(len(self.task.scene.objects))
+        meant, repairs = self.stage.commands.read(text, nameable, ends=ends)
         self._has_looked = False
         self._turns += meant is not None
         if self._is_late:
@@ -573,12 +565,6 @@ class Game:
         """The reward of the turn: by how much it changes what the episode is worth."""
         before, self.worth = self.worth, self._worth(is_last=self.over)
         return self._rules.gamma * self.worth - before
-
-    def _nameable(self) -> Collection[int]:
-        """The objects that a command may name."""
-        if self._rules.observe == "partial":
-            return self.known
-        return range(len(self.stage.task.scene.objects))
 
     def _try(self, meant: Meant) -> _Tried:
         """Carry out what a command means."""

@@ -59,9 +59,10 @@ _MARK = {True: "✓", False: "✗"}
 def explained(record: Record) -> str:
     """Return the outcome of an answer and the reasons; step by step where the record has an explanation."""
     explanation = record.explanation or Explanation()
+    steps = enumerate(explanation.steps, 1)
     sections = (
         ("", [f"- {note}" for note in explanation.notes]),
-        ("Steps\n", [f"{number}. {_step(step)}" for number, step in enumerate(explanation.steps, 1)]),
+        ("Steps\n", [f"{number}. `{step.action}`: {'; '.join(_of_step(step))}" for number, step in steps]),
         ("Goals\n", [f"- {_MARK[goal.satisfied]} {goal.kind} `{goal.goal}`" for goal in explanation.goals]),
         ("Temporal goal\n", [f"- {_part(part, i)}" for i, part in enumerate(explanation.parts)]),
     )
@@ -79,10 +80,6 @@ def _headline(record: Record) -> str:
     if verdict.error is None or came_to is AnswerOutcome.SUCCESS:
         return label
     return f"{label}: {verdict.error.detail}"
-
-
-def _step(step: StepReport) -> str:
-    return f"`{step.action}`: {'; '.join(_of_step(step))}"
 
 
 def _of_step(step: StepReport) -> Iterator[str]:

@@ -78,10 +78,13 @@ def build_task(
     book = open_answer_book(benchmark, ability, source)
     gold = {task_id: book[task_id].text for task_id in book if task_id in prompts}
     of_all = {"domain": benchmark.reference, "ability": ability.value, ERRATA: source.errata.value}
+    of_experiment = {} if experiment is None else {EXPERIMENT: experiment_to_json(experiment)}
     samples = []
     for task_id, prompt in prompts.items():
         known = {**of_all, "task_id": task_id, **(about or {}).get(task_id, {})}
-        samples.append(_sample(prompt, gold.get(task_id, ""), known, experiment))
+        told: dict[str, Json] = {**known, "stop": list(prompt.stop), **of_experiment}
+        question = messages_of(prompt, known)
+        samples.append(Sample(input=question, target=gold.get(task_id, ""), id=task_id, metadata=told))
     rules = suite.protocol.value, source.planner.value, source.errata.value
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
@@ -216,11 +219,3 @@ def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Ma
         hint = did_you_mean(task_id, prompts)
         raise InputError(f"tasks: {task_id!r} is not a task of this suite{hint}")
     return {task_id: prompts[task_id] for task_id in prompts if task_id in named}
-
-
-def _sample(prompt: Prompt, gold: str, about: Mapping[str, str], experiment: Experiment | None) -> Sample:
-    """A question; the metadata of its last message says what it is about."""
-    metadata: dict[str, Json] = {**about, "stop": list(prompt.stop)}
-    if experiment is not None:
-        metadata[EXPERIMENT] = experiment_to_json(experiment)
-    return Sample(id=about["task_id"], input=messages_of(prompt, about), target=gold, metadata=metadata)
