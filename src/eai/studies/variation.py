@@ -82,7 +82,10 @@ class Stage:
 
 
 class Variation(Options):
-    """The options of a study of runs; without a choice a run is as it is without the study."""
+    """The options of a study of runs; without a choice a run is as it is without the study.
+
+    All but `choice` is asked of the options that have one, or of none at all.
+    """
 
     @property
     def choice(self) -> str:

@@ -291,8 +291,6 @@ class _Attempts(Variation):
         Raises:
             InputError: another ability is named.
         """
-        if not self.experiment:
-            return super().abilities(named)
         for each in named:
             if each is not Ability.ACTION_SEQUENCING:
                 raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
@@ -65,9 +64,9 @@ class SceneGraphVerdict(Verdict):
 
 def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
     """The maker of scorers, imported where it is needed, so that reports load no engine."""
-    from eai.studies.perception.errors import SceneGraphScorer
+    from eai.studies.perception.errors import scorers
 
-    return partial(SceneGraphScorer, _words(world))
+    return scorers(_words(world))
 
 
 def _words(world: AskedWorld) -> SceneWords:

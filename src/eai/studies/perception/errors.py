@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from eai.abilities.explanation import Explanation, repair_notes
@@ -16,7 +16,12 @@ from eai.studies.perception.declaration import SceneGraphVerdict
 from eai.world.fault import FaultKind
 
 
-class SceneGraphScorer(Scorer):
+def scorers(words: SceneWords) -> Callable[[Task], Scorer]:
+    """The maker of scorers, by how scene graphs say what is so."""
+    return partial(_SceneGraphScorer, words)
+
+
+class _SceneGraphScorer(Scorer):
     """Scores the scene graphs of a task."""
 
     def __init__(self, words: SceneWords, task: Task) -> None:

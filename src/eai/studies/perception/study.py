@@ -114,7 +114,7 @@ class Perception(Variation):
     @property
     def heading(self) -> str:
         """How the scene is shown."""
-        return "" if self.scene == "text" else f"scene: {self.label}"
+        return f"scene: {self.label}"
 
     @property
     def captioner(self) -> str | None:
@@ -127,16 +127,12 @@ class Perception(Variation):
         Raises:
             InputError: those of one that is named tell of none.
         """
-        if self.scene == "text":
-            return super().abilities(named)
         from eai.studies.perception.scenes import scene_abilities
 
         return scene_abilities(named, self.scene)
 
-    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
         """The scenes."""
-        if self.scene == "text":
-            return None
         from eai.studies.perception.scenes import scenes
 
         return Stage(library, wanted, ask, partial(scenes, self))

@@ -35,7 +35,7 @@ class _Pipeline(Variation):
     @property
     def heading(self) -> str:
         """Whose goals they are."""
-        return "" if self.goals is None else f"goals: {self.goals}"
+        return f"goals: {self.goals}"
 
     def abilities(self, named: Collection[Ability]) -> list[Ability]:
         """Those whose questions state goals.
@@ -43,21 +43,17 @@ class _Pipeline(Variation):
         Raises:
             InputError: one that is named does not.
         """
-        if self.goals is None:
-            return super().abilities(named)
         from eai.studies.pipeline.stage_one import STAGE_TWO, refuse_no_stage_two
 
         for each in named:
             refuse_no_stage_two(each)
         return [each for each in FOUR if each in (named or STAGE_TWO)]
 
-    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage:
         """Goal interpretation."""
-        if self.goals is None:
-            return None
         from eai.studies.pipeline.stage_one import interpreted
 
-        return Stage(library, wanted, ask, partial(interpreted, self.goals))
+        return Stage(library, wanted, ask, partial(interpreted, str(self.goals)))
 
 
 class _Choices(Options):
