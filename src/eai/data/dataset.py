@@ -107,14 +107,8 @@ def _status(store: Store, pack: Pack) -> _PackStatus:
 
 def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
     """Packs that are absent, unreadable or made from other archives."""
-    return [pack for pack in packs if not _is_ready(store, pack)]
-
-
-def _is_ready(store: Store, pack: Pack) -> bool:
-    try:
-        return store.has(pack.name) and store.open(pack.name).archives == pack.pins
-    except DataError:
-        return False
+    found = [(pack, _status(store, pack)) for pack in packs]
+    return [pack for pack, status in found if status.problem is not None or status.archives != pack.pins]
 
 
 @contextmanager

@@ -139,29 +139,30 @@ def write_parts(
     return totals
 
 
+_IF_ANY = frozenset({"experiment", "planner", "run", "by_attempt"})
+"""The fields of a summary that are left out where there is nothing to say."""
+
+
 def _summary(
     totals: Totals, run: Mapping[str, Json], stages: Sequence[Mapping[str, Rate]]
 ) -> Mapping[str, Json]:
-    first, errata, planners = totals.first, totals.errata, totals.planners
-    return {
+    first, errata = totals.first, totals.errata
+    fields: dict[str, Json] = {
         "protocol": first.protocol.value,
         "domain": first.domain,
         "ability": first.ability.value,
         "model": first.model,
-        **({} if first.experiment is None else {"experiment": experiment_to_json(first.experiment)}),
+        "experiment": None if first.experiment is None else experiment_to_json(first.experiment),
         "data_sha256": first.data_sha256,
         "errata": None if errata is None else errata.to_json(),
         "coverage": totals.coverage.to_json(),
-        **({"planner": ", ".join(planners)} if planners else {}),
+        "planner": ", ".join(totals.planners),
         "unit": "percent",
-        **({"run": run} if run else {}),
+        "run": run,
         **{name: rate.to_json() for name, rate in totals.rates.items()},
-        **(
-            {"by_attempt": [{name: rate.to_json() for name, rate in each.items()} for each in stages]}
-            if stages
-            else {}
-        ),
+        "by_attempt": [{name: rate.to_json() for name, rate in each.items()} for each in stages],
     }
+    return {name: value for name, value in fields.items() if value or name not in _IF_ANY}
 
 
 T = TypeVar("T")
