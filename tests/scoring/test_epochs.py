@@ -101,6 +101,13 @@ def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, 
         assert (told["answered"], told["usage"]["input_tokens"]) == (1, 7 * len(one.by_place()))
 
 
+def test_each_epoch_says_why_it_has_no_answer(tmp_path: Path) -> None:
+    failures = {(TASK_IDS[0], 1): "it took too long", (TASK_IDS[0], 2): "the server was down"}
+    obtained = Obtained("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, failures, 2)
+    result = settle(obtained, tmp_path, echo_suite(), ScoringOptions())
+    assert [list(one.failures) for one in result.of_epochs] == [["it took too long"], ["the server was down"]]
+
+
 @pytest.mark.parametrize(
     ("errata", "told"), [(None, None), (ErrataUse("2.0", ("e1",)), ("2.0", [TASK_IDS[0]]))]
 )

@@ -255,7 +255,8 @@ def settle(
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
             part = f"epoch_{epoch}"
-            named = replace(obtained, name=f"{obtained.name}.{part}")
+            why = {place: reason for place, reason in obtained.failures.items() if place[1] == epoch}
+            named = replace(obtained, name=f"{obtained.name}.{part}", failures=why)
             one = replace(whole, obtained=named, folder=folder / part)
             of_epochs.append(one.write(one.records(_of_epoch(obtained, epoch))))
     averaged = declaration_of(suite.ability).of_epochs
