@@ -227,7 +227,7 @@ class _LtlReader:
         terms = tuple([term(argument, scope) for argument in arguments])
         if signature is None:
             return f.Atom(name, terms)
-        self._check(name, terms, signature, partial(_place_of_name, text, position))
+        self._check(name, terms, signature, lambda i: position + [*_OBJECTS.finditer(text)][i].start())
         formula = f.Occurs(name, terms) if signature.is_action(name) else f.Atom(name, terms)
         if not scope and not self._offences and len(signature.known) < MAX_KNOWN:
             signature.known[text] = formula
@@ -341,8 +341,3 @@ class _LtlReader:
         """The error that none of these stands here, past blanks."""
         self._take("")
         return error_at(self._text, self._position, either(words))
-
-
-def _place_of_name(primitive: str, position: int, index: int) -> int:
-    """The offset of the predicate (0) or an argument (from 1 on)."""
-    return position + list(_OBJECTS.finditer(primitive))[index].start()

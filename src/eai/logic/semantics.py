@@ -98,7 +98,8 @@ class _Evaluator:
             case f.Until(left, right):
                 return _until(self.at(left, binding, end), self.at(right, binding, end))
             case f.Then(parts):
-                return self._sequence(parts, binding, end)
+                last = self.on(parts[-1], binding, end) if parts else _up_to(end)
+                return self._preceded(parts[:-1], binding, last)
             case _:
                 return self._combined(formula, binding, partial(self.at, end=end), end)
 
@@ -109,12 +110,6 @@ class _Evaluator:
         if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
             return self.at(formula, binding, end)
         return self._combined(formula, binding, partial(self.on, end=end), end)
-
-    def _sequence(self, parts: tuple[f.Formula, ...], binding: Binding, end: int) -> int:
-        """The positions from which the parts hold one after the other on consecutive pieces up to ``end``."""
-        if not parts:
-            return _up_to(end)
-        return self._preceded(parts[:-1], binding, self.on(parts[-1], binding, end))
 
     def _preceded(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
         """The positions from which consecutive pieces satisfy the parts, up to just before a start."""

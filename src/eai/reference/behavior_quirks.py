@@ -33,6 +33,7 @@ from eai.households.behavior.domain import as_declared
 from eai.households.behavior.predicates import X, Y
 from eai.logic.choice import Objects, Option, value_of
 from eai.logic.formula import FALSE, Exists
+from eai.logic.rewriting import Leaf, map_leaves
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import Action
@@ -333,9 +334,6 @@ def _vectors(total: int, length: int) -> Iterator[tuple[int, ...]]:
             yield (head, *tail)
 
 
-_IN_REFERENCE: Mapping[str, str] = {"inside": p.directly_inside.name}
-
-
 def behavior_goal_test(task: Task) -> GoalTest:
     """The reference's test of a task's goals; they count by the kinds of their own formulas."""
     return GoalTest(task, [_as_truncated(goal.formula, task.scene) for goal in task.goals])
@@ -343,14 +341,11 @@ def behavior_goal_test(task: Task) -> GoalTest:
 
 def _as_truncated(formula: f.Formula, scene: Scene) -> f.Formula:
     """The condition that the reference tests for a goal: all literals of a truncated option hold."""
-    options = truncated_options(formula, scene.named)
-    return f.Or(tuple([f.And(tuple([_literal(part) for part in option])) for option in options]))
+    return map_leaves(f.Or(tuple(map(f.And, truncated_options(formula, scene.named)))), _directly)
 
 
-def _literal(literal: f.Formula) -> f.Formula:
-    """A literal as the reference sees it."""
-    if isinstance(literal, f.Not):
-        return f.Not(_literal(literal.operand))
-    if not isinstance(literal, f.Atom):
-        raise TypeError(f"{literal} is no condition of BDDL")
-    return replace(literal, predicate=_IN_REFERENCE.get(literal.predicate, literal.predicate))
+def _directly(leaf: Leaf) -> f.Formula:
+    """The leaf where a thing is inside its direct container only."""
+    if isinstance(leaf, f.Atom) and leaf.predicate == "inside":
+        return replace(leaf, predicate=p.directly_inside.name)
+    return leaf

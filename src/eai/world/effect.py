@@ -179,8 +179,7 @@ class Effects:
         if right == ANYTHING:
             return lambda before, draft, binding: draft.set_row(index, binding[source], 0)
         target = self._frame.slot_of(right, scope)
-        write = Draft.link if adding else Draft.unlink
-        return lambda before, draft, binding: write(draft, index, binding[source], binding[target])
+        return lambda before, draft, binding: draft.relate(index, binding[source], binding[target], adding)
 
     def _write_tuple(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
         slots = [None if t == ANYTHING else self._frame.slot_of(t, scope) for t in atom.arguments]

@@ -146,19 +146,12 @@ class Relation:
         if self._row_keys:
             _patch(self._rows, target, sources)
 
-    def add(self, source: int, target: int) -> None:
-        """Change a copy so that it has a pair."""
+    def flip(self, source: int, target: int) -> None:
+        """Change a copy so that it has a pair that it lacked, or lacks one that it had."""
         if target in self._columns and source not in self._rows:  # a line that is overridden already
-            self.set_column(target, self._columns[target] | 1 << source)
+            self.set_column(target, self._columns[target] ^ 1 << source)
         else:
-            self.set_row(source, self.row(source) | 1 << target)
-
-    def discard(self, source: int, target: int) -> None:
-        """Change a copy so that it has not a pair."""
-        if target in self._columns and source not in self._rows:
-            self.set_column(target, self._columns[target] & ~(1 << source))
-        else:
-            self.set_row(source, self.row(source) & ~(1 << target))
+            self.set_row(source, self.row(source) ^ 1 << target)
 
     def pairs(self) -> Iterator[tuple[int, int]]:
         """All members, as source and target, ascending."""

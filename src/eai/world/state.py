@@ -303,15 +303,10 @@ class Draft:
         self.tuples = before.tuples
         self._copied = 0
 
-    def link(self, slot: int, source: int, target: int) -> None:
-        """Relate two objects."""
-        if not self.binary[slot].has(source, target):
-            self._own(slot).add(source, target)
-
-    def unlink(self, slot: int, source: int, target: int) -> None:
-        """Remove a pair."""
-        if self.binary[slot].has(source, target):
-            self._own(slot).discard(source, target)
+    def relate(self, slot: int, source: int, target: int, related: bool) -> None:
+        """Relate two objects, or (not ``related``) remove the pair."""
+        if self.binary[slot].has(source, target) is not related:
+            self._own(slot).flip(source, target)
 
     def set_row(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to exactly these targets, a mask."""

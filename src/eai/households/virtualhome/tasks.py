@@ -95,9 +95,9 @@ class _Graph:
         draft, index = Draft(state), self.index
         self._relabel(draft.unary, delta.changed_objects, index)
         for source, relation, target in delta.removed_edges:
-            draft.unlink(_BINARY[relation], index[source], index[target])
+            draft.relate(_BINARY[relation], index[source], index[target], False)
         for source, relation, target in delta.added_edges:
-            draft.link(_BINARY[relation], index[source], index[target])
+            draft.relate(_BINARY[relation], index[source], index[target], True)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
 
