@@ -151,18 +151,12 @@ class _BddlReader:
 
     def _connected(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
         """The parts behind a connective; the parenthesis behind is taken."""
-        formula: f.Formula
-        match connective:
-            case "and":
-                return f.And(self._conditions(scope, levels))
-            case "or":
-                return f.Or(self._conditions(scope, levels))
-            case "not":
-                formula = f.Not(self._condition(scope, levels))
-            case _:
-                formula = f.Implies(self._condition(scope, levels), self._condition(scope, levels))
+        if connective in ("and", "or"):
+            return (f.And if connective == "and" else f.Or)(self._conditions(scope, levels))
+        first = self._condition(scope, levels)
+        second = self._condition(scope, levels) if connective == "imply" else None
         self._take(")")
-        return formula
+        return f.Not(first) if second is None else f.Implies(first, second)
 
     def _quantified(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
         """The variables and body behind a quantifier; the parenthesis behind is taken."""

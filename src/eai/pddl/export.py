@@ -227,8 +227,7 @@ def _operator(
 ) -> m.PddlAction:
     """The operator, as yet without a memory of having been taken."""
     conditions = ConditionWriter(glossary)
-    parameters = conditions.parameters(operator.parameters)
-    scope: dict[str, f.Term] = dict(zip([p.name for p in operator.parameters], parameters, strict=True))
+    scope = conditions.parameters(operator.parameters)
     asked = [check.condition for check in operator.checks]
     if operator.tries:
         asked.append(_some_try(operator))
@@ -237,7 +236,7 @@ def _operator(
         effect = all_at_once(operator, conditions, scope, hidden)
     except DomainError as error:
         raise DomainError(f"operator {operator.name}: {error}") from error
-    return m.PddlAction(names[operator.name], parameters, precondition, effect)
+    return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
 
 
 def _some_try(operator: Operator) -> f.Formula:
@@ -291,7 +290,6 @@ def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
         for derived in rest:
             done.add(derived.name)
             conditions = ConditionWriter(glossary)
-            parameters = conditions.parameters(derived.parameters)
-            names = [parameter.name for parameter in derived.parameters]
-            condition = conditions.convert(derived.definition, dict(zip(names, parameters, strict=True)))
-            yield m.PddlAxiom(glossary.predicates[derived.name], parameters, condition)
+            scope = conditions.parameters(derived.parameters)
+            condition = conditions.convert(derived.definition, scope)
+            yield m.PddlAxiom(glossary.predicates[derived.name], tuple(scope.values()), condition)

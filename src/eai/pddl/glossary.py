@@ -239,9 +239,9 @@ class ConditionWriter:
         self._count = 0
         self._scene = scene
 
-    def parameters(self, variables: Sequence[f.Variable]) -> tuple[f.Variable, ...]:
-        """Parameters by their names in PDDL."""
-        return tuple([f.Variable(self._variables[variable.name]) for variable in variables])
+    def parameters(self, variables: Sequence[f.Variable]) -> dict[str, f.Variable]:
+        """The variables that stand in PDDL for parameters, by the names of these, in order."""
+        return {variable.name: f.Variable(self._variables[variable.name]) for variable in variables}
 
     def fresh(self, like: str, category: str | None = None) -> f.Variable:
         """A variable that nothing else is called by."""

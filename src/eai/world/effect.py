@@ -166,9 +166,9 @@ class Effects:
         if len(atom.arguments) > 2:
             return self._write_tuple(atom, index, scope, adding=adding)
         if not atom.arguments or atom.arguments[0] == ANYTHING:
-            return _assign(index, int(adding))
+            return lambda before, draft, binding: draft.set_marked(index, int(adding))
         slot = self._frame.slot_of(atom.arguments[0], scope)
-        return _give(index, slot) if adding else _take(index, slot)
+        return lambda before, draft, binding: draft.mark(index, binding[slot], adding)
 
     def _write_pair(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
         left, right = atom.arguments
@@ -198,30 +198,3 @@ class Effects:
         if predicate.static:
             raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
         return self._vocabulary.slots(predicate.arity)[predicate.name]
-
-
-def _give(predicate: int, slot: int) -> Apply:
-    """The object in the slot gets a unary predicate."""
-
-    def apply(before: State, draft: Draft, binding: Binding) -> None:
-        draft.unary[predicate] |= 1 << binding[slot]
-
-    return apply
-
-
-def _take(predicate: int, slot: int) -> Apply:
-    """The object in the slot loses a unary predicate."""
-
-    def apply(before: State, draft: Draft, binding: Binding) -> None:
-        draft.unary[predicate] &= ~(1 << binding[slot])
-
-    return apply
-
-
-def _assign(predicate: int, mask: int) -> Apply:
-    """The objects of the mask have a unary predicate, and no other does."""
-
-    def apply(before: State, draft: Draft, binding: Binding) -> None:
-        draft.unary[predicate] = mask
-
-    return apply

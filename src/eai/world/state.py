@@ -303,6 +303,15 @@ class Draft:
         self.tuples = before.tuples
         self._copied = 0
 
+    def mark(self, slot: int, index: int, marked: bool) -> None:
+        """Give an object a unary predicate, or (not ``marked``) take it away."""
+        bit = 1 << index
+        self.unary[slot] = self.unary[slot] | bit if marked else self.unary[slot] & ~bit
+
+    def set_marked(self, slot: int, objects: int) -> None:
+        """Give a unary predicate to exactly these objects, a mask."""
+        self.unary[slot] = objects
+
     def relate(self, slot: int, source: int, target: int, related: bool) -> None:
         """Relate two objects, or (not ``related``) remove the pair."""
         if self.binary[slot].has(source, target) is not related:
