@@ -33,7 +33,7 @@ from eai.envs import TextEnvironment, make
 from eai.envs.command import DONE
 from eai.envs.rules import Observe
 from eai.logic.formula import And, Atom, Variable
-from eai.pddl.model import AddEffect, Both
+from eai.pddl.model import Add, Both
 from eai.pddl.writer import write_action
 from eai.scoring.reward import Reward, Shaping
 from eai.tasks.source import Source
@@ -94,7 +94,7 @@ def all_operators(suite: Suite, task_id: str) -> str:
                 for terms in product(names, repeat=len(predicate.parameters))
             ]
         )
-        effect = Both(tuple(map(AddEffect, atoms)))
+        effect = Both(tuple(map(Add, atoms)))
         written.append(write_action(replace(operator, precondition=And(atoms), effect=effect)))
     return join_operators(written)
 

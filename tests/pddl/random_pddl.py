@@ -19,9 +19,9 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.pddl.model import (
-    AddEffect,
+    Add,
     Both,
-    DeleteEffect,
+    Delete,
     Each,
     PddlAction,
     PddlDomain,
@@ -71,7 +71,7 @@ def formulas(scope: tuple[str, ...], depth: int = 3) -> st.SearchStrategy[Formul
 
 
 def effects(scope: tuple[str, ...], depth: int = 2) -> st.SearchStrategy[PddlEffect]:
-    leaf: st.SearchStrategy[PddlEffect] = atoms(scope).map(AddEffect) | atoms(scope).map(DeleteEffect)
+    leaf: st.SearchStrategy[PddlEffect] = atoms(scope).map(Add) | atoms(scope).map(Delete)
     if not depth:
         return leaf
     part = effects(scope, depth - 1)

@@ -8,7 +8,7 @@ from eai.data.store import Store
 from eai.households.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
 from eai.pddl.check import Offence, PddlError
-from eai.pddl.model import NO_EFFECT, AddEffect, DeleteEffect, PddlDomain, PddlProblem, TypedName, WhenEffect
+from eai.pddl.model import NO_EFFECT, Add, Delete, PddlDomain, PddlProblem, TypedName, WhenEffect
 from eai.pddl.reader import (
     MAX_DEPTH,
     Group,
@@ -70,8 +70,8 @@ def test_an_operator_as_a_value() -> None:
     assert action.parameters == (Variable("c", "character"), Variable("o"))
     near = Atom("near", (Variable("c"), Constant("kitchen")))
     assert action.precondition == And((Not(Atom("open", (Variable("o"),))), near))
-    closed = WhenEffect(Atom("lit", (Variable("o"),)), DeleteEffect(Atom("closed", (Variable("o"),))))
-    assert action.effect.parts == (AddEffect(Atom("open", (Variable("o"),))), closed)  # type: ignore[union-attr]
+    closed = WhenEffect(Atom("lit", (Variable("o"),)), Delete(Atom("closed", (Variable("o"),))))
+    assert action.effect.parts == (Add(Atom("open", (Variable("o"),))), closed)  # type: ignore[union-attr]
 
 
 def condition(text: str) -> Formula:

@@ -26,7 +26,7 @@ from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import substitute
 from eai.logic.traversal import walk
-from eai.pddl.model import AddEffect, Both, DeleteEffect, PddlEffect, for_each
+from eai.pddl.model import Add, Both, Delete, PddlEffect, for_each
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
@@ -247,7 +247,7 @@ def _operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
 def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
     """A predicate of all objects that it can be said of."""
     atom = f.Atom(name, tuple([f.Variable(each.name) for each in parameters]))
-    return for_each(parameters, AddEffect(atom) if adds else DeleteEffect(atom))
+    return for_each(parameters, Add(atom) if adds else Delete(atom))
 
 
 _COPIED: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {

@@ -157,9 +157,7 @@ def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
                 for numbers in (lengths, changes)
             ]
             needs = And(tuple([atom if rng.random() < _EVEN else Not(atom) for atom in asked]))
-            does = tuple(
-                [m.AddEffect(atom) if rng.random() < _EVEN else m.DeleteEffect(atom) for atom in made]
-            )
+            does = tuple([m.Add(atom) if rng.random() < _EVEN else m.Delete(atom) for atom in made])
             written.append(write_action(replace(action, precondition=needs, effect=m.Both(does))))
         return WrittenAnswer(tuple(written), join_operators)
 

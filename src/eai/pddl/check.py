@@ -215,7 +215,7 @@ class _Checker:
 
     def effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
         match effect:
-            case m.AddEffect(atom) | m.DeleteEffect(atom):
+            case m.Add(atom) | m.Delete(atom):
                 yield from self.atom(atom, scope)
             case m.Both(parts):
                 for part in parts:

@@ -110,9 +110,7 @@ class DeclaredDomain:
             if m.type_of(parameter) != m.OBJECT
         ]
         checks = [self._check(part, parameters) for part in conjuncts(action.precondition)]
-        deletions, additions = (
-            tuple(self._effects(action.effect, kind)) for kind in (m.DeleteEffect, m.AddEffect)
-        )
+        deletions, additions = (tuple(self._effects(action.effect, kind)) for kind in (Delete, Add))
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
     def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
@@ -120,15 +118,11 @@ class DeclaredDomain:
         fault = FaultKind.MISSING_STEP if can_change else FaultKind.AFFORDANCE
         return Check(self._types.convert(condition), fault, _reason(condition, parameters))
 
-    def _effects(
-        self, effect: m.PddlEffect, kind: type[m.AddEffect] | type[m.DeleteEffect]
-    ) -> Iterator[Effect]:
+    def _effects(self, effect: m.PddlEffect, kind: type[Add] | type[Delete]) -> Iterator[Effect]:
         """The additions, or the deletions, of an effect."""
         match effect:
-            case m.AddEffect(atom) if kind is m.AddEffect:
-                yield Add(atom)
-            case m.DeleteEffect(atom) if kind is m.DeleteEffect:
-                yield Delete(atom)
+            case Add() | Delete() if isinstance(effect, kind):
+                yield effect
             case m.Both(parts):
                 for part in parts:
                     yield from self._effects(part, kind)

@@ -297,20 +297,18 @@ class Executor:
         if not now.holds(action.precondition, binding):
             return f"the precondition of ({step}) does not hold"
         changes = list(_changes(action.effect, now, binding))
-        deleted = {change.atom for change in changes if isinstance(change, m.DeleteEffect)}
-        added = {change.atom for change in changes if isinstance(change, m.AddEffect)}
+        deleted = {change.atom for change in changes if isinstance(change, m.Delete)}
+        added = {change.atom for change in changes if isinstance(change, m.Add)}
         return (state - deleted) | added
 
 
-def _changes(
-    effect: m.PddlEffect, now: _Evaluation, binding: Valuation
-) -> Iterator[m.AddEffect | m.DeleteEffect]:
+def _changes(effect: m.PddlEffect, now: _Evaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:
     """The ground additions and deletions of an effect; all conditions are read in the state before."""
     match effect:
-        case m.AddEffect(atom):
-            yield m.AddEffect(_ground(atom, binding))
-        case m.DeleteEffect(atom):
-            yield m.DeleteEffect(_ground(atom, binding))
+        case m.Add(atom):
+            yield m.Add(_ground(atom, binding))
+        case m.Delete(atom):
+            yield m.Delete(_ground(atom, binding))
         case m.Both(parts):
             for part in parts:
                 yield from _changes(part, now, binding)
@@ -329,7 +327,7 @@ def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
             return f.And((condition, _guard(part, bound)))
         case m.Each(variable, part) if variable.name not in bound:
             return f.Exists(variable, _guard(part, bound | {variable.name}))
-        case m.DeleteEffect(atom):
+        case m.Delete(atom):
             return atom
         case _:
             return f.TRUE

@@ -251,7 +251,7 @@ def _with_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames
     if done is None:
         return action
     parts = action.effect.parts if isinstance(action.effect, m.Both) else (action.effect,)
-    return replace(action, effect=m.Both((*parts, m.AddEffect(f.Atom(done, ())))))
+    return replace(action, effect=m.Both((*parts, m.Add(f.Atom(done, ())))))
 
 
 def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> m.PddlDomain:

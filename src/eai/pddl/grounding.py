@@ -75,8 +75,8 @@ class Grounder:
         self._objects = m.objects_by_type(domain, problem)
         self._facts = {_key(atom, {}) for atom in problem.initial}
         effects = [part for action in domain.actions for part, _ in m.effect_parts(action.effect)]
-        self._added = {part.atom.predicate for part in effects if isinstance(part, m.AddEffect)}
-        self._deleted = {part.atom.predicate for part in effects if isinstance(part, m.DeleteEffect)}
+        self._added = {part.atom.predicate for part in effects if isinstance(part, m.Add)}
+        self._deleted = {part.atom.predicate for part in effects if isinstance(part, m.Delete)}
         self._axioms = DerivedPredicates(domain.axioms).axioms
         self.numbers: dict[_Key, int] = {}
         self._ground: dict[tuple[object, ...], _Instance | None] = {}
@@ -172,9 +172,9 @@ class Grounder:
     ) -> None:
         """Add the changes that an effect makes under a condition to those that were found."""
         match effect:
-            case m.AddEffect(atom):
+            case m.Add(atom):
                 found.append(_Effect(condition, self._bit(_key(atom, binding)), 0))
-            case m.DeleteEffect(atom):
+            case m.Delete(atom):
                 found.append(_Effect(condition, 0, self._bit(_key(atom, binding))))
             case m.Both(parts):
                 for part in parts:

@@ -124,9 +124,9 @@ def condition_clause(formula: f.Formula) -> Clause:
 def effect_clause(effect: m.PddlEffect) -> Clause:
     """The effect in the shape in which effects are compared."""
     match effect:
-        case m.AddEffect(atom):
+        case m.Add(atom):
             return atom
-        case m.DeleteEffect(atom):
+        case m.Delete(atom):
             return f.Not(atom)
         case m.Both(parts):
             return _joined(f.And, map(effect_clause, parts))

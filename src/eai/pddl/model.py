@@ -13,23 +13,11 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables
+from eai.world.effect import Add as Add
+from eai.world.effect import Delete as Delete
 
 OBJECT = "object"
 """The root of every type hierarchy."""
-
-
-@dataclass(frozen=True, slots=True)
-class AddEffect:
-    """The atom becomes true."""
-
-    atom: f.Atom
-
-
-@dataclass(frozen=True, slots=True)
-class DeleteEffect:
-    """The atom becomes false, unless another part of the same effect makes it true."""
-
-    atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +43,8 @@ class WhenEffect:
     part: PddlEffect
 
 
-PddlEffect: TypeAlias = AddEffect | DeleteEffect | Both | Each | WhenEffect
+PddlEffect: TypeAlias = Add | Delete | Both | Each | WhenEffect
+"""The effect of an action, all at once: an atom that one part adds becomes true even if one deletes it."""
 
 NO_EFFECT = Both(())
 
@@ -175,10 +164,10 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> Mapping[str, tu
 
 def effect_parts(
     effect: PddlEffect, conditions: tuple[f.Formula, ...] = ()
-) -> Iterator[tuple[AddEffect | DeleteEffect, tuple[f.Formula, ...]]]:
+) -> Iterator[tuple[Add | Delete, tuple[f.Formula, ...]]]:
     """The parts of an effect that add and delete, left to right, and the conditions of each from outside."""
     match effect:
-        case AddEffect() | DeleteEffect():
+        case Add() | Delete():
             yield effect, conditions
         case Both(parts):
             for part in parts:
@@ -232,7 +221,7 @@ def map_effect(
     effect: PddlEffect, condition: Callable[[f.Formula], f.Formula], atom: Callable[[f.Atom], f.Atom]
 ) -> PddlEffect:
     """The effect with its conditions and its added and deleted atoms replaced."""
-    if isinstance(effect, (AddEffect, DeleteEffect)):
+    if isinstance(effect, (Add, Delete)):
         return type(effect)(atom(effect.atom))
     return with_effect_parts(effect, lambda part: map_effect(part, condition, atom), condition)
 

@@ -161,7 +161,7 @@ class _OrderedEffects:
             condition = g.conjunction((condition, *map(g.negation, undone)))
         if condition == f.FALSE:
             return
-        effect: m.PddlEffect = m.AddEffect(change.atom) if change.adds else m.DeleteEffect(change.atom)
+        effect: m.PddlEffect = m.Add(change.atom) if change.adds else m.Delete(change.atom)
         if condition != f.TRUE:
             effect = m.WhenEffect(condition, effect)
         yield m.for_each(change.variables, effect)

@@ -225,12 +225,12 @@ class PddlReader:
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in CONNECTIVES:
-                    return m.DeleteEffect(self._atom(negated))
+                    return m.Delete(self._atom(negated))
                 raise self._error(negated, "an atom in (not ...)", Offence.CONDITION_IN_EFFECT)
             case "or" | "exists" | "imply" | "=":
                 raise self._error(group, f"an effect, not ({head} ...)", Offence.CONDITION_IN_EFFECT)
             case _:
-                return m.AddEffect(self._atom(group))
+                return m.Add(self._atom(group))
 
     def variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
         """The value of a typed list of variables."""

@@ -17,7 +17,7 @@ import eai.pddl.model as m
 from eai.logic.traversal import free_variables, predicates_of, with_parts
 from eai.pddl.planning import PlanningTask
 
-_Operator = tuple[m.PddlAction, Sequence[tuple[m.AddEffect | m.DeleteEffect, tuple[f.Formula, ...]]]]
+_Operator = tuple[m.PddlAction, Sequence[tuple[m.Add | m.Delete, tuple[f.Formula, ...]]]]
 """An operator, its additions and deletions, and the conditions of each, the precondition among them."""
 
 
@@ -45,7 +45,7 @@ def _reachable_predicates(
         (part.atom.predicate, conditions)
         for _, parts in operators
         for part, conditions in parts
-        if isinstance(part, m.AddEffect)
+        if isinstance(part, m.Add)
     ]
     while True:
         found = {
@@ -88,7 +88,7 @@ def _relevant_predicates(
 
 def _restrict(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect:
     """The part of an effect on atoms of some predicates; `NO_EFFECT` if there is none."""
-    if isinstance(effect, (m.AddEffect, m.DeleteEffect)):
+    if isinstance(effect, (m.Add, m.Delete)):
         return effect if effect.atom.predicate in predicates else m.NO_EFFECT
     match m.with_effect_parts(effect, lambda part: _restrict(part, predicates), lambda condition: condition):
         case m.Both(parts):

@@ -65,9 +65,9 @@ def operator_text(action: m.PddlAction) -> OperatorText:
 def write_effect(effect: m.PddlEffect) -> str:
     """The effect as text on one line."""
     match effect:
-        case m.AddEffect(atom):
+        case m.Add(atom):
             return write_atom(atom)
-        case m.DeleteEffect(atom):
+        case m.Delete(atom):
             return f"(not {write_atom(atom)})"
         case m.Both(parts):
             return _list(["and", *map(write_effect, parts)])

@@ -100,9 +100,9 @@ class _Binder:
 
     def effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
-            case m.AddEffect(atom):
-                return m.AddEffect(UNBOUND_ADDED) if _loose_terms(atom.arguments, scope) else effect
-            case m.DeleteEffect(atom):
+            case m.Add(atom):
+                return m.Add(UNBOUND_ADDED) if _loose_terms(atom.arguments, scope) else effect
+            case m.Delete(atom):
                 return m.NO_EFFECT if _loose_terms(atom.arguments, scope) else effect
             case m.Both(parts):
                 return m.Both(tuple(self.effect(part, scope) for part in parts))
