@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -137,17 +138,14 @@ def explain(
 def _background(record: Record, records: Path, store: Store) -> _Background:
     """The data set's words on a record's task; none where it is not at hand, or another than was used."""
     own = benchmarks_of_runs([records]).get(record.domain)
-    if own is None and not (record.domain in registered() and is_at_hand(store, record.domain)):
-        return _NOTHING_KNOWN
-    try:
-        suite = _suite(record, own or record.domain, store)
-        task = suite.tasks.get(record.task_id)
-        if task is None or suite.data_sha256 != record.data_sha256:
-            return _NOTHING_KNOWN
-        gold, source = _gold(suite, task)
-        return _Background(task.instruction, gold, source, _rest(suite, record), _outlook(suite, record))
-    except EaiError:
-        return _NOTHING_KNOWN
+    if own is not None or (record.domain in registered() and is_at_hand(store, record.domain)):
+        with suppress(EaiError):
+            suite = _suite(record, own or record.domain, store)
+            task = suite.tasks.get(record.task_id)
+            if task is not None and suite.data_sha256 == record.data_sha256:
+                outlook = _outlook(suite, record)
+                return _Background(task.instruction, *_gold(suite, task), _rest(suite, record), outlook)
+    return _NOTHING_KNOWN
 
 
 def _suite(record: Record, benchmark: Benchmark | str, store: Store) -> Suite:

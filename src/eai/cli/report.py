@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -12,7 +13,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declaration import MetricColumn, declaration_of
-from eai.abilities.protocol import FOUR, Ability
+from eai.abilities.protocol import FOUR
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_files import benchmarks_of_runs
@@ -216,32 +217,21 @@ def _film(out: Path, record: Record) -> str:
     return address if (out / address).is_file() else ""
 
 
-def _words(benchmark: Benchmark, source: Store) -> Background:
-    return Background(
-        prompts={ability.value: _prompts(benchmark, ability, source) for ability in FOUR},
-        operators=_operators(benchmark, source),
-        instructions={task.id: task.instruction for task in benchmark.tasks(Source(source)).values()},
-    )
-
-
-def _prompts(benchmark: Benchmark, ability: Ability, source: Store) -> dict[str, str]:
-    try:
-        found = Library("official", None, Source(source)).open(benchmark, ability)
-    except EaiError:
-        return {}
-    return {
-        task_id: f"{prompt.system}\n\n{prompt.user}" if prompt.system else prompt.user
-        for task_id, prompt in found.items()
-    }
-
-
-def _operators(benchmark: Benchmark, source: Store) -> dict[str, str]:
-    """The gold operators as PDDL, by name; none where PDDL cannot say what is declared."""
-    try:
-        tasks = benchmark.operators(Source(source)).values()
-    except EaiError:
-        return {}
-    return {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
+def _words(benchmark: Benchmark, store: Store) -> Background:
+    """The words of a benchmark, as far as it has any; PDDL, for one, cannot say all that is declared."""
+    source, prompts, operators = Source(store), dict[str, dict[str, str]](), dict[str, str]()
+    for ability in FOUR:
+        with suppress(EaiError):
+            found = Library("official", None, source).open(benchmark, ability)
+            prompts[ability.value] = {
+                task_id: "\n\n".join(filter(None, (prompt.system, prompt.user)))
+                for task_id, prompt in found.items()
+            }
+    with suppress(EaiError):
+        tasks = benchmark.operators(source).values()
+        operators = {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}
+    instructions = {task.id: task.instruction for task in benchmark.tasks(source).values()}
+    return Background(prompts, operators, instructions)
 
 
 def _print_main_results(records: Sequence[Path], *, paper: bool, as_json: bool, wide: bool) -> None:

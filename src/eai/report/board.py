@@ -29,6 +29,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, title_of
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.files import files_below, read_toml
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
 from eai.report.ranking import Ranking, Row
@@ -227,8 +228,7 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[_Season]) ->
     summaries.sort(key=lambda each: each.key.order)
     tables = rankings(summaries, with_paper=True)
     parts = [_season_html(season) for season in seasons]
-    for domain in dict.fromkeys(table.domain for table in tables):
-        of_domain = [table for table in tables if table.domain == domain]
+    for domain, of_domain in grouped((table.domain, table) for table in tables).items():
         parts.append(f"<section><h2>{escape(title_of(domain))}</h2>")
         for number, table in enumerate(of_domain):
             opened = " open" if number == 0 else ""

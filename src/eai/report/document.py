@@ -6,10 +6,10 @@ How sure: with and without regard to near copies. How near: our numbers for the 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
-from eai.abilities.protocol import Protocol
 from eai.benchmark.registry import title_of
 from eai.data.grouping import grouped
 from eai.report.ranking import Ranking
@@ -145,13 +145,11 @@ def report_markdown(
 
 
 def _tables(tables: Sequence[Ranking]) -> Iterator[str]:
-    place: tuple[Protocol, str] | None = None
-    for table in tables:
-        if place != (table.protocol, table.domain):
-            place = (table.protocol, table.domain)
-            yield f"## {title_of(table.domain)}, protocol {table.protocol.value}\n"
-        yield f"### {table.title}\n"
-        yield table_markdown(table.table())
+    for (protocol, domain), group in groupby(tables, key=lambda table: (table.protocol, table.domain)):
+        yield f"## {title_of(domain)}, protocol {protocol.value}\n"
+        for table in group:
+            yield f"### {table.title}\n"
+            yield table_markdown(table.table())
 
 
 def _titled(title: str, introduction: str, tables: Sequence[Ranking]) -> Iterator[str]:
@@ -226,14 +224,16 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
 def _strata(runs: Sequence[RunSummary]) -> Iterator[str]:
     """The section on success by length of the data set's own plan, and on goals by what they speak of."""
     for suite, items in grouped((_run_suite(item), item) for item in runs).items():
-        rows = [*_by_length(items), *_by_predicate(items)]
         if items[0].breakdown.flow is not None:
-            names = ["tasks or goals", *(escaped(item.key.name) for item in items)]
-            named = (dict(zip(names, row, strict=True)) for row in rows)
-            yield from _section(f"By length of plan and kind of goal: {suite}", named, _STRATA)
+            names = [escaped(item.key.name) for item in items]
+            rows = [
+                {"tasks or goals": label, **dict(zip(names, map(_counted, rates), strict=True))}
+                for label, rates in (*_by_length(items), *_by_predicate(items))
+            ]
+            yield from _section(f"By length of plan and kind of goal: {suite}", rows, _STRATA)
 
 
-def _by_length(items: Sequence[RunSummary]) -> Iterator[list[str]]:
+def _by_length(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """Success in each stratum, a row a stratum and a cell a run."""
     for label, steps in STRATA.items():
         found = [
@@ -241,14 +241,14 @@ def _by_length(items: Sequence[RunSummary]) -> Iterator[list[str]]:
             for item in items
         ]
         if any(found):
-            yield [f"plan of {label}", *(_counted(rate_of(shares)) for shares in found)]
+            yield f"plan of {label}", [*map(rate_of, found)]
 
 
-def _by_predicate(items: Sequence[RunSummary]) -> Iterator[list[str]]:
+def _by_predicate(items: Sequence[RunSummary]) -> Iterator[tuple[str, list[Rate]]]:
     """The goals met of those that speak of each predicate, a row a predicate."""
     tables = [item.breakdown.by_predicate for item in items]
     for name in sorted({name for table in tables for name in table}):
-        yield [f"goals on {escaped(name)}", *(_counted(table.get(name, NOTHING)) for table in tables)]
+        yield f"goals on {escaped(name)}", [table.get(name, NOTHING) for table in tables]
 
 
 def _counted(rate: Rate) -> str:

@@ -13,7 +13,6 @@ import re
 import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date, datetime, timezone
-from itertools import groupby
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -24,8 +23,8 @@ from eai.abilities.declaration import declaration_of, label_of
 from eai.abilities.options import Options
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import of_the_paper
+from eai.data.grouping import grouped
 from eai.report.run_summary import RunSummary
-from eai.scoring.runs import RunKey
 from eai.tasks.source import suite_name
 
 SCHEMA = "0.3.0"
@@ -63,11 +62,9 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
     """
     said = _Publication.of_file(file)
     plain = [run for run in runs if run.key.is_plain and run.key.model in said.models]
-    ranked = [run for run in plain if run.coverage.ranked]
-    ranked.sort(key=lambda run: _row(run.key))
+    rows = grouped(((run.key.protocol.value, run.key.name), run) for run in plain if run.coverage.ranked)
     written = {}
-    for (protocol, name), of_row in groupby(ranked, key=lambda run: _row(run.key)):
-        suites = list(of_row)
+    for (protocol, name), suites in rows.items():
         record = _eval_record(said, suites)
         model = suites[0].key.model
         place = said.models[model]
@@ -79,10 +76,6 @@ def published_files(file: Path, runs: Sequence[RunSummary]) -> dict[str, str]:
             entries = "".join(_hub_entries(said, suites))
             written[f"hugging_face/{place}/.eval_results/eai-{variant}.yaml"] = entries
     return written
-
-
-def _row(key: RunKey) -> tuple[str, str]:
-    return key.protocol.value, key.name
 
 
 def _slug(text: str) -> str:

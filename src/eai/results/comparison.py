@@ -189,17 +189,12 @@ def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Dif
         rate_of(case.share for case in first),
         rate_of(case.share for case in second),
         certainty_of_difference(first, second),
-        p_value(*_side_by_side(of_names(first), of_names(second))),
-        p_value(*_side_by_side(of_tasks(first), of_tasks(second))),
+        p_value([*of_names(first).values()], [*of_names(second).values()]),
+        p_value([*of_tasks(first).values()], [*of_tasks(second).values()]),
         yes_no,
         tuple(task for task, won in changed if not won),
         tuple(task for task, won in changed if won),
     )
-
-
-def _side_by_side(first: Mapping[str, Share], second: Mapping[str, Share]) -> tuple[list[Share], list[Share]]:
-    """The shares of the same units in two runs."""
-    return list(first.values()), [second[unit] for unit in first]
 
 
 def _sign_flip_p(first: Sequence[Share], second: Sequence[Share]) -> float:

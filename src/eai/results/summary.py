@@ -52,21 +52,22 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Sha
 
 def shares_by_task(records: Sequence[Record]) -> dict[str, Shares]:
     """The shares that the records of a run contribute, by task; those of excluded ones are not there."""
-    scored = [record for record in records if record.verdict.excluded is None]
-    shares = contributions([record.verdict for record in scored], records[0].ability)
-    return {record.task_id: share for record, share in zip(scored, shares, strict=True)}
+    return {record.task_id: shares for record, shares in _contributed(records, records[0].ability)}
 
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
     """The cases that the records of a run add to each metric, in order; excluded ones add nothing."""
-    scored = [record for record in records if record.verdict.excluded is None]
-    contributed = contributions([record.verdict for record in scored], ability)
     return grouped(
         (metric, Case(task, name, share))
-        for record, shares in zip(scored, contributed, strict=True)
+        for record, shares in _contributed(records, ability)
         for task, name in [(record.task_id, name_of(record))]
         for metric, share in shares.items()
     )
+
+
+def _contributed(records: Sequence[Record], ability: Ability) -> Iterator[tuple[Record, Shares]]:
+    scored = [record for record in records if record.verdict.excluded is None]
+    return zip(scored, contributions([record.verdict for record in scored], ability), strict=True)
 
 
 def name_of(record: Record) -> str:
@@ -115,13 +116,9 @@ def average_performance(values: Mapping[Place, float | None]) -> float | None:
     Args:
         values: (ability, metric) -> percent.
     """
-    total = 0.0
-    for place, weight in average_weights(values).items():
-        value = values.get(place)
-        if value is None:
-            return None
-        total += weight * value
-    return total
+    weights = average_weights(values)
+    parts = [weight * value for place, weight in weights.items() if (value := values.get(place)) is not None]
+    return sum(parts) if len(parts) == len(weights) else None
 
 
 def after(record: Record, attempts: int) -> Record:
