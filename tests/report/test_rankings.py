@@ -44,9 +44,9 @@ def table(
 def whole_table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
 ) -> Ranking | None:
-    summaries = [summary_of(run) for run in runs]
-    known = cells_by_model(summaries)
-    return make_ranking(SPECS[name], protocol, "virtualhome", summaries, known, with_paper=with_paper)
+    found = [summary_of(run) for run in runs]
+    summaries = [replace(each, key=each.key._replace(protocol=protocol)) for each in found]
+    return make_ranking(SPECS[name], summaries, cells_by_model(summaries), with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -284,8 +284,8 @@ def test_a_null_model_that_was_run_has_no_rank_either() -> None:
 
 
 def test_other_benchmarks_have_no_floor_of_ours() -> None:
-    runs = [summary_of(plans(3, "a"))]
-    known = cells_by_model(runs)
-    found = make_ranking(SPECS["overview"], Protocol.STRICT, "lamps", runs, known, with_paper=False)
+    run = summary_of(plans(3, "a"))
+    runs = [replace(run, key=run.key._replace(domain="lamps"))]
+    found = make_ranking(SPECS["overview"], runs, cells_by_model(runs), with_paper=False)
     assert found is not None
     assert [row.model for row in found.rows] == ["a"]

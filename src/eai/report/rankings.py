@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import chain, groupby
+from itertools import chain
 from typing import Literal
 
 from eai.abilities.declaration import MetricColumn
@@ -147,22 +147,17 @@ def _notes_on(column: PaperColumn, papers: Sequence[PaperTable]) -> tuple[str, .
 
 
 def scored_rows(
-    source: Literal["published", "floor"],
-    columns: Sequence[MetricColumn],
-    protocol: Protocol,
-    domain: str,
-    runs: Sequence[RunSummary],
+    source: Literal["published", "floor"], columns: Sequence[MetricColumn], runs: Sequence[RunSummary]
 ) -> Iterator[Row]:
     """Models as a table that comes with the package has them; what it says of itself are their footnotes.
 
     Args:
         source: the paper's models, whose published answers were scored, or null models.
         columns: the columns.
-        protocol: the protocol of the ranking; there are no rows under one that they were not scored under.
-        domain: the domain of the ranking.
-        runs: the runs beside which they stand.
+        runs: the runs beside which they stand, of one protocol and domain. There are no rows under a protocol
+            that they were not scored under.
     """
-    floor = source == "floor"
+    (protocol, domain, *_), floor = runs[0].key, source == "floor"
     table = paper_tables.null_scores(protocol.value) if floor else paper_tables.published_scores()
     if table.protocol != protocol.value:
         return
@@ -215,24 +210,17 @@ def rankings(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Ranking]:
         runs: the runs, sorted by the order of their keys.
         with_paper: whether the paper's models appear beside ours.
     """
-    places = groupby(runs, key=lambda item: (item.key.protocol, item.key.domain))
     return [
         table
-        for (protocol, domain), group in ((place, list(items)) for place, items in places)
+        for group in grouped((item.key[:2], item) for item in runs).values()
         for known in [cells_by_model(group)]
         for spec in tables_of(item.key.ability for item in group)
-        if (table := make_ranking(spec, protocol, domain, group, known, with_paper=with_paper))
+        if (table := make_ranking(spec, group, known, with_paper=with_paper))
     ]
 
 
 def make_ranking(
-    spec: TableSpec,
-    protocol: Protocol,
-    domain: str,
-    runs: Sequence[RunSummary],
-    known: Mapping[str, Cells],
-    *,
-    with_paper: bool,
+    spec: TableSpec, runs: Sequence[RunSummary], known: Mapping[str, Cells], *, with_paper: bool
 ) -> Ranking | None:
     """The table of the runs of one protocol and domain, or None if they have none of its numbers.
 
@@ -248,6 +236,7 @@ def make_ranking(
     )
     if not columns:
         return None
+    protocol, domain = runs[0].key[:2]
     by = ranking_column(spec.primary, columns)
     ours = [_with_missing(row, by, columns) for row in run_rows(columns, runs, known, with_paper=with_paper)]
     places = [place_of_column(column, domain) for column in columns]
@@ -255,8 +244,8 @@ def make_ranking(
     if with_paper and protocol.value == paper_tables.paper_setting().protocol:
         papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
     elif with_paper:
-        others += scored_rows("published", columns, protocol, domain, runs)
-    others += [*paper_rows(places, papers), *scored_rows("floor", columns, protocol, domain, runs)]
+        others += scored_rows("published", columns, runs)
+    others += [*paper_rows(places, papers), *scored_rows("floor", columns, runs)]
     on_columns = tuple(_notes_on(place, papers) for place in places)
     notes = _in_order(_of_rows(ours), *on_columns, _of_rows(others))
     rows = tuple(ranked(by, columns, [*ours, *others]))
@@ -297,8 +286,8 @@ def experiments(runs: Sequence[RunSummary]) -> list[Ranking]:
     Args:
         runs: the runs, plain ones too, sorted by the order of their keys.
     """
-    places = groupby(runs, key=lambda item: item.key[:3])
-    return [table for _, group in places if (table := _experiments_of(list(group))) is not None]
+    suites = grouped((item.key[:3], item) for item in runs).values()
+    return [table for group in suites if (table := _experiments_of(group)) is not None]
 
 
 def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
