@@ -36,7 +36,7 @@ from eai.report.publication import published_files
 from eai.report.ranking import Ranking
 from eai.report.rankings import rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.writer import rankings_json, write_tables
+from eai.report.writer import rankings_json, tables_tex, write_tables
 from eai.results.cost import PriceList
 from eai.results.plots import FORMATS
 from eai.results.table import Table, superscript
@@ -123,16 +123,8 @@ def report(
     tables = rankings(plain, with_paper=paper)
     with writing_to(out):
         out.mkdir(parents=True, exist_ok=True)
-        written = write_tables(
-            out,
-            summaries,
-            tables,
-            with_paper=paper,
-            models=listed(models),
-            columns=listed(columns),
-            intervals=intervals,
-            prices=listed_prices,
-        )
+        tex = partial(tables_tex, models=listed(models), columns=listed(columns), intervals=intervals)
+        written = write_tables(out, summaries, tables, tex, with_paper=paper, prices=listed_prices)
         write_whole(
             {
                 out / EXPLORER: explorer_html(explorer.to_json()),

@@ -121,8 +121,9 @@ def report_markdown(
     tables: Sequence[Ranking],
     experiments: Sequence[Ranking],
     besides: Sequence[Ranking],
-    agreements: Sequence[Mapping[str, str]],
     cost: str,
+    *,
+    with_paper: bool,
 ) -> str:
     """The page; what the answers cost is a section of it, if there is one."""
     plain = plain_runs(runs)
@@ -136,7 +137,7 @@ def report_markdown(
         *_section("How sure the numbers are", _certainty_rows(plain), _CERTAINTY, unnamed_remark(plain)),
         *_repeated(runs),
         *_protocols(plain),
-        *_section("Against the paper, cell by cell", agreements, _AGREEMENT),
+        *_section("Against the paper, cell by cell", agreements(plain) if with_paper else (), _AGREEMENT),
         *_outcomes(plain),
         *_runs(runs),
         *([cost] if cost else []),

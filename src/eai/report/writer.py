@@ -6,7 +6,7 @@ For programs there is one JSON file, and one CSV file with a line a number.
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
@@ -17,7 +17,7 @@ from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
-from eai.report.document import agreements, report_markdown
+from eai.report.document import report_markdown
 from eai.report.ranking import Cell, Ranking, Row, ranks_of, with_best_marked
 from eai.report.rankings import besides, experiments
 from eai.report.run_summary import RunSummary, plain_runs
@@ -31,11 +31,9 @@ def write_tables(
     folder: Path,
     runs: Sequence[RunSummary],
     tables: Sequence[Ranking],
+    tex: Callable[[Sequence[Ranking]], str],
     *,
     with_paper: bool,
-    models: Collection[str] = (),
-    columns: Collection[str] = (),
-    intervals: bool = True,
     prices: PriceList | None = None,
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
@@ -47,14 +45,9 @@ def write_tables(
         folder: where the files go.
         runs: all runs, experiments too.
         tables: the tables of the plain runs.
+        tex: all tables as LaTeX (`tables_tex`).
         with_paper: whether the paper's models appear beside ours.
-        models: the models in LaTeX, where a page has an end; all if empty.
-        columns: the columns in LaTeX, by their own heading or that above them, in any case; all if empty.
-        intervals: whether intervals stand below the numbers in LaTeX.
         prices: what tokens cost that were not priced when they were asked for.
-
-    Raises:
-        InputError: a model or column to be shown is in none of them.
 
     Returns:
         how many tables were written.
@@ -63,13 +56,10 @@ def write_tables(
     tried = experiments(runs)
     others = besides(plain) if with_paper else []
     written = [*tables, *tried, *others]
-    compared = agreements(plain) if with_paper else []
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, tried, others, compared, cost),
-        "tables.tex": "\n".join(
-            _latex(table, intervals=intervals) for table in _narrowed(written, models, columns)
-        ),
+        "report.md": report_markdown(runs, tables, tried, others, cost, with_paper=with_paper),
+        "tables.tex": tex(written),
         "report.tex": (resources.files("eai.report") / "report.tex").read_text(encoding="utf-8"),
         "tables.json": rankings_json(written),
         "tables.csv": rankings_csv(written),
@@ -80,8 +70,16 @@ def write_tables(
     return len(written)
 
 
-def _narrowed(tables: Sequence[Ranking], models: Collection[str], columns: Collection[str]) -> list[Ranking]:
-    """The wanted parts of tables; one of which nothing is wanted is left out.
+def tables_tex(
+    tables: Sequence[Ranking], models: Collection[str], columns: Collection[str], *, intervals: bool
+) -> str:
+    """The wanted parts of tables as LaTeX, where a page has an end; a table without any is left out.
+
+    Args:
+        tables: the tables.
+        models: the models; all if empty.
+        columns: the columns, by their own heading or that above them, in any case; all if empty.
+        intervals: whether intervals stand below the numbers.
 
     Raises:
         InputError: there is no such model or column in any of them.
@@ -90,7 +88,8 @@ def _narrowed(tables: Sequence[Ranking], models: Collection[str], columns: Colle
     _check("--models", models, {row.model for table in tables for row in table.rows})
     headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
     _check("--columns", wanted, headings)
-    return [narrow for table in tables if (narrow := _narrow(table, models, wanted)) is not None]
+    parts = (_narrow(table, models, wanted) for table in tables)
+    return "\n".join(_latex(part, intervals=intervals) for part in parts if part is not None)
 
 
 def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) -> Ranking | None:
