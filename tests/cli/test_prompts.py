@@ -51,6 +51,10 @@ def test_prompts_of_a_pipeline_state_the_goals_of_answers(
     (row,) = json.loads((tmp_path / "p.json").read_text())
     assert row["identifier"] == jars
     assert "## Goal States\nopen(jar.0)\nnext.to(jar.0, sky)\n\n## Output" in row["llm_prompt"]
+    page = ("--goals", tmp_path, "--out", tmp_path / "p.html")
+    assert "1 question;" in eai("export", "prompts", *NAMED, *page).out
+    assert "<section" in (tmp_path / "p.html").read_text(encoding="utf-8")
+    assert "is not a task of" in eai("export", "prompts", *NAMED, *page, "--tasks", "no_such").err
     other = ("--domain", "behavior", "--ability", "transition_modeling", "--out", tmp_path / "p.json")
     assert (
         "state goals, those of transition_modeling do not"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Literal, TypeAlias
@@ -116,18 +117,10 @@ def prompts(
     if is_list(out) and form == "jsonl":
         if len(domain) != 1 or ability is None or len(ability) != 1:
             raise InputError(f"--out {out}: expected one --domain and one --ability")
+        chosen = partial(drawn, tasks=tasks, sample=sample, seed=seed) if tasks or sample else None
         with opened_source(data, errata=errata) as source:
-            write_prompts(
-                find_benchmark(domain[0]),
-                ability[0],
-                Library(prompt_set, folder, source),
-                out,
-                tasks=tasks,
-                sample=sample,
-                seed=seed,
-                goals=goals,
-                as_json=as_json,
-            )
+            library = Library(prompt_set, folder, source)
+            write_prompts(library, find_benchmark(domain[0]), ability[0], out, chosen, goals, as_json=as_json)
         return
     if folder or tasks or sample or goals:
         raise InputError(f"--out {out}: expected FILE.json or FILE.html with one of {_OF_LISTS}")

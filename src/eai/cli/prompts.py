@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from pathlib import Path
 from random import Random
 from typing import Annotated, TypeVar
@@ -36,47 +36,61 @@ def is_list(out: Path) -> bool:
 
 
 def write_prompts(
+    library: Library,
     benchmark: Benchmark,
     ability: Ability,
-    library: Library,
     out: Path,
-    *,
-    tasks: str,
-    sample: int | None,
-    seed: int,
+    chosen: Callable[..., dict[str, Prompt]] | None,
     goals: Path | None,
+    *,
     as_json: bool,
 ) -> None:
     """Write the prompts of a suite as a list, or as a page on which people answer.
+
+    Args:
+        library: where prompts are from.
+        benchmark: the benchmark.
+        ability: what is asked for.
+        out: the file.
+        chosen: makes of prompts and the name of their suite those that are wanted (`drawn`); all if None.
+        goals: answers to goal interpretation whose goals are stated, to the tasks that they are about.
+        as_json: print what was written as JSON.
 
     Raises:
         InputError: there is no such task, or people cannot answer on a page.
     """
     source, is_page = library.source, out.suffix == PAGE
+    if is_page and ability is ACTING:
+        raise InputError(f"--out {out}: a file carries no actions out; people act by eai play --page")
     is_plain = library.prompts == "official" and library.folder is None and goals is None
-    is_whole = not (tasks or sample is not None or is_page)
+    is_whole = chosen is None and not is_page
     files = benchmark.official_files(ability, source) if is_plain and is_whole else None
-    if goals is not None:
-        from eai.studies.pipeline.stage_one import read_believed
-
-        beliefs = read_believed(goals, benchmark, ability, source).beliefs
-        opened = library.open(benchmark, ability, beliefs)
-        files = PromptFiles.of({task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs})
-    elif files is None:
-        opened = library.open(benchmark, ability)
-        chosen = drawn(opened, tasks, sample, seed, f"{benchmark.name} {ability.value}")
-        if is_page and ability is ACTING:
-            raise InputError(f"--out {out}: a file carries no actions out; people act by eai play --page")
+    if files is None:
+        asked = _opened(library, benchmark, ability, goals)
+        asked = chosen(asked, of=f"{benchmark.name} {ability.value}") if chosen else asked
         if is_page:
-            write_whole({out: form_html(benchmark, ability, chosen, source)})
-            made: Json = {"file": str(out), "questions": len(chosen)}
-            tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)
+            write_whole({out: form_html(benchmark, ability, asked, source)})
+            made: Json = {"file": str(out), "questions": len(asked)}
+            tell(f"{counted(len(asked), 'question')}; written to {out}", value=made, as_json=as_json)
             return
-        files = PromptFiles.of(chosen)
+        files = PromptFiles.of(asked)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: files.prompts, **({} if files.system is None else {beside: files.system})}
     write_whole(written)
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
+
+
+def _opened(
+    library: Library, benchmark: Benchmark, ability: Ability, goals: Path | None
+) -> Mapping[str, Prompt]:
+    """All prompts, or those with the goals of answers to goal interpretation."""
+    if goals is None:
+        return library.open(benchmark, ability)
+    from eai.studies.pipeline.stage_one import read_believed
+
+    beliefs = read_believed(goals, benchmark, ability, library.source).beliefs
+    opened = library.open(benchmark, ability, beliefs)
+    return {task_id: prompt for task_id, prompt in opened.items() if task_id in beliefs}
 
 
 T = TypeVar("T")
