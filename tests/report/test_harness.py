@@ -75,12 +75,12 @@ def test_two_harnesses_of_a_model_are_compared(folders: Sequence[Path]) -> None:
 
 def test_a_terminal_says_the_harness(capsys: pytest.CaptureFixture[str]) -> None:
     found = {harness: Totals.of(records(harness, ["DONE"])) for harness in (REACT, TEXT)}
-    print_results("switches", ACTING, found, wide=True)
+    print_results(found, wide=True)
     printed = capsys.readouterr().out
     assert "react, react" in printed
     assert "within" in printed
     assert "1.5x" in printed
-    print_results("switches", ACTING, {"model": found["react"]}, wide=False)
+    print_results({"model": found["react"]}, wide=False)
     printed = capsys.readouterr().out
-    assert "switches: model, react, 1/5 answered" in printed
+    assert "switches, acting, protocol strict: model, react, 1/5 answered" in printed
     assert "within 1.5x" in printed

@@ -28,7 +28,7 @@ from eai.cli.flags import run_flag
 from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.progress import resumable, run_progress, scoring_progress
 from eai.cli.prompts import chosen_prompts, tasks_of
-from eai.cli.table import print_results, result_json, suite_title
+from eai.cli.table import print_results, result_json
 from eai.data.files import sole_run
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
@@ -188,10 +188,7 @@ def run(
 
 def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> None:
     """Print the results of several models in one suite."""
-    suite = outcomes[0].suite
-    results = {each.model: each.totals for each in outcomes}
-    title = f"{suite_title(suite.domain, suite.ability, suite.protocol)}\n{spec.variation.heading}".rstrip()
-    print_results(title, suite.ability, results, wide=wide)
+    print_results({each.model: each.totals for each in outcomes}, spec.variation.heading, wide=wide)
     repeated = {each.model: each.right_by_epoch for each in outcomes if each.right_by_epoch}
     if repeated:
         print_table(console.output(), passes_table(repeated), wide=wide)

@@ -24,7 +24,7 @@ from eai.cli import options
 from eai.cli.console import DOMAIN_HELP, counted, inspect_needed, note, note_planner, print_json, say
 from eai.cli.options import ANSWERS, OUTPUT, SCORING, flag, scoring
 from eai.cli.progress import scoring_progress
-from eai.cli.table import print_remark, print_results, result_json, suite_title
+from eai.cli.table import print_remark, print_results, result_json
 from eai.data.files import sole_run
 from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
@@ -167,15 +167,14 @@ def _score_all(
     """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
     printed: list[Json] = []
     try:
-        for suite, group in groupby(shares, key=lambda share: share.suite):
+        for _, group in groupby(shares, key=lambda share: share.suite):
             results: dict[str, Totals] = {}
             for share in group:
                 totals = results[share.answers.model] = _scored(share, settings, workplace, quiet=as_json)
                 _note_authority(share.answers.model, totals)
                 printed.append(result_json(totals, share.out))
             if not as_json:
-                title = suite_title(suite.domain, suite.ability, suite.protocol)
-                print_results(title, suite.ability, results, wide=wide)
+                print_results(results, wide=wide)
     except KeyboardInterrupt:
         raise InterruptError(_interrupted(shares, len(printed))) from None
     return printed
@@ -342,8 +341,7 @@ def _merge(paths: Sequence[Path], *, wide: bool, as_json: bool) -> None:
         if as_json:
             print_remark(first.model, totals.coverage)
         else:
-            title = suite_title(first.domain, first.ability, first.protocol)
-            print_results(title, first.ability, {first.model: totals}, wide=wide)
+            print_results({first.model: totals}, wide=wide)
             say(f"{counted(len(files), 'shard')} of {counted(totals.number, 'record')} written to {folder}")
     if as_json:
         print_json(printed)

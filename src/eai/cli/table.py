@@ -8,7 +8,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Json
 from eai.benchmark.registry import title_of
 from eai.cli.console import note, output, say
@@ -26,19 +25,23 @@ PERCENT = Column("percent", digits=1, number=True)
 """A column of rates in percent."""
 
 
-def suite_title(domain: str, ability: Ability, protocol: Protocol) -> str:
-    """The name of a suite above its results."""
-    return f"{title_of(domain)}, {declaration_of(ability).title.lower()}, protocol {protocol.value}"
-
-
 def _named(model: str, totals: Totals) -> str:
     """A model with its harness and effort."""
     return ", ".join([model, *totals.agent])
 
 
-def print_results(title: str, ability: Ability, results: Mapping[str, Totals], *, wide: bool) -> None:
-    """Print the rates of models, and what is remarkable about their coverage and errata, alike ones once."""
-    print_table(output(), rates_table(title, declaration_of(ability).terminal, results), wide=wide)
+def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool) -> None:
+    """Print the rates of models in a suite, and what is remarkable of coverage and errata, alike ones once.
+
+    Args:
+        results: model -> what it comes to.
+        below: a line below the name of the suite.
+        wide: all columns side by side, however wide.
+    """
+    first = next(iter(results.values())).first
+    declared = declaration_of(first.ability)
+    title = f"{title_of(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
+    print_table(output(), rates_table(title.rstrip(), declared.terminal, results), wide=wide)
     for coverage, models in grouped((totals.coverage, model) for model, totals in results.items()).items():
         print_remark(", ".join(models), coverage)
     for remark in dict.fromkeys(each.errata.remark for each in results.values() if each.errata is not None):
