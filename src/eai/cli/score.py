@@ -131,12 +131,11 @@ def score(
         for folder in {share.out: None for share in shares if shard is None}:
             if folder is not None:
                 stack.enter_context(sole_run(folder))
+        parts_of = partial(_parts, settings=settings, workplace=workplace, quiet=as_json)
         if shard is not None:
             for share in shares:
-                records.write_shard(
-                    share.out or Path(), shard, _parts(share, settings, workplace, quiet=as_json)
-                )
-        printed = _score_all(shares, settings, workplace, as_json=as_json, wide=wide) if shard is None else []
+                records.write_shard(share.out or Path(), shard, parts_of(share))
+        printed = _score_all(shares, parts_of, as_json=as_json, wide=wide) if shard is None else []
     if as_json:
         print_json(printed)
     elif out is not None:
@@ -162,7 +161,7 @@ def _opened(workers: int, ray: str | None) -> Scoring:
 
 
 def _score_all(
-    shares: Sequence[_Share], settings: ScoringOptions, workplace: Scoring, *, as_json: bool, wide: bool
+    shares: Sequence[_Share], parts_of: Callable[[_Share], Iterable[Part]], *, as_json: bool, wide: bool
 ) -> list[Json]:
     """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
     printed: list[Json] = []
@@ -170,7 +169,7 @@ def _score_all(
         for _, group in groupby(shares, key=lambda share: share.suite):
             results: dict[str, Totals] = {}
             for share in group:
-                totals = results[share.answers.model] = _scored(share, settings, workplace, quiet=as_json)
+                totals = results[share.answers.model] = _scored(share, parts_of(share))
                 _note_authority(share.answers.model, totals)
                 printed.append(result_json(totals, share.out))
             if not as_json:
@@ -180,9 +179,8 @@ def _score_all(
     return printed
 
 
-def _scored(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Totals:
-    """Score the answers of a model to a suite; what is written goes by part by part."""
-    parts = _parts(share, settings, workplace, quiet=quiet)
+def _scored(share: _Share, parts: Iterable[Part]) -> Totals:
+    """The totals of a model in a suite, all of whose records are written, if they are, part by part."""
     if share.out is not None:
         _note_replaced(share.out / records.RECORDS, share)
         return records.write_parts(share.out, parts)
