@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome, label_of
-from eai.abilities.protocol import Ability, place_of
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.benchmark.registry import title_of
 from eai.data.files import write_whole
@@ -118,15 +118,12 @@ def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
 
 
 def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
-    ordered = sorted(runs, key=lambda item: item.key.order)
-    for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
-        group = list(items)
+    for (protocol, domain), group in grouped((item.key[:2], item) for item in runs).items():
         place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
         drawn = partial(_entitled, place, draw_outcomes, group)
         yield _Plot(f"outcomes-{name}", f"Outcomes of answers: {place}", drawn)
-        for ability in sorted({item.key.ability for item in group}, key=place_of):
-            of_ability = [item for item in group if item.key.ability is ability]
+        for ability, of_ability in grouped((item.key.ability, item) for item in group).items():
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
                 caption = f"{caption}: {ability_title(ability).lower()}, {place}"
