@@ -12,7 +12,6 @@ import typer
 from rich.text import Text
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.cli.console import note, output, print_json
@@ -22,6 +21,7 @@ from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
+from eai.results.lines import SuiteKey
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals
@@ -119,42 +119,37 @@ def _note_planners(totals: Mapping[str, Totals]) -> None:
         note(f"operators are judged by different planners: {named}")
 
 
-_Place = tuple[str, Ability, str]
-
-
-def _runs(path: Path) -> Mapping[_Place, Run]:
-    """The runs in a folder by domain, ability and protocol."""
-    found: dict[_Place, Run] = {}
+def _runs(path: Path) -> Mapping[SuiteKey, Run]:
+    """The runs in a folder by suite."""
+    found: dict[SuiteKey, Run] = {}
     for run in read_runs([path]):
-        place = (run.key.domain, run.key.ability, run.key.protocol.value)
-        if place in found:
-            both = f"{found[place].key.name} and {run.key.name}"
-            raise InputError(f"{path}: expected one run for {_named(place)}, found {both}")
-        found[place] = run
+        before = found.setdefault(run.key.suite, run)
+        if before is not run:
+            both = f"{before.key.name} and {run.key.name}"
+            raise InputError(f"{path}: expected one run for {_named(run.key.suite)}, found {both}")
     return dict(sorted(found.items(), key=lambda item: item[1].key.order))
 
 
-def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
+def _by_tasks(runs: Mapping[SuiteKey, Run]) -> Mapping[SuiteKey, Run]:
     """The runs under the names of the benchmarks whose tasks they have, where one name has one run.
 
     An ability that is asked of files of its own has one run whatever the file is called.
     """
     from eai.benchmark.obfuscated import plain_name
 
-    places = {
-        place: ("" if declaration_of(place[1]).asked.written_by else plain_name(place[0]), *place[1:])
-        for place in runs
-    }
+    places = {}
+    for place, run in runs.items():
+        is_apart = declaration_of(run.key.ability).asked.written_by
+        places[place] = place._replace(domain="" if is_apart else plain_name(place.domain))
     alone = Counter(places.values())
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
-def _named(place: _Place) -> str:
-    domain, ability, protocol = place
-    return f"{domain} {ability.value}, protocol {protocol}".lstrip()
+def _named(place: SuiteKey) -> str:
+    return f"{place.domain} {place.ability}, protocol {place.protocol}".lstrip()
 
 
-def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
+def _print(place: SuiteKey, one: Run, other: Run, found: Comparison, listed: int) -> None:
     first, second = one.key, other.key
     totals = {"A": Totals.of(one.records), "B": Totals.of(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
