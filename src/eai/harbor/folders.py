@@ -144,16 +144,14 @@ class _Exporter:
             "solution": _acted(solution) if self.acts else _written(solution),
             "world": _world(reference, task_id) if self.acts else "",
         }
-        tests = _filled("script", about) | (self.wheels | tasks if self.is_shared else {})
-        own = _filled("every", about) | _filled("acting" if self.acts else "answer", about)
-        own |= {} if self.is_shared else _filled("separate", about)
-        return own | {f"tests/{name}": content for name, content in tests.items()}
+        tests = _filled(["script"], about) | (self.wheels | tasks if self.is_shared else {})
+        groups = ["every", "acting" if self.acts else "answer", *([] if self.is_shared else ["separate"])]
+        return _filled(groups, about) | {f"tests/{name}": content for name, content in tests.items()}
 
     def image_folder(self, task_ids: Collection[str]) -> _Files:
         """The files from which the image with the worlds of tasks is built."""
         reference, tasks = _carried(self.suite.benchmark.reference, task_ids)
-        about = self._about(reference)
-        return _filled("image", about) | _filled("script", about) | self.wheels | tasks
+        return _filled(["image", "script"], self._about(reference)) | self.wheels | tasks
 
     def _about(self, reference: str) -> dict[str, str]:
         """The values of the places in templates that all folders share."""
@@ -205,11 +203,11 @@ def _carried(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
     return name, {name: b"\n".join(kept) + b"\n"}
 
 
-def _filled(group: str, values: Mapping[str, str]) -> _Files:
-    """The files of a group of templates, by their places in a folder."""
-    folder = Path(__file__).parent / "templates" / group
+def _filled(groups: Sequence[str], values: Mapping[str, str]) -> _Files:
+    """The files of groups of templates, by their places in a folder."""
     return {
         file.relative_to(folder).as_posix(): Template(file.read_text("utf-8")).substitute(values)
+        for folder in [Path(__file__).parent / "templates" / group for group in groups]
         for file in files_below(folder, "*")
     }
 
