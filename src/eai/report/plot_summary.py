@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import title_of
-from eai.report.ranking import Cell, Ranking, Row
+from eai.data.grouping import grouped
+from eai.report.ranking import Ranking, Row
 from eai.report.table_specs import ability_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 
@@ -31,21 +32,18 @@ _APART = 0.3
 """How far the domains' marks stand from each other, in lines."""
 
 
-class _Entry(NamedTuple):
-    """A line of a panel: what is measured, in each domain that has it."""
+_PLANS = [f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)]
+_PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
+    ("Main results, percent", ["overview"], ()),
+    ("Goals that its plans reach, percent", ["goal_satisfaction"], ()),
+    ("What goes wrong in its plans, percent of answers", _PLANS, (GRAMMAR, RUNTIME)),
+)
+"""The title of each panel, the names of the tables it is from, and the groups of columns; all if none."""
 
-    group: str
-    label: str
-    cells: dict[str, Cell]
-    others: dict[str, list[float]]
-
+_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, Row, int]]]
+"""A heading and what is measured -> where that is: table, row and place of the column."""
 
 _PAPERS = ("paper", "published")
-
-
-def _lines(entries: Sequence[_Entry]) -> int:
-    """How many lines a panel has, a heading for each group included."""
-    return len(entries) + len({entry.group for entry in entries})
 
 
 def models_of(tables: Iterable[Ranking]) -> list[tuple[str, Protocol]]:
@@ -75,47 +73,36 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
     for table, row in shown:
         answered = "" if row.coverage is None else f", {row.coverage} answered"
         domains.setdefault(table.domain, f"{title_of(table.domain)}{answered}")
-    panels = {title: entries for title, entries in _panels(shown).items() if entries}
+    found = {title: _lines(shown, names, groups) for title, names, groups in _PANELS}
+    panels = {title: lines for title, lines in found.items() if lines}
     if not panels:
         return None
-    heights = [_HEAD + _LINE * _lines(entries) for entries in panels.values()]
+    heights = [_HEAD + _LINE * _number_of(lines) for lines in panels.values()]
     figure = sheet(PAGE, sum(heights) + _FOOT)
     figure.suptitle(f"{clipped(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
-    for axes, (title, entries) in zip(grid, panels.items(), strict=True):
+    for axes, (title, lines) in zip(grid, panels.items(), strict=True):
         axes.set_title(title, fontsize=9.5)
-        _draw_panel(axes, entries, list(domains))
+        _draw_panel(axes, lines, list(domains))
     _draw_legend(figure, list(domains.values()), _others([table for table, _ in shown]))
     return figure
 
 
-def _panels(shown: Sequence[tuple[Ranking, Row]]) -> dict[str, list[_Entry]]:
-    """The lines of each panel by its title."""
-    plans = [
-        f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-    ]
-    faults = [entry for name in plans for entry in _entries(shown, name, (GRAMMAR, RUNTIME))]
-    return {
-        "Main results, percent": _entries(shown, "overview"),
-        "Goals that its plans reach, percent": _entries(shown, "goal_satisfaction"),
-        "What goes wrong in its plans, percent of answers": faults,
-    }
+def _lines(shown: Sequence[tuple[Ranking, Row]], names: Sequence[str], groups: Sequence[str]) -> _Lines:
+    """The columns of the tables of some names as lines, below the abilities that they are of."""
+    return grouped(
+        ((ability_title(column.ability) if column.ability else column.group, column), (table, row, place))
+        for name in names
+        for table, row in shown
+        if table.name == name
+        for place, column in enumerate(table.columns)
+        if not groups or column.group in groups
+    )
 
 
-def _entries(
-    shown: Sequence[tuple[Ranking, Row]], name: str, groups: Sequence[str] | None = None
-) -> list[_Entry]:
-    """The columns of the tables of one name as lines, below the abilities that they are of."""
-    entries: dict[MetricColumn, _Entry] = {}
-    for table, row in shown:
-        for place, column in enumerate(table.columns):
-            if table.name == name and (groups is None or column.group in groups):
-                heading = ability_title(column.ability) if column.ability else column.group
-                entry = entries.setdefault(column, _Entry(heading, column.label, {}, {}))
-                entry.cells[table.domain] = row.cells[place]
-                others = (each.cells[place].percent for each in table.rows if each.source in _PAPERS)
-                entry.others[table.domain] = [percent for percent in others if percent is not None]
-    return list(entries.values())
+def _number_of(lines: _Lines) -> int:
+    """How many lines a panel has, a heading for each group included."""
+    return len(lines) + len({heading for heading, _ in lines})
 
 
 def _others(tables: Sequence[Ranking]) -> str | None:
@@ -128,42 +115,42 @@ def _others(tables: Sequence[Ranking]) -> str | None:
     return f"published answers of the paper's models ({len(scored)})" if scored else None
 
 
-def _draw_panel(axes: Axes, entries: Sequence[_Entry], domains: Sequence[str]) -> None:
+def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
     axes.set_xlim(-1, 101)
-    axes.set_ylim(_lines(entries) - 0.4, -0.6)
+    axes.set_ylim(_number_of(lines) - 0.4, -0.6)
     axes.grid(axis="x", color=RULE, linewidth=0.6)
     axes.set_axisbelow(True)
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
     axes.tick_params(axis="x", labelsize=7)
     places, labels, line = [], [], 0
-    for group, of_group in groupby(entries, key=lambda entry: entry.group):
+    for heading, group in groupby(lines, key=lambda each: each[0]):
         style = {"ha": "right", "va": "center", "fontsize": 7.5, "weight": "bold"}
-        axes.text(-0.01, line, group, style, transform=axes.get_yaxis_transform())
-        for entry in of_group:
+        axes.text(-0.01, line, heading, style, transform=axes.get_yaxis_transform())
+        for key in group:
             line += 1
             places.append(line)
-            labels.append(clipped(entry.label))
-            _draw_entry(axes, line, entry, domains)
+            labels.append(clipped(key[1].label))
+            for mark in lines[key]:
+                _draw_mark(axes, line, mark, domains)
         line += 1
     axes.set_yticks(places, labels=labels, fontsize=7.5)
 
 
-def _draw_entry(axes: Axes, line: int, entry: _Entry, domains: Sequence[str]) -> None:
-    beside = axes.get_yaxis_transform()
-    for number, domain in enumerate(domains):
-        cell = entry.cells.get(domain)
-        if cell is None or cell.percent is None:
-            continue
-        at = line + _APART * (number - (len(domains) - 1) / 2)
-        color = _color(number)
-        for other in entry.others[domain]:
-            axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
-        if cell.interval is not None:
-            axes.hlines(at, *cell.interval, color=color, linewidth=1.2)
-        axes.plot(cell.percent, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
-        x = 1.01 + 0.055 * number
-        axes.text(x, line, f"{cell.percent:.1f}", transform=beside, fontsize=7, va="center", color=color)
+def _draw_mark(axes: Axes, line: int, mark: tuple[Ranking, Row, int], domains: Sequence[str]) -> None:
+    table, row, place = mark
+    cell, number = row.cells[place], domains.index(table.domain)
+    if cell.percent is None:
+        return
+    at, color = line + _APART * (number - (len(domains) - 1) / 2), _color(number)
+    others = (each.cells[place].percent for each in table.rows if each.source in _PAPERS)
+    for other in (percent for percent in others if percent is not None):
+        axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
+    if cell.interval is not None:
+        axes.hlines(at, *cell.interval, color=color, linewidth=1.2)
+    axes.plot(cell.percent, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
+    beside, text = axes.get_yaxis_transform(), f"{cell.percent:.1f}"
+    axes.text(1.01 + 0.055 * number, line, text, transform=beside, fontsize=7, va="center", color=color)
 
 
 def _draw_legend(figure: Figure, domains: Sequence[str], others: str | None) -> None:
