@@ -70,13 +70,12 @@ class Told:
 
     def place(self, thing: int) -> tuple[object, ...]:
         """Everything that is said of where a thing is."""
-        beside = [
-            (name, second)
-            for name in (UNDER, BESIDE)
-            for first, second in self.relations[name]
-            if first == thing
-        ]
-        return (self.carrier(thing), self.floor_of.get(thing), *sorted(beside))
+        return (self.carrier(thing), self.floor_of.get(thing), *sorted(self._neighbours(thing)))
+
+    def _neighbours(self, thing: int) -> Iterator[tuple[str, int]]:
+        """The things under or beside which one stands."""
+        for name in (UNDER, BESIDE):
+            yield from ((name, second) for first, second in self.relations[name] if first == thing)
 
     def carriers(self, thing: int) -> Iterator[tuple[str, int]]:
         """The thing that carries one (`carrier`), that which carries this, and so on."""
@@ -103,9 +102,7 @@ class Told:
     def room_of(self, thing: int) -> int:
         """The floor of the room in which a thing is."""
         root = self.root(thing)
-        if root in self.floor_of:
-            return self.floor_of[root]
-        near = [second for name in (UNDER, BESIDE) for first, second in self.relations[name] if first == root]
+        near = [root, *(other for _, other in self._neighbours(root))]
         return next((self.floor_of[each] for each in near if each in self.floor_of), self.floors[0])
 
     @property

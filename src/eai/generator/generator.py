@@ -341,15 +341,7 @@ class Generator:
 
     def _held(self, state: State) -> set[int]:
         """The objects in hands."""
-        held: set[int] = set()
-        for name in self.prior.holding:
-            if name in state.scene.vocabulary.binary_slots:
-                held.update(target for _, target in state.relation(name).pairs())
-            elif name in state.scene.vocabulary.tuple_slots:
-                held.update(member[-1] for member in state.tuple_set(name).members)
-            else:
-                held.update(bits(state.those(name)))
-        return held
+        return {fact.arguments[-1] for fact in state.facts() if fact.predicate in self.prior.holding}
 
     def _window(self, base: Task) -> tuple[int, int]:
         """The least and the greatest length of the certificate."""

@@ -247,10 +247,7 @@ def stance(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]
 
 def _states(index: int, state: State) -> Iterator[str]:
     """The predicates of one object that are true of an object."""
-    vocabulary = state.scene.vocabulary
-    for name in vocabulary.unary_slots:
-        if vocabulary.arity(name) and state.those(name) >> index & 1:
-            yield name
+    return (fact.predicate for fact in state.facts() if fact.arguments == (index,))
 
 
 def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
