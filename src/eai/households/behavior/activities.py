@@ -13,9 +13,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
+from eai.data.grouping import grouped
 from eai.households.behavior import predicates as p
 from eai.households.behavior.convert import AGENT_CATEGORY
 from eai.households.behavior.evidence import load_evidence
@@ -32,53 +34,44 @@ from eai.world.state import State
 _ROOM = "inroom"
 
 
-class _Activities:
-    """Reads BDDL problems of activities.
+_Kind: TypeAlias = tuple[str, str, tuple[str, ...]]
+"""The model, the synset and the abilities of an object."""
 
-    Args:
-        tasks: those of the data set.
 
-    Attributes:
-        header: the categories, rooms and predicates that problems may name.
-    """
+def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
+    """How BDDL problems of activities are read, given the tasks of the data set: they may name its rooms."""
+    records = [task.record for task in tasks.values()]
+    things = [thing for record in records for thing in record.objects]
+    kinds = grouped((thing.category, (thing.model, thing.synset, thing.abilities)) for thing in things)
+    arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
+    facts = [atom for record in records for atom in record.problem.initial]
+    rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
+    known = {record.problem.name: record for record in records}
+    usual = {category: Counter(found).most_common(1)[0][0] for category, found in kinds.items()}
+    header = header_of("behavior", (*kinds, AGENT_CATEGORY, "room"), rooms, arities)
+    return header, lambda problem: _pose(problem, known.get(problem.name), usual)
 
-    def __init__(self, tasks: TaskSet[BehaviorTask]) -> None:
-        records = [task.record for task in tasks.values()]
-        self._records = {record.problem.name: record for record in records}
-        kinds: dict[str, Counter[tuple[str, str, tuple[str, ...]]]] = {}
-        for thing in (thing for record in records for thing in record.objects):
-            kinds.setdefault(thing.category, Counter())[thing.model, thing.synset, thing.abilities] += 1
-        self._kinds = {category: count.most_common(1)[0][0] for category, count in kinds.items()}
-        arities = {**dict.fromkeys(STATE_OF_ABILITY.values(), 1), **dict.fromkeys((*RELATIONS, _ROOM), 2)}
-        facts = [atom for record in records for atom in record.problem.initial]
-        rooms = {atom.arguments[1].name: "room" for atom in facts if atom.predicate == _ROOM}
-        self.header = header_of("behavior", (*self._kinds, AGENT_CATEGORY, "room"), rooms, arities)
 
-    def pose(self, problem: PddlProblem) -> tuple[State, Meaning]:
-        """A problem of these names."""
-        known = self._records.get(problem.name)
-        things = tuple([self._thing(item, known) for item in problem.objects if item.type != AGENT_CATEGORY])
-        record = BehaviorRecord(
-            id=problem.name,
-            activity=problem.name,
-            definition=0,
-            scene="" if known is None else known.scene,
-            instruction="",
-            objects=things,
-            problem=problem,
-            plan=(),
-            goal_options=(),
-        )
-        names = {thing.instance: thing.name for thing in things}
-        initial = build_task(record, load_evidence()).initial
-        return initial, lambda formula: _meaning(formula, names)
-
-    def _thing(self, item: TypedName, known: BehaviorRecord | None) -> BehaviorObject:
-        """An object: that of the data set's problem if it is there, else the usual one of its category."""
-        for thing in () if known is None else known.objects:
-            if (thing.instance, thing.category) == (item.name, item.type):
-                return thing
-        return BehaviorObject(item.name, item.name, item.type, *self._kinds[item.type])
+def _pose(
+    problem: PddlProblem, known: BehaviorRecord | None, usual: Mapping[str, _Kind]
+) -> tuple[State, Meaning]:
+    """A problem, which the data set may know, about objects as they usually are."""
+    same = {(thing.instance, thing.category): thing for thing in (() if known is None else known.objects)}
+    declared = [(item.name, item.type) for item in problem.objects if item.type != AGENT_CATEGORY]
+    things = [same.get((n, kind)) or BehaviorObject(n, n, kind, *usual[kind]) for n, kind in declared]
+    record = BehaviorRecord(
+        id=problem.name,
+        activity=problem.name,
+        definition=0,
+        scene="" if known is None else known.scene,
+        instruction="",
+        objects=tuple(things),
+        problem=problem,
+        plan=(),
+        goal_options=(),
+    )
+    names = {thing.instance: thing.name for thing in things}
+    return build_task(record, load_evidence()).initial, lambda formula: _meaning(formula, names)
 
 
 def _meaning(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
@@ -162,9 +155,3 @@ def problem_of(record: BehaviorRecord, goals: Sequence[f.Formula]) -> PddlProble
         denied=tuple([with_terms(fact, lambda term: f.Constant(pddl[term.name])) for fact in denied]),
         goal=f.And(tuple(rename_objects(goal, pddl) for goal in goals)),
     )
-
-
-def open_activities(tasks: TaskSet[BehaviorTask]) -> ProblemWorld:
-    """The names that BDDL problems of activities may use, given the tasks of the data set."""
-    activities = _Activities(tasks)
-    return activities.header, activities.pose

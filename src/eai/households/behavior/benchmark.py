@@ -24,7 +24,6 @@ from eai.households.behavior.activities import open_activities, problem_text
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.notation import BehaviorGoals, BehaviorSubgoals
 from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
-from eai.households.behavior.tasks import BehaviorTask
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import published_task
 from eai.households.published import official_prompts, open_behavior
@@ -154,10 +153,7 @@ def _dotted_name(task: Task, index: int) -> str:
 
 def _instance_name(task: Task, index: int) -> str:
     """The name of an object in its problem file: ``rag.n.01_1``."""
-    name = declared_name(task, index)
-    if not isinstance(task, BehaviorTask):
-        return name
-    return next((thing.instance for thing in task.record.objects if thing.name == name), name)
+    return _NOTATION.names(task)[index]
 
 
 open_tasks = once_per_store(open_behavior_tasks)

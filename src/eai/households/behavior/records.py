@@ -125,19 +125,18 @@ def _record(task_id: str, values: Mapping[str, Any], goals: Sequence[Sequence[An
         definition=values["definition"],
         scene=values["scene"],
         instruction=values["instruction"],
-        objects=tuple([_object(*each) for each in values["objects"]]),
+        objects=tuple(
+            [
+                BehaviorObject(name, instance, category, model, synset, tuple(abilities))
+                for name, instance, category, model, synset, abilities in values["objects"]
+            ]
+        ),
         problem=parse_problem(values["problem"]),
         plan=tuple([(action, tuple(objects)) for action, objects in values["plan"]]),
         goal_options=tuple(
             [tuple([tuple(map(_condition, option)) for option in options]) for options in goals]
         ),
     )
-
-
-def _object(
-    name: str, instance: str, category: str, model: str, synset: str, abilities: Sequence[str]
-) -> BehaviorObject:
-    return BehaviorObject(name, instance, category, model, synset, tuple(abilities))
 
 
 def _condition(values: Sequence[Any]) -> Condition:
