@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.generator.prior import Pattern, Patterns, Prior, Theme, kept, narrowed
@@ -48,12 +48,10 @@ class Proposals:
         """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
         usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
         patterns = kept(usual, lambda pattern: _can_say(pattern, scene, prior))
-        shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.forms
-        shapes = {
-            shape: n for shape, n in shapes.items() if shape in _SHAPES or (actions and shape == "Occurs")
-        }
-        if not _countable(patterns, scene, prior):
-            shapes = {shape: n for shape, n in shapes.items() if shape not in _COUNTED}
+        fitting = {*_SHAPES, *(["Occurs"] if actions else [])}
+        fitting -= set() if _countable(patterns, scene, prior) else {*_COUNTED}
+        usual_shapes = dict.fromkeys(_SHAPES, 1) if forms == "all" else prior.forms
+        shapes = {shape: n for shape, n in usual_shapes.items() if shape in fitting}
         paired = frozenset[Pattern]() if forms == "all" else prior.paired
         return Proposals(prior, scene, shapes, patterns, paired)
 
@@ -88,7 +86,16 @@ class Proposals:
         countable = _countable(self.patterns, self.scene, self.prior)
         known = self if shape not in _COUNTED else replace(self, patterns=countable)
         pattern = known._pattern(rng, truth=shape != "Not")
-        return None if pattern is None else _MAKERS[shape](self, pattern, rng)
+        if pattern is None:
+            return None
+        match shape:
+            case "Atom" | "Not":
+                return self._ground(pattern, rng)
+            case "Or":
+                return self._either(pattern, rng)
+            case "ForPairs":
+                return self._for_pairs(pattern)
+        return self._quantified(shape, pattern, rng)
 
     def _pattern(
         self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
@@ -162,11 +169,17 @@ class Proposals:
         body = self._literal(pattern, terms)
         return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
 
-    def _for_all(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        if not pattern.truth or rng.random() < self._negated():
+    def _quantified(self, shape: str, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """All, some or so many of a kind; of all it is as often denied as goals are."""
+        if shape == "ForAll" and (not pattern.truth or rng.random() < self._negated()):
             pattern = self._pattern(rng, truth=False) or pattern
-        made = self._body(pattern, rng, several=pattern.truth)
-        return None if made is None else f.ForAll(made[0], made[1])
+        made = self._body(pattern, rng, several=shape == "ForAll" and pattern.truth)
+        if made is None:
+            return None
+        variable, body, size = made
+        if shape == "Exactly":
+            return f.Exactly(rng.randint(1, min(size - 1, _MOST_COUNTED)), variable, body)
+        return f.ForAll(variable, body) if shape == "ForAll" else f.Exists(variable, body)
 
     def _negated(self) -> float:
         """How often goals are negated."""
@@ -174,42 +187,16 @@ class Proposals:
         negated = sum(n for (_, truth), n in counts.items() if not truth)
         return negated / max(1, sum(counts.values()))
 
-    def _exists(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        made = self._body(pattern, rng)
-        return None if made is None else f.Exists(made[0], made[1])
-
-    def _exactly(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        made = self._body(pattern, rng)
-        if made is None:
-            return None
-        variable, body, size = made
-        return f.Exactly(rng.randint(1, min(size - 1, _MOST_COUNTED)), variable, body)
-
-    def _for_pairs(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+    def _for_pairs(self, pattern: Pattern) -> f.Formula | None:
         """Each of one category gets one of its own of another, where that is asked for."""
-        if len(pattern.categories) != 2 or pattern.categories[0] == pattern.categories[1]:
+        kinds = pattern.categories
+        if len(kinds) != 2 or kinds[0] == kinds[1] or (self.paired and pattern not in self.paired):
             return None
-        if self.paired and pattern not in self.paired:
+        few, many = (len(self._members(kind)) for kind in kinds)
+        if not 2 <= few <= many or not all(_is_counted(kind, self.prior) for kind in kinds):
             return None
-        if not all(_is_counted(category, self.prior) for category in pattern.categories):
-            return None
-        sizes = [len(self._members(category)) for category in pattern.categories]
-        if not 2 <= sizes[0] <= sizes[1]:
-            return None
-        first, second = (f.Variable(n, c) for n, c in zip((X, Y), pattern.categories, strict=True))
-        return f.ForPairs(first, second, self._literal(pattern, (f.Variable(X), f.Variable(Y))))
-
-
-_Maker: TypeAlias = Callable[[Proposals, Pattern, random.Random], "f.Formula | None"]
-_MAKERS: Mapping[str, _Maker] = {
-    "Atom": Proposals._ground,
-    "Not": Proposals._ground,
-    "Or": Proposals._either,
-    "ForAll": Proposals._for_all,
-    "Exists": Proposals._exists,
-    "Exactly": Proposals._exactly,
-    "ForPairs": Proposals._for_pairs,
-}
+        body = self._literal(pattern, (f.Variable(X), f.Variable(Y)))
+        return f.ForPairs(f.Variable(X, kinds[0]), f.Variable(Y, kinds[1]), body)
 
 
 def _categories(scene: Scene) -> Mapping[str, None]:
