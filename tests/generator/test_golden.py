@@ -22,7 +22,7 @@ from eai.generator.generator import Generator
 from eai.generator.goals import Proposals
 from eai.generator.measures import Measure
 from eai.generator.prior import clash, is_idle
-from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
+from eai.generator.scene import closed_scene, hiding_places, with_guests, with_more_of_a_kind
 from eai.generator.sets import seeds_of
 from eai.generator.spec import Forms, Generated, Reason, Spec, TaskKind, Tier
 from eai.tasks.source import Source
@@ -92,7 +92,7 @@ def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
     benchmark = find_benchmark(like)
     tasks = list(benchmark.tasks(Source()).values())
     prior, lines = prior_of(benchmark, tasks), []
-    hiding = Hiding(benchmark.domain, prior)
+    hiding = hiding_places(benchmark.domain, prior)
     for number, task in enumerate(tasks[:: len(tasks) // 12]):
         rng, theme = random.Random(number), prior.themes[task.title]
         scene = closed_scene(task, prior, rng, 30, rich=number % 2 > 0)
@@ -101,7 +101,7 @@ def test_equal_chances_give_the_scenes_and_proposals_that_they_have_given(
         scene = with_guests(scene, tasks, prior, rng, 40)
         names = [f"{thing.name} {thing.category}" for thing in scene.scene.objects]
         lines.append(f"{task.id}: {len(names)} objects, {digest((names, sorted(scene.facts())))}")
-        lines.append(f"{task.id}: hidden {digest(hiding.places(task))}")
+        lines.append(f"{task.id}: hidden {digest(hiding(task))}")
         for forms, about in product(get_args(Forms), (None, theme)):
             known = Proposals.for_scene(scene.scene, prior, forms, actions=number % 3 > 0, theme=about)
             told = [known.goal(rng) for _ in range(60)] if known.patterns else []

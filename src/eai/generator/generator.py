@@ -23,7 +23,7 @@ from eai.generator.goals import Proposals
 from eai.generator.hazards import guarded, guards_of, may_occur
 from eai.generator.measures import Measure, difficulty_model, measured
 from eai.generator.prior import Pattern, Prior, Theme, clash, is_idle, subjects_of
-from eai.generator.scene import Hiding, closed_scene, with_guests, with_more_of_a_kind
+from eai.generator.scene import closed_scene, hide, hiding_places, with_guests, with_more_of_a_kind
 from eai.generator.spec import (
     CANARY,
     LENGTHS,
@@ -167,7 +167,7 @@ class Generator:
         self._titles = list(dict.fromkeys([task.title for task in self._bases]))
         self._objections = _Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
         self._usage = Usage(self.benchmark.domain, self.prior)
-        self._hiding = Hiding(self.benchmark.domain, self.prior)
+        self._hiding = hiding_places(self.benchmark.domain, self.prior)
         self._weights = list(self._weights_of_bases())
         self._begin_anew()
         self._listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
@@ -187,7 +187,7 @@ class Generator:
         numbers = Counter([task.title for task in self._bases])
         for task in self._bases:
             offers = not several.isdisjoint(self.prior.themes[task.title].categories)
-            more = _OFFERS * (offers + bool(self._hiding.places(task)))
+            more = _OFFERS * (offers + bool(self._hiding(task)))
             yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
 
     def task(self, seed: str, known: Collection[tuple[str, str]] = ()) -> Outcome:
@@ -326,14 +326,14 @@ class Generator:
         if place is not None:
             names = [base.scene.objects[i].name for i in pair]
             start = self._usage.original(walk.state)
-            after = self._hiding.hide(self._free_planner, start, place.predicate, *names)
+            after = hide(self._free_planner, start, place.predicate, *names)
             if after is not None:
                 return self._usage.state(after.scene, after.facts()), frozenset({after.scene.index[names[0]]})
         return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
 
     def _place(self, base: Task, rng: random.Random) -> tuple[Pattern | None, Sequence[int]]:
         """Where something is to be put out of sight, and what into what; often nothing is."""
-        places = self._hiding.places(base) if self.prior.several and rng.random() < _HIDDEN else ()
+        places = self._hiding(base) if self.prior.several and rng.random() < _HIDDEN else ()
         if not places:
             return None, ()
         place = rng.choice(places)

@@ -29,73 +29,58 @@ _LIMITS = Limits(100, thorough=False)
 """The limits of the search for putting a thing somewhere."""
 
 
-class Hiding:
-    """Puts things where tasks put them, into what plans open, and shuts it.
+def hiding_places(domain: Domain, prior: Prior) -> Callable[[Task], list[Pattern]]:
+    """Where things could be put out of sight, given a task: in what plans open and can be shut.
 
-    Args:
-        domain: whose world it is.
-        prior: what is usual in it.
+    Tasks put such things there; of the thing the title of the task wants something else.
     """
+    decisive = stored_sources(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
+    names = {lid.predicate for lid in lids(domain)}
+    opening = {
+        operator.name
+        for operator in domain.operators
+        if any(schema.atom.predicate in names for schema in effect_schemas(operator))
+    }
+    opened = {category for operator, _, category in prior.kinds if operator in opening}
+    usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
+    places = [
+        pattern
+        for pattern in dict.fromkeys(usual)
+        if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
+        if pattern.categories[0] in prior.taken and pattern.categories[1] in opened
+    ]
 
-    def __init__(self, domain: Domain, prior: Prior) -> None:
-        self._domain, self._prior = domain, prior
-        self._lids = sorted(set(lids(domain)))
-        decisive = stored_sources(predicates_of(domain.visible or f.TRUE), domain.vocabulary)
-        names = {lid.predicate for lid in self._lids}
-        opening = {
-            operator.name
-            for operator in domain.operators
-            if any(schema.atom.predicate in names for schema in effect_schemas(operator))
-        }
-        opened = {category for operator, _, category in prior.kinds if operator in opening}
-        usual = chain(*(known for theme in prior.themes.values() for known in theme.patterns.values()))
-        self._places = [
-            pattern
-            for pattern in dict.fromkeys(usual)
-            if pattern.truth and len(pattern.categories) == 2 and pattern.predicate in decisive
-            if pattern.categories[0] in prior.taken and pattern.categories[1] in opened
-        ]
+    def places_for(task: Task) -> list[Pattern]:
+        here, theme = {thing.category for thing in task.scene.objects}, prior.themes[task.title]
+        fitting = [place for place in places if here.issuperset(place.categories)]
+        return [place for place in fitting if _is_wanted_elsewhere(place, theme, prior)]
 
-    def places(self, task: Task) -> list[Pattern]:
-        """Where things could be in the scene of a task of which its title wants something else.
+    return places_for
 
-        Each is a relation to a thing that can be shut.
-        """
-        here = {thing.category for thing in task.scene.objects}
-        theme = self._prior.themes[task.title]
-        return [
-            place
-            for place in self._places
-            if here.issuperset(place.categories) and self._is_wanted_elsewhere(place, theme)
-        ]
 
-    def _is_wanted_elsewhere(self, place: Pattern, theme: Theme) -> bool:
-        """Whether a title wants something of a kind of thing besides that it be in a place."""
-        thing = place.categories[0]
-        wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
-        usual = [p for p in wanted if p.truth and self._prior.used.issuperset(p.categories[1:])]
-        asked = (*usual, *chain(*theme.endings))
-        return any(thing in pattern.categories for pattern in asked if pattern != place)
+def _is_wanted_elsewhere(place: Pattern, theme: Theme, prior: Prior) -> bool:
+    """Whether a title wants something of a kind of thing besides that it be in a place."""
+    thing = place.categories[0]
+    wanted = [p for patterns in theme.patterns.values() for p in patterns if p.categories[:1] == (thing,)]
+    usual = [p for p in wanted if p.truth and prior.used.issuperset(p.categories[1:])]
+    asked = (*usual, *chain(*theme.endings))
+    return any(thing in pattern.categories for pattern in asked if pattern != place)
 
-    def hide(self, planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
-        """A state with a thing out of sight, by actions however unusual; None if no way is found."""
-        index = state.scene.index
-        objects = [
-            index[thing],
-            index[container],
-            *([] if state.scene.agent is None else [state.scene.agent]),
-        ]
-        put = f.Atom(relation, (f.Constant(thing), f.Constant(container)))
-        lids = [f.Atom(lid.predicate, (f.Constant(container),)) for lid in self._lids]
-        shut = [f.Not(shown) if lid.reveals else shown for lid, shown in zip(self._lids, lids, strict=True)]
-        asked = PlanningGoal(())
-        for wanted in (put, *shut):
-            asked = PlanningGoal((*asked.conditions, wanted))
-            found = planner.plan(state, asked, objects, _LIMITS)
-            if found.end is not SearchEnd.SOLVED:
-                return None
-            state = execute(self._domain, state, found.plan).final
-        return state
+
+def hide(planner: Planner, state: State, relation: str, thing: str, container: str) -> State | None:
+    """A state with a thing put out of sight and shut away, by any actions; None if no way is found."""
+    index, agent = state.scene.index, state.scene.agent
+    objects = [index[thing], index[container], *([] if agent is None else [agent])]
+    wanted: list[f.Formula] = [f.Atom(relation, (f.Constant(thing), f.Constant(container)))]
+    for lid in sorted(set(lids(planner.domain))):
+        shown = f.Atom(lid.predicate, (f.Constant(container),))
+        wanted.append(f.Not(shown) if lid.reveals else shown)
+    for number in range(1, len(wanted) + 1):
+        found = planner.plan(state, PlanningGoal(tuple(wanted[:number])), objects, _LIMITS)
+        if found.end is not SearchEnd.SOLVED:
+            return None
+        state = execute(planner.domain, state, found.plan).final
+    return state
 
 
 K = TypeVar("K")
