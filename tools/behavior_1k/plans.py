@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.households.behavior_1k import predicates as p
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import declared
-from eai.households.behavior_1k.scene import Scenes
+from eai.households.behavior_1k.scene import SetUp, scenes
 from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.logic.traversal import walk
 from eai.planning.planner import needed_actions
@@ -304,24 +304,24 @@ def _place(formula: f.Formula) -> float:
     return max((_ORDER.get(predicate, 5) for predicate in atoms), default=5)
 
 
-def opened(source: Source | None = None) -> Scenes:
-    """The scenes of all activities."""
+def opened(source: Source | None = None) -> tuple[Sequence[str], SetUp]:
+    """The names of all activities, and how each is set up."""
     pack = open_published(BEHAVIOR_1K, source)
     texts = dict(line.split("\t") for line in pack.read(ACTIVITIES).decode().splitlines())
-    return Scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    return list(texts), scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
 
-def line_of(scenes: Scenes, name: str) -> str:
+def line_of(set_up: SetUp, name: str) -> str:
     """The line of an activity, which is empty where no plan is found."""
-    activity, initial = scenes.set_up(name)
+    activity, initial = set_up(name)
     plan = write_plan(declared(), initial, activity.problem.goal, len(activity.objects))
     return "" if isinstance(plan, str) else f"{name}\t{write_plan_line(plan)}\n"
 
 
 def main() -> None:
     """Write the plans that are found, a line an activity."""
-    scenes = opened()
-    FILE.write_text("".join(line_of(scenes, name) for name in scenes.activities), encoding="utf-8")
+    names, set_up = opened()
+    FILE.write_text("".join(line_of(set_up, name) for name in names), encoding="utf-8")
 
 
 if __name__ == "__main__":

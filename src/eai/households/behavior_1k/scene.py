@@ -9,7 +9,7 @@ that can matter is an object that nobody sees. What can come to be has a name fr
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from typing import TypeAlias
@@ -428,24 +428,17 @@ class _SceneMaker:
                 yield p.cooked_first if recipe.cooked[kind] else p.raw, (name, each)
 
 
-class Scenes:
-    """The scenes of all activities.
+SetUp: TypeAlias = Callable[[str], tuple[_Activity, State]]
+"""From the name of an activity to the activity and its state at the start."""
+
+
+def scenes(kinds: k.Kinds, texts: Mapping[str, str]) -> SetUp:
+    """How activities are set up; a KeyError says that there is none of a name.
 
     Args:
         kinds: the kinds and rules.
         texts: the definitions by name.
     """
-
-    def __init__(self, kinds: k.Kinds, texts: Mapping[str, str]) -> None:
-        self._kinds = kinds
-        self.activities = {name: _Activity(text) for name, text in texts.items()}
-        self._containers = frozenset(kind for each in self.activities.values() for kind in each.containers())
-
-    def set_up(self, name: str) -> tuple[_Activity, State]:
-        """An activity and its state at the start.
-
-        Raises:
-            KeyError: there is no such activity.
-        """
-        activity = self.activities[name]
-        return activity, _SceneMaker(activity, self._kinds, self._containers).state()
+    activities = {name: _Activity(text) for name, text in texts.items()}
+    containers = frozenset(kind for each in activities.values() for kind in each.containers())
+    return lambda name: (activities[name], _SceneMaker(activities[name], kinds, containers).state())

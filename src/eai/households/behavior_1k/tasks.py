@@ -18,7 +18,7 @@ from eai.english import NUMBERS, English, plural, sentences_of, turned
 from eai.errors import InputError
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
 from eai.households.behavior_1k.operators import READING
-from eai.households.behavior_1k.scene import RECIPE, Scenes
+from eai.households.behavior_1k.scene import RECIPE, SetUp, scenes
 from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
@@ -59,11 +59,11 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     texts, plans, excluded = _lines(pack, ACTIVITIES), _lines(pack, PLANS), left_out()
 
     @cache
-    def scenes() -> Scenes:
-        return Scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
+    def set_up() -> SetUp:
+        return scenes(Kinds(pack.read_json(KINDS), pack.read_json(RULES)), texts)
 
     def build(task_id: str) -> Task:
-        activity, initial = scenes().set_up(task_id)
+        activity, initial = set_up()(task_id)
         title = task_id.replace("_", " ")
         formulas = tuple(dict.fromkeys(f.operands(activity.problem.goal, f.And)))
         everything = range(len(initial.scene.objects))
