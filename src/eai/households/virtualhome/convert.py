@@ -55,22 +55,20 @@ class _Source(NamedTuple):
     final: _Graph
 
 
-@dataclass(frozen=True, slots=True)
-class _Reader:
-    """Reads graphs, sharing equal objects and edges among all of them: 342 graphs then fit into 20 MB."""
+def _graph(
+    values: Mapping[str, Any], objects: dict[ObjectRecord, ObjectRecord], edges: dict[Edge, Edge]
+) -> _Graph:
+    """A graph, which shares equal objects and edges with all others: 342 graphs then fit into 20 MB.
 
-    objects: dict[ObjectRecord, ObjectRecord] = field(default_factory=dict)
-    edges: dict[Edge, Edge] = field(default_factory=dict)
-
-    def graph(self, values: Mapping[str, Any]) -> _Graph:
-        """The last node per id counts, as in the reference's loader; duplicate edges are dropped."""
-        nodes = {node["id"]: node for node in values["nodes"]}
-        objects = map(_object, [nodes[identifier] for identifier in sorted(nodes)])
-        edges = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
-        return _Graph(
-            tuple([self.objects.setdefault(each, each) for each in objects]),
-            tuple(dict.fromkeys([self.edges.setdefault(each, each) for each in edges])),
-        )
+    The last node per id counts, as in the reference's loader; duplicate edges are dropped.
+    """
+    nodes = {node["id"]: node for node in values["nodes"]}
+    things = map(_object, [nodes[identifier] for identifier in sorted(nodes)])
+    pairs = [(edge["from_id"], edge["relation_type"], edge["to_id"]) for edge in values["edges"]]
+    return _Graph(
+        tuple([objects.setdefault(each, each) for each in things]),
+        tuple(dict.fromkeys([edges.setdefault(each, each) for each in pairs])),
+    )
 
 
 def _object(node: Mapping[str, Any]) -> ObjectRecord:
@@ -114,19 +112,17 @@ def _annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
 
 
 def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
-    reader, sources = _Reader(), []
+    objects: dict[ObjectRecord, ObjectRecord] = {}
+    edges: dict[Edge, Edge] = {}
+    sources = []
     for done, (task_id, annotation) in enumerate(annotations.items()):
         report("converting", "VirtualHome tasks", done, len(annotations))
-        sources.append(_source(wheel, reader, task_id, annotation))
+        graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
+        script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
+        initial, final = (_graph(graphs[name], objects, edges) for name in ("init_graph", "final_graph"))
+        sources.append(_Source(task_id, annotation, script, initial, final))
     report("converting", "VirtualHome tasks", len(annotations), len(annotations))
-    return _encode(sources, list(reader.objects))
-
-
-def _source(wheel: Bundle, reader: _Reader, task_id: str, annotation: Mapping[str, Any]) -> _Source:
-    graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
-    script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
-    initial, final = reader.graph(graphs["init_graph"]), reader.graph(graphs["final_graph"])
-    return _Source(task_id, annotation, script, initial, final)
+    return _encode(sources, list(objects))
 
 
 def _encode(sources: Sequence[_Source], objects: Sequence[ObjectRecord]) -> bytes:
