@@ -15,34 +15,25 @@ from eai.abilities.rules import Rules
 from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
-from eai.questions.one_step import applicability, backward, forward, inverse, why_not
-from eai.questions.plans import (
-    counterfactual,
-    justification,
-    landmarks,
-    next_action,
-    reachability,
-    state_tracking,
-    validation,
-)
+from eai.questions import one_step, plans
 from eai.questions.question import Accept, Form, Kind, Question
 from eai.questions.setting import Item, Maker, Setting, listed, open_setting
 from eai.questions.shortcuts import LETTERS, Ledger, Posed, pose
 from eai.tasks.source import USUAL, Source
 
 MAKERS: Mapping[Kind, Maker] = {
-    Kind.FORWARD: forward,
-    Kind.BACKWARD: backward,
-    Kind.INVERSE: inverse,
-    Kind.STATE: state_tracking,
-    Kind.APPLICABILITY: applicability,
-    Kind.WHY_NOT: why_not,
-    Kind.COUNTERFACTUAL: counterfactual,
-    Kind.VALIDATION: validation,
-    Kind.JUSTIFICATION: justification,
-    Kind.REACHABILITY: reachability,
-    Kind.NEXT_ACTION: next_action,
-    Kind.LANDMARKS: landmarks,
+    Kind.FORWARD: one_step.forward,
+    Kind.BACKWARD: one_step.backward,
+    Kind.INVERSE: one_step.inverse,
+    Kind.STATE: plans.state_tracking,
+    Kind.APPLICABILITY: one_step.applicability,
+    Kind.WHY_NOT: one_step.why_not,
+    Kind.COUNTERFACTUAL: plans.counterfactual,
+    Kind.VALIDATION: plans.validation,
+    Kind.JUSTIFICATION: plans.justification,
+    Kind.REACHABILITY: plans.reachability,
+    Kind.NEXT_ACTION: plans.next_action,
+    Kind.LANDMARKS: plans.landmarks,
 }
 """The makers of the items of each kind."""
 
@@ -66,11 +57,6 @@ _ABOUT_RULES = frozenset(
     [*((Kind.WHY_NOT, form) for form in Form), (Kind.COUNTERFACTUAL, Form.OPEN), (Kind.VALIDATION, Form.OPEN)]
 )
 """The kinds and forms that ask of requirements by their numbers, which the rules alone tell."""
-
-
-def _can_be_closed(kind: Kind, form: Form) -> bool:
-    """Whether questions of a kind and form can be asked without the rules."""
-    return (kind, form) not in _ABOUT_RULES
 
 
 @dataclass(slots=True)
@@ -144,7 +130,7 @@ class Writer:
         written, seen = 0, set[str]()
         for turn in count():
             cells = [cell for cell in cells if cell.failed < _GIVEN_UP]
-            if not any(rules or _can_be_closed(cell.kind, cell.form) for cell in cells):
+            if not any(rules or (cell.kind, cell.form) not in _ABOUT_RULES for cell in cells):
                 return
             for cell in cells:
                 if written == number:
@@ -219,8 +205,8 @@ class Writer:
             answer=answer,
             accept=accept,
         )
-        closed = _can_be_closed(cell.kind, form)
-        return question, self._templates.fill("closed_book.txt", values) if closed else None
+        needs_rules = (cell.kind, form) in _ABOUT_RULES
+        return question, None if needs_rules else self._templates.fill("closed_book.txt", values)
 
     def _values(self, draft: _Draft, cell: _Cell, choices: str, accept: Accept) -> Mapping[str, str]:
         """The values of the templates of prompts."""
