@@ -18,6 +18,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
+from eai.data.grouping import grouped
 from eai.generator.measures import needed_by
 from eai.generator.prior import Pattern, Patterns, Prior, Theme, Use, kept, kinds_of, narrowed, patterns_of
 from eai.planning.effect_schema import effect_schemas
@@ -39,33 +40,17 @@ class Usage:
     """
 
     def __init__(self, domain: Domain, prior: Prior) -> None:
-        self._original = domain.vocabulary
-        self._predicates: dict[tuple[str, int], Predicate] = {}
-        self._categories: dict[tuple[str, int], list[str]] = {}
-        if not prior.kinds:
-            self.domain = domain
-            return
-        for operator, place, category in sorted(prior.kinds):
-            key, name = (operator, place), f"usual {operator} {place}"
-            self._predicates.setdefault(key, Predicate(name, 1, static=True))
-            self._categories.setdefault(key, []).append(category)
-        vocabulary = Vocabulary(
-            (*self._original.predicates, *self._predicates.values()), self._original.derived
-        )
-        used = [operator for operator in domain.operators if operator.name in prior.operators]
-        self.domain = replace(domain, vocabulary=vocabulary, operators=tuple(map(self._restricted, used)))
-
-    def _restricted(self, operator: Operator) -> Operator:
-        checks = [
-            affordance(self._predicates[operator.name, place](parameter), f"{{{parameter.name}}} is unusual")
-            for place, parameter in enumerate(operator.parameters)
-        ]
-        return replace(operator, checks=(*checks, *operator.checks))
+        self.domain, self._original = domain, domain.vocabulary
+        self._kinds = grouped((_usual(name, place), kind) for name, place, kind in sorted(prior.kinds))
+        if self._kinds:
+            vocabulary = Vocabulary((*self._original.predicates, *self._kinds), self._original.derived)
+            used = [operator for operator in domain.operators if operator.name in prior.operators]
+            self.domain = replace(domain, vocabulary=vocabulary, operators=tuple(map(_restricted, used)))
 
     def state(self, scene: Scene, facts: Iterable[Fact]) -> State:
         """A state of the restricted domain about the objects of a scene."""
         own = Scene(self.domain.vocabulary, scene.objects, scene.agent)
-        return own.state((*self._known(facts), *self._usual(own)))
+        return own.state((*self._known(facts), *self._added(own)))
 
     def original(self, state: State) -> State:
         """A state of the restricted domain as one of the declared domain, which begins an episode."""
@@ -75,10 +60,24 @@ class Usage:
     def _known(self, facts: Iterable[Fact]) -> Iterator[Fact]:
         return (fact for fact in facts if self._original.stored(fact.predicate) is not None)
 
-    def _usual(self, scene: Scene) -> Iterator[Fact]:
-        for key, predicate in self._predicates.items():
-            for category in self._categories[key]:
-                yield from (Fact(predicate.name, (i,)) for i in bits(scene.category(category)))
+    def _added(self, scene: Scene) -> Iterator[Fact]:
+        for predicate, kinds in self._kinds.items():
+            for kind in kinds:
+                yield from (Fact(predicate.name, (i,)) for i in bits(scene.category(kind)))
+
+
+def _usual(operator: str, place: int) -> Predicate:
+    """What says that an object is usual as an argument of an operator."""
+    return Predicate(f"usual {operator} {place}", 1, static=True)
+
+
+def _restricted(operator: Operator) -> Operator:
+    """The operator, which also asks of each argument that it be usual."""
+    checks = [
+        affordance(_usual(operator.name, place)(parameter), f"{{{parameter.name}}} is unusual")
+        for place, parameter in enumerate(operator.parameters)
+    ]
+    return replace(operator, checks=(*checks, *operator.checks))
 
 
 FEW_TARGETS = 1.5
@@ -133,7 +132,7 @@ class _Census:
         self._several.update([kind for kind, number in kinds.items() if number > 1])
         self._endings[task.title][_ending(task)] += 1
         self._titles[task.title] += 1
-        self._shown[task.title].update({task.scene.objects[i].category for i in _concerned(task)})
+        self._shown[task.title].update(kinds.keys())
         self._needed[task.title] |= {task.scene.objects[i].category for i in needed_by(task)}
         self._count_plan(task)
         self._count_pairs({p for goal in task.goals for p in patterns_of(goal.formula, task.scene)})

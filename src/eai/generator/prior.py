@@ -212,25 +212,14 @@ def patterns_of(
     formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
 ) -> Iterator[Pattern]:
     """The patterns of the literals of a goal; what ranges over all objects has none."""
-    bound = bound or {}
-    match formula:
-        case f.Atom(predicate, terms):
-            categories = [
-                bound.get(t.name)
-                if isinstance(t, f.Variable)
-                else scene.objects[scene.index[t.name]].category
-                for t in terms
-            ]
-            known = [category for category in categories if category is not None]
-            if len(known) == len(categories):
-                yield Pattern(predicate, tuple(known), truth)
-        case f.Not(operand):
-            yield from patterns_of(operand, scene, bound, truth=not truth)
-        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-            yield from patterns_of(body, scene, {**bound, variable.name: variable.category}, truth=truth)
-        case f.ForPairs(first, second, body):
-            inner = {**bound, first.name: first.category, second.name: second.category}
-            yield from patterns_of(body, scene, inner, truth=truth)
-        case _:
-            for part in children(formula):
-                yield from patterns_of(part, scene, bound, truth=truth)
+    bound = {**(bound or {}), **{variable.name: variable.category for variable in bound_by(formula)}}
+    if isinstance(formula, f.Atom):
+        categories = [
+            bound.get(t.name) if isinstance(t, f.Variable) else scene.objects[scene.index[t.name]].category
+            for t in formula.arguments
+        ]
+        known = [category for category in categories if category is not None]
+        if len(known) == len(categories):
+            yield Pattern(formula.predicate, tuple(known), truth)
+    for part in children(formula):
+        yield from patterns_of(part, scene, bound, truth=truth != isinstance(formula, f.Not))
