@@ -152,19 +152,13 @@ def grade(question: Question, text: str) -> _Graded:
     """How right an answer is; one that cannot be read is wrong."""
     wanted = {_plain(each) for each in question.answer}
     found = _read(question.form, text)
-    if found is None:
-        missed = min(len(wanted), 1) if question.accept == "any" else len(wanted)
-        return _Graded(False, Confusion(0, 0, missed), readable=False)
-    parts, repairs = found
+    parts, repairs = found or ((), ())
     given = set(map(_plain, parts))
-    right = len(given & wanted)
-    if question.accept == "any":
-        exact = right == len(given) == 1
-        missed = 0 if right else 1
-    else:
-        exact = given == wanted
-        missed = len(wanted) - right
-    return _Graded(exact, Confusion(right, len(given) - right, missed), repairs=repairs)
+    right, asks_one = len(given & wanted), question.accept == "any"
+    missed = (min(1, len(wanted)) if asks_one else len(wanted)) - right
+    exact = right == len(given) == 1 if asks_one else given == wanted
+    counts = Confusion(right, len(given) - right, max(0, missed))
+    return _Graded(exact and found is not None, counts, found is not None, repairs)
 
 
 def gold_text(question: Question) -> str:
