@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -126,21 +127,21 @@ def image_of(drawing: Drawing) -> Image:
         import matplotlib as mpl
         from PIL import Image, ImageDraw, ImageFont
     folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
-    fonts: dict[tuple[int, bool], Any] = {}
+
+    @cache
+    def font(size: int, *, bold: bool) -> Any:
+        name = f"{FONT}{'-Bold' if bold else ''}.ttf"
+        return ImageFont.truetype(str(folder / name), size, layout_engine=ImageFont.Layout.BASIC)
+
     image = Image.new("RGB", (drawing.width, drawing.height), "#ffffff")
     canvas = ImageDraw.Draw(image)
     for shape in drawing.shapes:
         if isinstance(shape, _Rectangle):
             corners = (shape.x, shape.y, shape.x + shape.width - 1, shape.y + shape.height - 1)
             canvas.rounded_rectangle(corners, shape.radius, shape.fill, shape.stroke, shape.line)
-            continue
-        key = (shape.size, shape.bold)
-        if key not in fonts:
-            name = f"{FONT}{'-Bold' if shape.bold else ''}.ttf"
-            fonts[key] = ImageFont.truetype(
-                str(folder / name), shape.size, layout_engine=ImageFont.Layout.BASIC
-            )
-        canvas.text((shape.x, shape.y), shape.text, shape.colour, fonts[key])
+        else:
+            named = font(shape.size, bold=shape.bold)
+            canvas.text((shape.x, shape.y), shape.text, shape.colour, named)
     return image
 
 

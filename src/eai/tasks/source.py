@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import wraps
+from functools import cache, wraps
 from pathlib import Path
 from typing import NamedTuple, TypeAlias, TypeVar
 
@@ -121,14 +121,10 @@ class TaskSet(Mapping[str, T_co]):
     def __init__(self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str) -> None:
         self.sha256 = sha256
         self._task_ids = tuple(task_ids)
-        self._build = build
-        self._built: dict[str, T_co] = {}
+        self._build = cache(build)
 
     def __getitem__(self, task_id: str) -> T_co:
-        task = self._built.get(task_id)
-        if task is None:
-            task = self._built[task_id] = self._build(task_id)
-        return task
+        return self._build(task_id)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._task_ids)
