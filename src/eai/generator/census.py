@@ -67,7 +67,7 @@ class Usage:
 
 
 def _usual(operator: str, place: int) -> Predicate:
-    """What says that an object is usual as an argument of an operator."""
+    """The predicate of objects that are usual as an argument of an operator."""
     return Predicate(f"usual {operator} {place}", 1, static=True)
 
 

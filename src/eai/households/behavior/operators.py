@@ -151,7 +151,7 @@ NO_INSIDE = affordance(~p.floor(X), "{x} is a floor, which has no inside")
 
 
 def placing(hand: _Hand) -> Iterator[Operator]:
-    """What the hand holds, called ``h`` in the effects, comes to rest somewhere else."""
+    """The thing in the hand, called ``h`` in the effects, comes to rest somewhere else."""
     free, beside = can_place(hand, X), both_ways(Add, p.stands_by(H, X))
     fits = affordance(~Exists(H, hand.holds(H) & p.larger(H, X)), "what the hand holds is too big for {x}")
     for name, checks, effects, where in (
