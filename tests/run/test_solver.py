@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import pytest
+from inspect_ai.model import ChatMessageAssistant, ContentReasoning, ContentText, ModelOutput
 
-from eai.run.solver import _Parts, complete, part
+from eai.run.solver import _Parts, complete, part, thoughts_in
 
 
 @pytest.mark.parametrize(
@@ -31,3 +32,12 @@ def test_the_brace_that_the_stop_sequence_took_is_given_back(text: str, complete
     repairs = ("stop_sequence",) if text != completed else ()
     assert complete(_Parts(text, "", ()), ("}",)) == _Parts(completed, "", repairs)
     assert complete(_Parts(text, "", ()), ()) == _Parts(text, "", ())
+
+
+def test_of_reasoning_that_is_kept_secret_there_is_the_summary() -> None:
+    secret = ContentReasoning(reasoning="gAAAAB", redacted=True)
+    told = secret.model_copy(update={"summary": "It looks for the cup."})
+    content = [ContentReasoning(reasoning="hm"), secret, told, ContentText(text="GRAB(cup)")]
+    output = ModelOutput.from_message(ChatMessageAssistant(content=content))
+    assert thoughts_in(output) == ["hm", "", "It looks for the cup."]
+    assert thoughts_in(ModelOutput.from_content("m", "GRAB(cup)")) == []

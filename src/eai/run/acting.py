@@ -14,7 +14,7 @@ from typing import Any
 from inspect_ai.agent import AgentState, react
 from inspect_ai.event import ModelEvent
 from inspect_ai.log import EvalSample, transcript
-from inspect_ai.model import ChatMessageUser, Content, ContentReasoning, ModelOutput, StopReason, get_model
+from inspect_ai.model import ChatMessageUser, Content, ModelOutput, StopReason, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from inspect_ai.tool import ToolDef, ToolParams
 from inspect_ai.util import StoreModel, apply_limits, registry_info, time_limit, token_limit, turn_limit
@@ -30,9 +30,9 @@ from eai.benchmark.registry import find_benchmark, loaded
 from eai.benchmark.suite import open_suite
 from eai.envs.command import DONE
 from eai.prompts.prompt import Prompt
-from eai.run.job import PROVIDER
+from eai.run.job import ERRATA, PROVIDER
 from eai.run.journal import Desk
-from eai.run.solver import ERRATA, answer_in, content_of, giving_up, part, remember, usage_of, with_epoch
+from eai.run.solver import answer_in, content_of, giving_up, part, remember, thoughts_in, usage_of, with_epoch
 from eai.tasks.source import ErrataChoice, Source, errata_choice
 
 BEGUN = "begun"
@@ -88,10 +88,7 @@ def _words() -> str:
     replies = [event.output for event in transcript().events if isinstance(event, ModelEvent)]
     if not replies or replies[-1].empty:
         return ""
-    content = replies[-1].message.content
-    parts = [] if isinstance(content, str) else content
-    reasoning = [each.reasoning for each in parts if isinstance(each, ContentReasoning)]
-    return "\n\n".join(filter(None, [*reasoning, replies[-1].completion.strip()]))
+    return "\n\n".join(filter(None, [*thoughts_in(replies[-1]), replies[-1].completion.strip()]))
 
 
 def _tools(state: TaskState, play: Play) -> list[ToolDef]:

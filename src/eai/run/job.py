@@ -27,6 +27,9 @@ from eai.studies.variation import Endpoint
 PROVIDER = "eai"
 """The provider of built-in models, before the slash of their names."""
 
+ERRATA = "errata"
+"""The field of a question's metadata that says whether the task's own answers are the corrected ones."""
+
 CAPTIONER = "captioner"
 """The built-in model that lists what is in pictures."""
 

@@ -45,8 +45,7 @@ from eai.envs.command import DONE
 from eai.errors import InputError
 from eai.pictures.scene_graph import SCENE, read_scene_graph
 from eai.planning.search import Limits
-from eai.run.job import CAPTIONER, PROVIDER, answers, check_model
-from eai.run.solver import ERRATA
+from eai.run.job import CAPTIONER, ERRATA, PROVIDER, answers, check_model
 from eai.run.tasks import refusing
 from eai.scoring.batch import NO_ROW
 from eai.scoring.epochs import STATED

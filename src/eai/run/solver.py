@@ -117,10 +117,6 @@ async def _is_readable(body: dict[str, Any]) -> bool:
     return True
 
 
-ERRATA = "errata"
-"""The field that says whether the task's own answers are the corrected ones."""
-
-
 def messages_of(prompt: Prompt, about: Mapping[str, Any]) -> list[ChatMessage]:
     """The messages of a prompt.
 
@@ -382,10 +378,14 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> _Parts:
     parts = part(output.completion)
     if output.stop_reason == "stop":
         parts = complete(parts, stop)
+    return parts._replace(reasoning="\n\n".join(filter(None, [*thoughts_in(output), parts.reasoning])))
+
+
+def thoughts_in(output: ModelOutput) -> list[str]:
+    """The reasoning beside the text of a reply, block by block; of what is kept secret its summary."""
     content = output.message.content
     blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
-    thoughts = [block.summary or "" if block.redacted else block.reasoning for block in blocks]
-    return parts._replace(reasoning="\n\n".join(text for text in (*thoughts, parts.reasoning) if text))
+    return [block.summary or "" if block.redacted else block.reasoning for block in blocks]
 
 
 def usage_of(output: ModelOutput) -> Usage:

@@ -32,8 +32,9 @@ from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
 from eai.run.acting import enter, player
+from eai.run.job import ERRATA
 from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.solver import ERRATA, ask_as_published, messages_of
+from eai.run.solver import ask_as_published, messages_of
 from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import SuiteResult
 from eai.scoring.trials import Trials, open_trials
