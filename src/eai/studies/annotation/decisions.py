@@ -165,9 +165,7 @@ class Listing:
     @cached_property
     def counts(self) -> Mapping[Pattern, int]:
         """In how many demonstrations each pattern occurs, the most frequent first."""
-        found: Counter[Pattern] = Counter()
-        for each in self.differences:
-            found.update(set(frequencies([each], self.without)))
+        found = Counter(each for one in self.differences for each in frequencies([one], self.without))
         order = frequencies(self.differences, self.without)
         return {pattern: found[pattern] for pattern in sorted(order, key=lambda each: -found[each])}
 

@@ -23,8 +23,9 @@ from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import Predicate, Vocabulary
 
 _DO = "do "
-_ATOM = re.compile(r"(?P<predicate>[^\s(){},]+)\((?P<kinds>.*)\)")
-_KIND = re.compile(r"\s*(?:\{(?P<properties>[^{}]*)\}|(?P<name>[^\s(){},]+))\s*(?:,|$)")
+_NAME = r"[^\s(){},]+"
+_KIND = rf"\s*({_NAME}|\{{[^{{}}]*\}})\s*"
+_ATOM = re.compile(rf"({_NAME})\({_KIND}(?:,{_KIND})?,?\)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,29 +89,17 @@ def read_pattern(text: str) -> Pattern:
     if text.startswith(_DO) and text.removeprefix(_DO).strip():
         return Pattern(text.removeprefix(_DO).strip())
     atom = _ATOM.fullmatch(text.strip())
-    kinds = [] if atom is None else _kinds(atom["kinds"])
-    if atom is None or not 1 <= len(kinds) <= 2:
+    if atom is None:
         raise InputError(
             f"{text!r}: expected a pattern such as ON(lamp), ONTOP({{GRABBABLE, MOVABLE}}, table) or do TOUCH"
         )
-    return Pattern(atom["predicate"], tuple(kinds))
+    name, *kinds = filter(None, atom.groups())
+    return Pattern(name, tuple(map(_kind, kinds)))
 
 
-def _kinds(text: str) -> list[_Kind]:
-    """The kinds between the brackets; none if they are not written as kinds are."""
-    found, place = [], 0
-    while place < len(text):
-        match = _KIND.match(text, place)
-        if match is None:
-            return []
-        words = match["properties"]
-        found.append(
-            _Kind(match["name"])
-            if words is None
-            else _Kind(properties=tuple(filter(None, (word.strip() for word in words.split(",")))))
-        )
-        place = match.end()
-    return found
+def _kind(text: str) -> _Kind:
+    words = [word.strip() for word in text.strip("{}").split(",")]
+    return _Kind(properties=tuple(filter(None, words))) if text.startswith("{") else _Kind(text)
 
 
 @dataclass(frozen=True, slots=True)
