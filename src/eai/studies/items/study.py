@@ -64,6 +64,11 @@ class Scores:
     names: tuple[str, ...]
     matrix: Matrix
 
+    @property
+    def is_test(self) -> bool:
+        """Whether there are enough models, and tasks that all of them have answers to."""
+        return len(self.models) >= FEWEST_MODELS and bool(self.tasks)
+
     @cached_property
     def fitted(self) -> Rasch:
         """The Rasch model of them."""
@@ -105,12 +110,8 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags) -> list[Table]
         flags: what the data set says of tasks.
     """
     of_models = by_suite([each for each in answers if not is_null_model(each.model)])
-    found = {suite: (of_suite, scores_of(of_suite)) for suite, of_suite in of_models.items()}
-    suites = {
-        suite: (of_suite, scores)
-        for suite, (of_suite, scores) in found.items()
-        if len(scores.models) >= FEWEST_MODELS and scores.tasks
-    }
+    found = {suite: (given, scores_of(given)) for suite, given in of_models.items()}
+    suites = {suite: each for suite, each in found.items() if each[1].is_test}
     items = _items(suites, flags)
     return [_tests(suites), _abilities(suites), _flagged(items), items]
 

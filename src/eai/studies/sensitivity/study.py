@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields, replace
+from functools import cache, partial
 from itertools import product
 from typing import Annotated, get_args
 
@@ -69,13 +70,9 @@ def tried(
     records: Sequence[Record], source: Source, ways: Sequence[Replaced], done: Callable[[int], None]
 ) -> Iterator[Trial]:
     """Try all operators of records; all models share a suite, so that equal ones are planned with once."""
-    keys = dict.fromkeys((record.domain, record.protocol) for record in records)
-    suites = {
-        (domain, protocol): open_suite(domain, Ability.TRANSITION_MODELING, protocol, source=source)
-        for domain, protocol in keys
-    }
+    opened = cache(partial(open_suite, ability=Ability.TRANSITION_MODELING, source=source))
     for number, record in enumerate(records, 1):
-        scorer = suites[record.domain, record.protocol].scorer(record.task_id)
+        scorer = opened(record.domain, protocol=record.protocol).scorer(record.task_id)
         if isinstance(scorer, TransitionModeling):
             for way in ways:
                 yield from try_operators(scorer, record, way)
