@@ -11,7 +11,7 @@ from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.errors import InputError
 from eai.results.table import Estimate, Table
 from eai.studies.perception import study as plot_perception
-from eai.studies.perception.analysis import PLAIN, perception_tables
+from eai.studies.perception.study import PLAIN, perception_tables
 from eai.studies.study import metric_of
 
 SUCCESS = "task_success"
