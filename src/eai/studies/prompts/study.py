@@ -13,7 +13,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, product
-from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.options import Options
@@ -27,13 +26,9 @@ from eai.results.plots import draw_matrix, entitle
 from eai.results.rate import Rate, rate_of
 from eai.results.summary import cases_of, outcome, share_of
 from eai.results.table import Estimate, Row, Table, table_of
+from eai.scoring.runs import Run
+from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, metric_of
-
-if TYPE_CHECKING:
-    from eai.results.table import Table
-    from eai.scoring.runs import Run
-    from eai.studies.records import Records
-
 
 _ROUNDING = 1e-9
 
