@@ -15,13 +15,12 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.matching import predicates_in
 from eai.pddl.planning import PlannerChoice
-from eai.results.lines import AnswerLine, Reason
-from eai.results.tidy import Tables, _TaskBook
+from eai.results.lines import AnswerLine
+from eai.results.tidy import Tables
 from eai.scoring.batch import score_run
 from eai.scoring.options import ScoringOptions
 from eai.tasks.source import Source
 from report.samples import action_run, goal_run, operator_run, subgoal_run
-from studies.lamps import lamp_task, lamps
 from studies.published import tables
 
 
@@ -102,23 +101,3 @@ def test_the_data_set_is_not_looked_up_where_features_are_not_asked_for() -> Non
     made = Tables(Source(Store(Path("/nowhere"))), features=False)
     made.add([replace(record, domain="virtualhome") for record in action_run()])
     assert made.answers[0].annotated_steps == 3
-
-
-@pytest.mark.parametrize(
-    ("atom", "reason"),
-    [
-        ("at(robot, knife)", "initial"),
-        ("at(robot, lamp_1)", "intermediate"),
-        ("not lit(lamp_2)", "intermediate"),
-        ("at(robot, lamp_2)", "final"),
-        ("trimmed(lamp_1)", "final"),
-        ("near(lamp_1, lamp_2)", "other"),
-        ("lit(lamp_9)", "other"),
-        ("bright(lamp_1)", "unknown"),
-        ("JUMP", "unknown"),
-        ("GO", "procedural"),
-        ("LIGHT", "other"),
-    ],
-)
-def test_wrong_goals_are_followed_along_the_annotated_plan(atom: str, reason: Reason) -> None:
-    assert _TaskBook(lamps(), Source()).reason(lamp_task().id, read_statement(atom)) == reason

@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, fields
-from functools import cache, cached_property, partial
-from itertools import product, takewhile
+from dataclasses import fields
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
-from eai.abilities.explanation import Statement, read_statement
-from eai.abilities.goal_test import alternatives
+from eai.abilities.explanation import read_statement
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.task import GoalKind
 from eai.abilities.verdict import NOTHING, PlanVerdict, Shares
-from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.features import features_of
 from eai.benchmark.registry import find_benchmark, registered
-from eai.logic.formula import Atom, Constant
-from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, Reason, StepLine
+from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.results.summary import goals_of, name_of, outcome, shares_by_task, steps_of
-from eai.tasks.source import Source
-from eai.world.condition import Conditions
-from eai.world.execution import execute
-from eai.world.frame import Frame
-from eai.world.state import State
 
 if TYPE_CHECKING:
     from eai.abilities.goal_interpretation.declaration import GoalVerdict
     from eai.abilities.transition_modeling.declaration import OperatorVerdict
+    from eai.results.task_book import TaskBook
+    from eai.tasks.source import Source
 
 
 class Tables:
@@ -68,88 +59,10 @@ class Tables:
             self.atoms.extend(_atoms(record, key, book))
             self.clauses.extend(_clauses(record, key))
 
-    def _open_book(self, domain: str) -> _TaskBook | None:
-        return _TaskBook(find_benchmark(domain), self._source) if domain in registered() else None
+    def _open_book(self, domain: str) -> TaskBook | None:
+        from eai.results.task_book import TaskBook
 
-
-class _TaskBook:
-    """The knowledge of the tasks of a benchmark, found when it is asked for; of other tasks there is none.
-
-    The paper says that models report what is on the way to a goal, or at the start, instead of the goal
-    (section "Goal interpretation"). A stated goal that is none is followed along the data set's own plan, as
-    far as that runs, and the first of `Reason` that fits is the one.
-    """
-
-    def __init__(self, benchmark: Benchmark, source: Source) -> None:
-        self._benchmark, self._domain = benchmark, benchmark.domain
-        self._tasks = benchmark.tasks(source)
-        self._words = benchmark.goals.words(benchmark.domain)
-        self._spellings = {word for word, _ in self._words}
-        self._names = cache(lambda task_id: benchmark.goals.names(self._tasks[task_id]))
-        self._states = cache(self._along_the_plan)
-        self.features = cache(self._features)
-        self.reason = cache(self._reason)
-
-    def _features(self, task_id: str) -> Mapping[str, int | None]:
-        """The features of a task, by column."""
-        return asdict(features_of(self._tasks[task_id], self._benchmark)) if task_id in self._tasks else {}
-
-    def _reason(self, task_id: str, call: Statement) -> Reason | None:
-        """Why a goal that is none may be stated.
-
-        Args:
-            task_id: the task that it is no goal of.
-            call: what is stated, in the words of answers.
-        """
-        if task_id not in self._tasks:
-            return None
-        if call.arguments is None:
-            if call.name not in self._domain.arities:
-                return "unknown"
-            return "other" if call.name in self._requested else "procedural"
-        if call.name not in self._spellings:
-            return "unknown"
-        held = self._holds(task_id, call)
-        if not any(held):
-            return "other"
-        if held[0]:
-            return "initial"
-        return "final" if held[-1] else "intermediate"
-
-    @cached_property
-    def _requested(self) -> frozenset[str]:
-        """The actions that are goals of some task."""
-        goals = (goal for task in self._tasks.values() for goal in task.goals_of(GoalKind.ACTION))
-        return frozenset(action for goal in goals for action in alternatives(goal))
-
-    def _along_the_plan(self, task_id: str) -> tuple[State, ...]:
-        """The states along the data set's own plan, up to its first step that is wrong."""
-        task, arities = self._tasks[task_id], self._domain.arities
-        known = takewhile(lambda step: arities.get(step.operator) == len(step.arguments), task.script)
-        return execute(self._domain, task.initial, known).states
-
-    def _holds(self, task_id: str, call: Statement) -> list[bool]:
-        """In which states it holds of some objects of these names; nowhere if the domain cannot say."""
-        scene, states, arguments = self._tasks[task_id].scene, self._states(task_id), call.arguments or ()
-        vocabulary = scene.vocabulary
-        predicate = self._words.get((call.name, len(arguments)))
-        held = [False] * len(states)
-        if predicate is None or vocabulary.arity(predicate) != len(arguments):
-            return held
-        for objects in product(*(self._called(task_id, name) for name in arguments)):
-            frame = Frame()
-            truth = Conditions(vocabulary, frame).truth(Atom(predicate, objects), wanted=call.positive)
-            binding = frame.bind(scene, ())
-            held = [before or truth(s, binding.copy()) for before, s in zip(held, states, strict=True)]
-        return held
-
-    def _called(self, task_id: str, name: str) -> Iterator[Constant]:
-        """The objects of a task that answers call so, or of which this is the full name."""
-        task, names = self._tasks[task_id], self._names(task_id)
-        for index in task.relevant:
-            full_name = task.scene.objects[index].name
-            if name in (names[index], full_name):
-                yield Constant(full_name)
+        return TaskBook(find_benchmark(domain), self._source) if domain in registered() else None
 
 
 _COLUMNS = tuple(column.name for column in fields(AnswerLine))
@@ -172,7 +85,7 @@ def beginning_of(record: Record) -> Beginning:
     }
 
 
-def _answer(record: Record, key: Beginning, shares: Shares, book: _TaskBook | None) -> AnswerLine:
+def _answer(record: Record, key: Beginning, shares: Shares, book: TaskBook | None) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     is_explained = record.explanation is not None and _has_plans(record)
@@ -222,7 +135,7 @@ def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
     return {}
 
 
-def _features(record: Record, book: _TaskBook | None) -> Mapping[str, int | None]:
+def _features(record: Record, book: TaskBook | None) -> Mapping[str, int | None]:
     """The features of the task: as the record says, and as far as it does not, as the data set does."""
     found = {} if book is None else book.features(record.task_id)
     if record.task is None:
@@ -255,7 +168,7 @@ def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
         )
 
 
-def _atoms(record: Record, key: Beginning, book: _TaskBook | None) -> Iterator[AtomLine]:
+def _atoms(record: Record, key: Beginning, book: TaskBook | None) -> Iterator[AtomLine]:
     if record.ability is not Ability.GOAL_INTERPRETATION:
         return
     verdict = cast("GoalVerdict", record.verdict)
