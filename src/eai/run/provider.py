@@ -117,7 +117,7 @@ class _Question(NamedTuple):
 
 
 @modelapi(name=PROVIDER)
-class BuiltInModel(ModelAPI):
+class _BuiltInModel(ModelAPI):
     """A built-in model.
 
     Args:

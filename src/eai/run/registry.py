@@ -6,8 +6,8 @@ An ability that is asked of files has one task, which ``-T domain=FILE`` names t
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import registered_abilities
 from eai.benchmark.registry import registered
+from eai.run import provider
 from eai.run.acting import player
-from eai.run.provider import BuiltInModel
 from eai.run.scorer import SCORERS, paper_metrics
 from eai.run.tasks import published_task
 
@@ -18,4 +18,4 @@ TASKS = {
 }
 """The tasks by name; registering them is what making them does."""
 
-__all__ = ["SCORERS", "TASKS", "BuiltInModel", "paper_metrics", "player"]
+__all__ = ["SCORERS", "TASKS", "paper_metrics", "player", "provider"]
