@@ -107,10 +107,6 @@ class _Census:
         self._listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
         self._weights: defaultdict[Pattern, float] = defaultdict(float)
         self._wanted: Counter[tuple[str, bool]] = Counter()
-        self._endings: defaultdict[str, Counter[tuple[Pattern, ...]]] = defaultdict(Counter)
-        self._titles: Counter[str] = Counter()
-        self._shown: defaultdict[str, Counter[str]] = defaultdict(Counter)
-        self._needed: defaultdict[str, set[str]] = defaultdict(set)
         self._forms: Counter[str] = Counter()
         self._paired: dict[Pattern, None] = {}
         self._nestings: dict[tuple[str, str, str], None] = {}
@@ -122,18 +118,11 @@ class _Census:
         self._crowds: Counter[str] = Counter()
         self._kinds: dict[Use, None] = {}
         self._operators: dict[str, None] = {}
-        self._states: list[State] = []
-        self._several: set[str] = set()
+        self._tasks: list[Task] = []
 
     def count(self, task: Task) -> None:
         """Take a task into account."""
-        self._states.append(task.initial)
-        kinds = Counter([task.scene.objects[i].category for i in _concerned(task)])
-        self._several.update([kind for kind, number in kinds.items() if number > 1])
-        self._endings[task.title][_ending(task)] += 1
-        self._titles[task.title] += 1
-        self._shown[task.title].update(kinds.keys())
-        self._needed[task.title] |= {task.scene.objects[i].category for i in needed_by(task)}
+        self._tasks.append(task)
         self._count_plan(task)
         self._count_pairs({p for goal in task.goals for p in patterns_of(goal.formula, task.scene)})
         for goal in task.goals:
@@ -182,21 +171,17 @@ class _Census:
         """Whether nobody would ask for it; that something odd be not so is sound."""
         return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
 
-    def _theme(self, title: str, usual: Patterns) -> Theme:
-        """The theme of a title: the categories that some of its tasks need, and that most of them show."""
-        shown = self._shown[title].items()
-        about = frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
-        return Theme(about, self._endings[title], narrowed(usual, about))
-
     def prior(self) -> Prior:
         """The prior that all tasks so far give."""
+        states = [task.initial for task in self._tasks]
+        several = {kind for task in self._tasks for kind, number in _shown(task).items() if number > 1}
         for pattern in self._found:
             self._weights[pattern] += _AS_FOUND if self._crowds[pattern.predicate] <= 0 else 0.0
         if not self._kinds:
             self._wanted.update(product([each.predicate for each in self._listings], (True, False)))
-            for pattern in _conceivable(self._wanted, self._states):
+            for pattern in _conceivable(self._wanted, states):
                 self._weights[pattern] += _AS_FOUND
-        places, parts = _relations(self._domain, self._states)
+        places, parts = _relations(self._domain, states)
         is_plain = not any(self._forms[form] for form in _QUANTIFIED)
         patterns: dict[tuple[str, bool], dict[Pattern, float]] = {}
         for pattern, weight in self._weights.items():
@@ -208,7 +193,7 @@ class _Census:
         return Prior(
             patterns=patterns,
             wanted=self._wanted,
-            themes={title: self._theme(title, sound) for title in self._titles},
+            themes=_themes(self._tasks, sound),
             forms=_varied(self._forms) if is_plain else self._forms,
             paired=frozenset(self._paired),
             nestings=frozenset(self._nestings),
@@ -221,10 +206,26 @@ class _Census:
             used=frozenset({kind for operator, _, kind in self._kinds if roles[operator] not in going}),
             places=places,
             parts=parts,
-            several=frozenset(self._several if is_plain else ()),
-            pieces=frozenset(_pieces(self._states, parts)),
+            several=frozenset(several if is_plain else ()),
+            pieces=frozenset(_pieces(states, parts)),
             holding=frozenset(_holding(self._domain)),
         )
+
+
+def _shown(task: Task) -> Counter[str]:
+    """How many things of each category a task speaks of, or its plan uses."""
+    return Counter([task.scene.objects[i].category for i in _concerned(task)])
+
+
+def _themes(tasks: Iterable[Task], usual: Patterns) -> dict[str, Theme]:
+    """The theme of each title: the categories that some of its tasks need, and that most of them show."""
+    themes = {}
+    for title, alike in grouped((task.title, task) for task in tasks).items():
+        shown = Counter(chain.from_iterable(map(_shown, alike)))
+        needed = {task.scene.objects[i].category for task in alike for i in needed_by(task)}
+        about = needed.union(kind for kind, number in shown.items() if 2 * number > len(alike))
+        themes[title] = Theme(frozenset(about), Counter(map(_ending, alike)), narrowed(usual, about))
+    return themes
 
 
 def _varied(forms: Counter[str]) -> Mapping[str, int]:
