@@ -7,6 +7,8 @@ state that no action leads to has a circle of supports, it is walked once.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 import eai.logic.formula as f
 from eai.world.derived import Defined, Values
@@ -34,40 +36,25 @@ def _chain(state: State, supports: Sequence[str], thing: int) -> Mapping[int, bo
         thing = support.bit_length() - 1
 
 
-def carriers(supports: Sequence[str]) -> Values:
-    """Everything that a thing rests in or on, directly or not, by these stored relations."""
-
-    def values(state: State, arguments: tuple[int, ...]) -> int:
-        carriers = 0
-        for support in _chain(state, supports, arguments[0]):
-            carriers |= support
-        return carriers
-
-    return values
-
-
-def containers(supports: Sequence[str]) -> Values:
-    """Everything that a thing, or something which carries it, is in: the first of these relations."""
-
-    def values(state: State, arguments: tuple[int, ...]) -> int:
-        containers = 0
-        for support, is_in in _chain(state, supports, arguments[0]).items():
-            if is_in:
-                containers |= support
-        return containers
-
-    return values
-
-
 def carrying(supports: Sequence[Predicate]) -> tuple[Defined, Defined, Defined]:
     """What carries what by these stored relations: directly, or at all; and what is within what."""
     names = [relation.name for relation in supports]
+
+    def carriers(state: State, arguments: tuple[int, ...]) -> int:
+        """Everything that a thing rests in or on, directly or not."""
+        return reduce(or_, _chain(state, names, arguments[0]), 0)
+
+    def containers(state: State, arguments: tuple[int, ...]) -> int:
+        """Everything that a thing, or something which carries it, is in: the first of these relations."""
+        chain = _chain(state, names, arguments[0])
+        return reduce(or_, [support for support, is_in in chain.items() if is_in], 0)
+
     carries = Defined("carries", (X, Y), f.Or(tuple([relation(Y, X) for relation in supports])))
     above, within = [f.Exists(Z, carries(Z, X) & f.Atom(name, (Z, Y))) for name in ("carried_by", "within")]
     return (
         carries,
-        Defined("carried_by", (X, Y), carries(Y, X) | above, carriers(names)),
-        Defined("within", (X, Y), supports[0](X, Y) | within, containers(names)),
+        Defined("carried_by", (X, Y), carries(Y, X) | above, carriers),
+        Defined("within", (X, Y), supports[0](X, Y) | within, containers),
     )
 
 

@@ -146,22 +146,28 @@ def _state_seen(name: str, own: Predicate) -> Defined:
     return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
-def _relation_seen(name: str, own: Predicate | Defined, values: Values) -> Defined:
+def _relation_seen(name: str, own: Predicate | Defined) -> Defined:
     """A relation as goals see it."""
+    values = own.values if isinstance(own, Defined) else None
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
     seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
-    return Defined(name, (X, Y), seen, as_its_parts(values))
+    return Defined(name, (X, Y), seen, as_its_parts(values or targets(own.name)))
 
 
 GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
-GOAL_RELATIONS = (
-    _relation_seen("inside", within, support.containers(_SUPPORTS)),
-    _relation_seen("ontop", lies_on, targets(lies_on.name)),
-    _relation_seen("onfloor", stands_on, targets(stands_on.name)),
-    _relation_seen("under", stands_under, targets(stands_under.name)),
-    _relation_seen("nextto", stands_by, targets(stands_by.name)),
+STORED = {
+    "inside": lies_in,
+    "ontop": lies_on,
+    "onfloor": stands_on,
+    "under": stands_under,
+    "nextto": stands_by,
+}
+"""The stored relation behind each relation of BDDL, in the order in which initial facts are entered."""
+
+GOAL_RELATIONS = tuple(
+    _relation_seen(name, within if own is lies_in else own) for name, own in STORED.items()
 )
-directly_inside = _relation_seen("directly_inside", lies_in, targets(lies_in.name))
+directly_inside = _relation_seen("directly_inside", lies_in)
 
 VOCABULARY = Vocabulary(
     predicates=tuple([each for each in globals().values() if isinstance(each, Predicate)]),

@@ -26,15 +26,6 @@ MAX_GRASPABLE = 1.5
 MUCH = 5
 """The ratio of volumes above which a thing falls off when its support is grasped (ibid.)."""
 
-STORED_AS: Mapping[str, str] = {
-    "inside": p.lies_in.name,
-    "ontop": p.lies_on.name,
-    "onfloor": p.stands_on.name,
-    "under": p.stands_under.name,
-    "nextto": p.stands_by.name,
-}
-"""The stored relation behind each relation of BDDL, in the order in which initial facts are entered."""
-
 _ABILITY_PREDICATES: Mapping[str, str] = {
     **{ability.name: ability.name for ability, _ in p.STATES},
     "slicer": p.slicer.name,
@@ -46,7 +37,7 @@ _ABILITY_PREDICATES: Mapping[str, str] = {
 _MODEL_PREDICATES = {each.name for each in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
 """Model categories that actions ask for."""
 
-RELATIONS = frozenset(STORED_AS)
+RELATIONS = frozenset(p.STORED)
 """The relations of BDDL; every other predicate of it is a state of one object."""
 
 
@@ -216,9 +207,9 @@ class _Builder:
             yield Fact(f"is_{state}", (self._index[name],))
         for predicate, source, target in relations:
             pair = (self._index[source], self._index[target])
-            yield Fact(STORED_AS[predicate], pair)
+            yield Fact(p.STORED[predicate].name, pair)
             if predicate == "nextto":
-                yield Fact(STORED_AS[predicate], pair[::-1])
+                yield Fact(p.STORED[predicate].name, pair[::-1])
         yield from self._robot()
 
     def _robot(self) -> Iterator[Fact]:
