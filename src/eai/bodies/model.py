@@ -123,11 +123,8 @@ def _lamp(box: Box, *, shadows: bool) -> Xml.Element:
 
 def _slab(sides: tuple[float, ...], **more: str) -> Xml.Element:
     """A fixed box between six planes."""
-    x0, x1, y0, y1, z0, z1 = sides
-    size, middle = (
-        ((x1 - x0) / 2, (y1 - y0) / 2, (z1 - z0) / 2),
-        ((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2),
-    )
+    pairs = list(zip(sides[::2], sides[1::2], strict=True))
+    size, middle = [(high - low) / 2 for low, high in pairs], [(low + high) / 2 for low, high in pairs]
     slab = Xml.Element("geom", type="box", size=_said(size), pos=_said(middle))
     slab.attrib |= {"contype": _FIXED[0], "conaffinity": _FIXED[1], **more}
     return slab

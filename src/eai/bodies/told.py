@@ -23,16 +23,8 @@ SUPPORTS = (INSIDE, ON)
 """Those by which one thing carries another."""
 
 _FLOORS = "floor"
-_STATES = {
-    "is_open": "open",
-    "is_toggled_on": "on",
-    "is_dusty": "dusty",
-    "is_stained": "stained",
-    "is_soaked": "soaked",
-    "is_frozen": "frozen",
-    "is_cooked": "cooked",
-    "is_burnt": "burnt",
-}
+_WORDS = ("open", "dusty", "stained", "soaked", "frozen", "cooked", "burnt")
+_STATES = {"is_toggled_on": "on", **{f"is_{word}": word for word in _WORDS}}
 """The states of one thing that can be seen, by stored predicate."""
 
 _HANDS = ("in_left_hand", "in_right_hand")
