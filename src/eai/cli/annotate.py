@@ -27,8 +27,8 @@ from eai.pddl.model import PddlDomain
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.studies.annotation import decisions as annotation
-from eai.studies.annotation.decisions import Annotation, Chosen, Listing, differences
-from eai.studies.annotation.demonstration import Difference, frequencies, is_met
+from eai.studies.annotation.decisions import Annotation, Chosen, Listing
+from eai.studies.annotation.demonstration import Difference, difference, frequencies, is_met
 from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
@@ -107,7 +107,7 @@ def show_differences(
         everything: With --count, show also what is rare.
     """
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    found = {name: differences(tasks, benchmark.domain) for name, tasks in titles.items()}
+    found = {name: [difference(task, benchmark.domain) for task in tasks] for name, tasks in titles.items()}
     if count:
         _count(found, without or (), everything=everything, as_json=as_json)
         return
@@ -163,7 +163,8 @@ def choose(
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    listing = Listing(differences(titles[title], benchmark.domain), benchmark.domain, not_counted)
+    found = [difference(task, benchmark.domain) for task in titles[title]]
+    listing = Listing(found, benchmark.domain, not_counted)
     say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
     say(annotation.HELP)
     _show(listing, known.get(title, Chosen()))

@@ -21,7 +21,6 @@ from eai.studies.annotation.decisions import (
     check,
     decide,
     decisions_text,
-    differences,
     read_decisions,
     write_decisions,
 )
@@ -36,7 +35,7 @@ from eai.studies.annotation.demonstration import (
 from eai.tasks.source import Source, given
 from studies.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown
 
-SHARED = differences([CUP, JAR, LAMP], DOMAIN)
+SHARED = [difference(task, DOMAIN) for task in (CUP, JAR, LAMP)]
 
 
 def told(facts: object, task: Task) -> list[str]:

@@ -20,7 +20,6 @@ from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
-from eai.studies.annotation.decisions import differences
 from eai.studies.annotation.demonstration import (
     Candidate,
     Difference,
@@ -28,6 +27,7 @@ from eai.studies.annotation.demonstration import (
     Pattern,
     _Kind,
     concrete_goals,
+    difference,
     first_met,
     frequencies,
 )
@@ -88,7 +88,7 @@ def _kind(values: Mapping[str, Any]) -> _Kind:
 
 
 def shown(tasks: Mapping[str, Task], task_ids: list[str]) -> dict[str, Difference]:
-    found = differences([tasks[task_id] for task_id in task_ids], as_meant())
+    found = [difference(tasks[task_id], as_meant()) for task_id in task_ids]
     return dict(zip(task_ids, found, strict=True))
 
 

@@ -196,7 +196,10 @@ def decide(command: str, chosen: Chosen, listing: Listing) -> Chosen:
             kept = dict.fromkeys((*chosen.dropped, *_named(rest, listing)))
             return replace(chosen, dropped=tuple(kept))
         case "add":
-            return _with_entries(chosen, [_alternatives(rest, listing)])
+            patterns = _entry([part.strip() for part in rest.split(" or ")])
+            for pattern in patterns:
+                _refuse_strangers(pattern, listing)
+            return _with_entries(chosen, [patterns])
         case "new":
             return replace(chosen, candidates=(*chosen.candidates, ()))
         case _:
@@ -213,13 +216,6 @@ def _named(text: str, listing: Listing) -> list[Pattern]:
     if not found:
         raise InputError("expected the number of a line, or several")
     return found
-
-
-def _alternatives(text: str, listing: Listing) -> Entry:
-    patterns = _entry([part.strip() for part in text.split(" or ")])
-    for pattern in patterns:
-        _refuse_strangers(pattern, listing)
-    return patterns
 
 
 def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
@@ -280,15 +276,6 @@ def by_title(tasks: Mapping[str, Task], title: str | None = None) -> dict[str, l
     return found if title is None else {title: found[title]}
 
 
-def differences(tasks: Iterable[Task], domain: Domain) -> list[Difference]:
-    """The changes of each demonstration.
-
-    Raises:
-        InputError: a plan cannot be carried out.
-    """
-    return [difference(task, domain) for task in tasks]
-
-
 def annotate(
     titles: Mapping[str, Iterable[Task]], domain: Domain, decisions: Mapping[str, Chosen]
 ) -> Iterator[Annotation]:
@@ -302,7 +289,7 @@ def annotate(
         for candidate in candidates:
             for pattern in (each for entry in candidate for each in entry):
                 _refuse(name, pattern, domain)
-        for found in differences(tasks, domain):
+        for found in (difference(task, domain) for task in tasks):
             number = first_met(candidates, found)
             yield found, number, () if number is None else concrete_goals(found, candidates[number])
 
