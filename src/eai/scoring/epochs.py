@@ -67,14 +67,10 @@ def _text(value: object, asked: SingleTurn) -> str:
         return "{" + ",".join(members if asked.keys_in_order else sorted(members)) + "}"
     if isinstance(value, list):
         elements = [_text(each, asked) for each in value]
-        is_set = asked.lists_are_sets and not _is_tuple(value)
+        is_goal = all(isinstance(each, str) for each in value)  # such as ["inside", "rag", "bucket"]
+        is_set = asked.lists_are_sets and not is_goal
         return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
     return json.dumps(_spaced(value) if isinstance(value, str) else value)
-
-
-def _is_tuple(values: Sequence[object]) -> bool:
-    """Whether a list is one goal, such as ``["inside", "rag", "bucket"]``, and not a list of goals."""
-    return all(isinstance(value, str) for value in values)
 
 
 def _spaced(text: str) -> str:

@@ -158,11 +158,12 @@ def difference(task: Task, domain: Domain) -> Difference:
         raise InputError(f"{task.id}: no demonstration; expected a plan")
     final = _final(task, domain)
     changed = _changed(task.initial, final)
+    predicates = task.scene.vocabulary.predicates
     facts = (
         fact
         for fact in final.facts()
-        if _counts(task.scene.vocabulary, fact.predicate, len(fact.arguments))
-        and (
+        if fact.arguments and fact.predicate in _names(predicates, len(fact.arguments), static=False)
+        if (
             changed >> fact.arguments[0] & 1
             if len(fact.arguments) == 1
             else not task.initial.has(fact.predicate, *fact.arguments)
@@ -187,10 +188,6 @@ def _changed(before: State, after: State) -> int:
     for name in _names(before.scene.vocabulary.predicates, 1, static=False):
         found |= before.those(name) ^ after.those(name)
     return found
-
-
-def _counts(vocabulary: Vocabulary, name: str, arguments: int) -> bool:
-    return arguments > 0 and name in _names(vocabulary.predicates, arguments, static=False)
 
 
 def properties(vocabulary: Vocabulary) -> tuple[str, ...]:

@@ -41,13 +41,10 @@ def _by_predicate(atoms: Sequence[AtomLine]) -> Iterator[Row]:
     """
     for key, lines in by_run(atoms):
         names = grouped((line.predicate, line) for line in lines)
-        for name, found in sorted(names.items(), key=lambda pair: (-_wanted(pair[1]), pair[0])):
+        asked = {name: sum(line.verdict != WRONG for line in found) for name, found in names.items()}
+        for name, found in sorted(names.items(), key=lambda pair: (-asked[pair[0]], pair[0])):
             counts = Counter(line.verdict for line in found)
             yield (*key, name, *(counts[v] for v in _VERDICTS), *_scores(found))
-
-
-def _wanted(lines: Sequence[AtomLine]) -> int:
-    return sum(line.verdict != WRONG for line in lines)
 
 
 def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
