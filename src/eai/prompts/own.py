@@ -9,6 +9,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
+from functools import cache
 from string import Template
 from typing import TypeAlias
 
@@ -20,7 +21,7 @@ from eai.abilities.wording import Wording
 from eai.logic.traversal import predicates_of, walk
 from eai.pddl.model import PddlDomain
 from eai.pddl.writer import write_domain, write_problem
-from eai.prompts.prompt import TOLD, Belief, Prompt
+from eai.prompts.prompt import Belief, Prompt
 from eai.prompts.template import Templates
 from eai.world.vocabulary import parameters
 
@@ -64,7 +65,7 @@ class Questions:
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     """The prompt of every task, by id. Each shows as example the first task that has another title."""
-    name, wording = questions.ability.value, questions.wording
+    name, wording, tasks = questions.ability.value, questions.wording, questions.tasks
     shared = {
         "role": questions.role,
         "vocabulary": wording.vocabulary(),
@@ -72,33 +73,28 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
         "of_each": wording.contents_of("each"),
         "format": questions.answer_format,
     }
-    texts = {task_id: _question(name, wording, task, templates) for task_id, task in questions.tasks.items()}
-    examples = {
-        title: _example_for(title, questions) for title in {t.title for t in questions.tasks.values()}
-    }
     tells_goals = "$explained" in templates.text(f"{name}.txt")
+    others = {title: _example_for(title, questions) for title in {task.title for task in tasks.values()}}
+
+    @cache
+    def example(other: str | None) -> str:
+        if other is None:
+            return ""
+        asked = _question(name, wording, Belief(tasks[other]), templates)
+        return templates.fill("example.txt", {"task": asked, "answer": questions.example(other)})
+
     prompts = {}
-    for task_id, task in questions.tasks.items():
-        believed = questions.beliefs.get(task_id)
-        asked, about = texts[task_id], [task]
-        if believed is not None:
-            about = [believed.task]
-            asked = _question(name, wording, believed.task, templates, believed.initial)
-        other = examples[task.title]
-        example = ""
-        if other is not None:
-            about.append(questions.tasks[other])
-            answer = questions.example(other)
-            example = templates.fill("example.txt", {"task": texts[other], "answer": answer})
+    for task_id, task in tasks.items():
+        belief, other = questions.beliefs.get(task_id) or Belief(task), others[task.title]
+        about = [belief.task] if other is None else [belief.task, tasks[other]]
         explained = explanations(name, about, templates) if tells_goals else []
         values = {
             **shared,
             "explained": "".join([f"\n\n{each}" for each in explained]),
-            "example": example,
-            "task": asked,
+            "example": example(other),
+            "task": _question(name, wording, belief, templates),
         }
-        images = () if believed is None else believed.images
-        prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=images)
+        prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=belief.images)
     return prompts
 
 
@@ -113,12 +109,13 @@ def _example_for(title: str, questions: Questions) -> str | None:
     return next((task_id for task_id, task in questions.tasks.items() if task.title != title), None)
 
 
-def _question(name: str, wording: Wording, task: Task, templates: Templates, initial: str = TOLD) -> str:
+def _question(name: str, wording: Wording, belief: Belief, templates: Templates) -> str:
+    task = belief.task
     values = {
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
-        "initial": Template(initial).safe_substitute(initial=wording.initial(task)),
+        "initial": Template(belief.initial).safe_substitute(initial=wording.initial(task)),
         "goals": wording.goals(task),
     }
     return templates.fill(f"{name}_task.txt", values)
