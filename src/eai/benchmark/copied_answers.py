@@ -25,8 +25,8 @@ from eai.benchmark.gold_answers import AnswerBook, book_of, no_answer
 from eai.logic.choice import Literal, choice_options, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import substitute
-from eai.logic.traversal import walk
-from eai.pddl.model import Add, Both, Delete, PddlEffect, for_each
+from eai.logic.traversal import quantified, walk
+from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
@@ -76,10 +76,8 @@ def _joined(kind: type[f.And | f.Or | f.Then], parts: Sequence[f.Formula]) -> f.
 def _on_anything(action: str, arity: int) -> f.Formula:
     """That an action is taken, whatever it is about."""
     variables = [f.Variable(f"x{i}") for i in range(arity)]
-    formula: f.Formula = f.Occurs(action, tuple(variables))
-    for variable in reversed(variables):
-        formula = f.Exists(variable, formula)
-    return formula
+    taken: f.Formula = f.Occurs(action, tuple(variables))
+    return quantified(f.Exists, variables, taken)
 
 
 def _without_quantifiers(formula: f.Formula, scene: Scene) -> f.Formula:
@@ -247,7 +245,8 @@ def _operators(benchmark: Benchmark, task: TransitionTask) -> Iterable[str]:
 def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
     """A predicate of all objects that it can be said of."""
     atom = f.Atom(name, tuple([f.Variable(each.name) for each in parameters]))
-    return for_each(parameters, Add(atom) if adds else Delete(atom))
+    effect: PddlEffect = Add(atom) if adds else Delete(atom)
+    return quantified(Each, parameters, effect)
 
 
 _COPIED: dict[Ability, Callable[[Benchmark, Any], Iterable[str]]] = {

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
+
+T = TypeVar("T")
 
 MAX_DEPTH = 100
 """The deepest nesting that the syntaxes accept.
@@ -75,6 +77,13 @@ def with_parts(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> 
             return type(formula)(change(left), change(right))
         case _:
             assert_never(formula)
+
+
+def quantified(quantifier: Callable[[f.Variable, T], T], variables: Sequence[f.Variable], body: T) -> T:
+    """A formula, or an effect, below a quantifier for each of some variables, the first of them outermost."""
+    for variable in reversed(variables):
+        body = quantifier(variable, body)
+    return body
 
 
 def walk(formula: f.Formula) -> Iterator[f.Formula]:

@@ -170,13 +170,10 @@ def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFi
 def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a problem against its domain, each once."""
     vocabulary = Declarations.of(domain, problem.objects)
+    objects = [f.Variable(item.name, item.type) for item in problem.objects]
     findings = [
-        *_duplicates([item.name for item in problem.objects], "objects"),
-        *(
-            PddlFinding(Offence.UNKNOWN_TYPE, item.type, "objects")
-            for item in problem.objects
-            if not vocabulary.has_type(item.type)
-        ),
+        *_duplicates([item.name for item in objects], "objects"),
+        *_unknown_types(objects, vocabulary, "objects"),
     ]
     for atom in (*problem.initial, *problem.denied):
         findings += _Checker(vocabulary, "initial state").formula(atom, {})

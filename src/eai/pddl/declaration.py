@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import predicates_of, with_parts
+from eai.logic.traversal import predicates_of, quantified, with_parts
 from eai.pddl.execute import DerivedPredicates
 from eai.pddl.writer import write_formula
 from eai.world.derived import Defined, is_a
@@ -94,9 +94,7 @@ class DeclaredDomain:
         typed = [self._types.membership(each) for each in axiom.parameters]
         same = [f.Equals(mine, other) for mine, other in renamed]
         body: f.Formula = f.And((*typed, *same, self._types.convert(axiom.condition)))
-        for mine, _ in renamed:
-            body = f.Exists(mine, body)
-        return body
+        return quantified(f.Exists, [mine for mine, _ in reversed(renamed)], body)
 
     def _operator(self, action: m.PddlAction) -> Operator:
         parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])

@@ -128,12 +128,9 @@ class _Evaluation:
         key = (predicate, row)
         known = self._known.get(key)
         if known is None:
-            known = self._known[key] = any(self._follows(axiom, row) for axiom in self._axioms[predicate])
+            axioms = self._axioms[predicate]
+            known = self._known[key] = any(self.holds(each.condition, each.scope(row)) for each in axioms)
         return known
-
-    def _follows(self, axiom: m.PddlAxiom, row: _Row) -> bool:
-        binding = {parameter.name: name for parameter, name in zip(axiom.parameters, row, strict=True)}
-        return self.holds(axiom.condition, binding)
 
     def _complete(self, predicate: str) -> None:
         """Compute all rows of a derived predicate that depends on itself, and of those it depends on so."""

@@ -77,20 +77,11 @@ _LAMA_FIRST = (
 """The alias ``lama-first`` for problems without action costs."""
 
 _OUTCOMES = {
-    1: PlannerOutcome.CRASH,
-    10: PlannerOutcome.UNSOLVABLE,
-    11: PlannerOutcome.UNSOLVABLE,
-    12: PlannerOutcome.UNSOLVABLE,
-    20: PlannerOutcome.MEMORY,
-    21: PlannerOutcome.TIME,
-    22: PlannerOutcome.MEMORY,
-    23: PlannerOutcome.TIME,
-    24: PlannerOutcome.TIME,
-    30: PlannerOutcome.CRASH,
-    31: PlannerOutcome.INPUT_ERROR,
-    33: PlannerOutcome.INPUT_ERROR,
+    **dict.fromkeys((10, 11, 12), PlannerOutcome.UNSOLVABLE),
+    **dict.fromkeys((20, 22), PlannerOutcome.MEMORY),
+    **dict.fromkeys((21, 23, 24, -signal.SIGXCPU), PlannerOutcome.TIME),
+    **dict.fromkeys((31, 33), PlannerOutcome.INPUT_ERROR),
     34: PlannerOutcome.UNSUPPORTED,
-    -signal.SIGXCPU: PlannerOutcome.TIME,
 }
 """Exit statuses (https://www.fast-downward.org/latest/documentation/exit-codes/); any other is a crash."""
 

@@ -17,7 +17,7 @@ from itertools import chain
 
 import eai.logic.formula as f
 from eai.errors import DomainError
-from eai.logic.traversal import predicates_of, with_parts
+from eai.logic.traversal import predicates_of, quantified, with_parts
 from eai.pddl.reader import CONNECTIVES
 from eai.world.derived import Defined, meaning, stored_sources
 from eai.world.relation import bits
@@ -310,7 +310,7 @@ class ConditionWriter:
         rest = self.convert(body, {**scope, variable.name: f.Variable(other.name)})
         among = [equality(f.Variable(other.name), term) for term in terms]
         only = f.ForAll(other, disjunction([negation(rest), *among]))
-        return _some(chosen, conjunction([*met, *_different(terms), only]))
+        return quantified(f.Exists, chosen, conjunction([*met, *_different(terms), only]))
 
     def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """As many pairs as the smaller category has objects, or as are asked for, all different."""
@@ -333,19 +333,13 @@ class ConditionWriter:
         for one, other in zip(members, terms, strict=True):
             parts.append(negation(equality(one, other)))
             parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
-        return _some([*chosen, *partners], conjunction([*parts, *_different(terms)]))
+        return quantified(f.Exists, [*chosen, *partners], conjunction([*parts, *_different(terms)]))
 
 
 def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
     for index, one in enumerate(terms):
         for other in terms[:index]:
             yield negation(equality(one, other))
-
-
-def _some(variables: Sequence[f.Variable], body: f.Formula) -> f.Formula:
-    for variable in reversed(variables):
-        body = f.Exists(variable, body)
-    return body
 
 
 def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:

@@ -220,14 +220,8 @@ class Grounder:
     def _derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> _Condition | None:
         """The condition of a derived predicate; one that depends on itself has none."""
         names = [_name(term, binding) for term in atom.arguments]
-        parts = (
-            self._condition(
-                axiom.condition,
-                {parameter.name: name for parameter, name in zip(axiom.parameters, names, strict=True)},
-                negated=negated,
-            )
-            for axiom in self._axioms[atom.predicate]
-        )
+        axioms = self._axioms[atom.predicate]
+        parts = (self._condition(each.condition, each.scope(names), negated=negated) for each in axioms)
         return _all_of(parts) if negated else _one_of(parts)
 
     def _bit(self, key: _Key) -> int:

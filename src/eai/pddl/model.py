@@ -83,6 +83,10 @@ class PddlAxiom:
     parameters: tuple[f.Variable, ...]
     condition: f.Formula
 
+    def scope(self, objects: Sequence[str]) -> dict[str, str]:
+        """The objects that it holds of, by the names of the parameters that they stand for."""
+        return {p.name: thing for p, thing in zip(self.parameters, objects, strict=True)}
+
 
 @dataclass(frozen=True, slots=True)
 class PddlDomain:
@@ -191,13 +195,6 @@ def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
 def effect_variables(effect: PddlEffect) -> frozenset[str]:
     """The names of the variables of all that an effect adds and deletes, and of its conditions where free."""
     return frozenset[str]().union(*map(free_variables, (*effect_atoms(effect), *effect_conditions(effect))))
-
-
-def for_each(variables: Sequence[f.Variable], effect: PddlEffect) -> PddlEffect:
-    """The effect for all values of some variables, the first of them outermost."""
-    for variable in reversed(variables):
-        effect = Each(variable, effect)
-    return effect
 
 
 def with_effect_parts(

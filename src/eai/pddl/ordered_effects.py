@@ -16,6 +16,7 @@ from typing_extensions import assert_never
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
+from eai.logic.traversal import quantified
 from eai.pddl import glossary as g
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
@@ -164,7 +165,7 @@ class _OrderedEffects:
         effect: m.PddlEffect = m.Add(change.atom) if change.adds else m.Delete(change.atom)
         if condition != f.TRUE:
             effect = m.WhenEffect(condition, effect)
-        yield m.for_each(change.variables, effect)
+        yield quantified(m.Each, change.variables, effect)
 
     def _undone(self, addition: _Change, deletion: _Change) -> f.Formula:
         """A later deletion takes place of the atom that is added."""

@@ -17,6 +17,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.signature import place
+from eai.logic.traversal import quantified
 from eai.pddl.check import Offence, PddlError
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
@@ -197,10 +198,8 @@ class PddlReader:
             case "forall" | "exists":
                 names, body = self._parts(group, 2)
                 quantifier = f.ForAll if head == "forall" else f.Exists
-                result = self.formula(body)
-                for variable in reversed(self.variables(names)):
-                    result = quantifier(variable, result)
-                return result
+                part = self.formula(body)
+                return quantified(quantifier, self.variables(names), part)
             case "=":
                 left, right = self._parts(group, 2)
                 return f.Equals(self._term(left), self._term(right))
@@ -221,7 +220,7 @@ class PddlReader:
             case "forall":
                 names, body = self._parts(group, 2)
                 result = self.effect(body)
-                return m.for_each(self.variables(names), result)
+                return quantified(m.Each, self.variables(names), result)
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in CONNECTIVES:

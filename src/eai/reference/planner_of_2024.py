@@ -31,7 +31,7 @@ from dataclasses import dataclass, field, replace
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.rewriting import Leaf, map_leaves, negation_normal
-from eai.logic.traversal import bound_by, terms_of, with_parts
+from eai.logic.traversal import bound_by, quantified, terms_of, with_parts
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -115,8 +115,8 @@ class _Binder:
         leak = _Leak(taken=set(scope))
         condition = leak.open(negation_normal(effect.condition))
         inner = scope | {variable.name for variable in leak.found}
-        bound = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
-        return m.for_each(leak.found, bound)
+        bound: m.PddlEffect = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
+        return quantified(m.Each, leak.found, bound)
 
 
 def _loose_terms(terms: tuple[f.Term, ...], scope: Names) -> list[str]:

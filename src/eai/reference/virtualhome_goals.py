@@ -129,15 +129,11 @@ class ByLargestId(GoalInterpretation):
     def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """Each goal is met by any prediction that is equal to it."""
         named = frozenset(self._named(goals))
-        return tuple(
-            GoalReport(
-                goal.kind,
-                goal.text or "",
-                not named.isdisjoint(options),
-                predicates=names_in(goal.text or ""),
-            )
-            for goal, (_, options) in zip(self.gold.goals, self._options, strict=True)
-        )
+        found = []
+        for goal, (_, options) in zip(self.gold.goals, self._options, strict=True):
+            text, met = goal.text or "", not named.isdisjoint(options)
+            found.append(GoalReport(goal.kind, text, met, predicates=names_in(text)))
+        return tuple(found)
 
     def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
         """The predictions about the objects that the names mean; or the first name that means none."""

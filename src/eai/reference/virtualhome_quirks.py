@@ -127,13 +127,11 @@ def _of_checks(change: Callable[[Operator, Check], Check | None]) -> Callable[[D
 
     @wraps(change)
     def apply(domain: Domain) -> Domain:
-        changed = [(each, [change(each, check) for check in each.checks]) for each in domain.operators]
-        return domain.with_operators(
-            *(
-                replace(operator, checks=tuple([check for check in checks if check is not None]))
-                for operator, checks in changed
-            )
-        )
+        operators = []
+        for each in domain.operators:
+            checks = [change(each, check) for check in each.checks]
+            operators.append(replace(each, checks=tuple([check for check in checks if check is not None])))
+        return domain.with_operators(*operators)
 
     return apply
 

@@ -44,7 +44,7 @@ from eai.errors import InputError, ParseError
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import negation_normal, substitute
-from eai.logic.traversal import children, is_state_formula, walk
+from eai.logic.traversal import children, is_state_formula, quantified, walk
 from eai.planning.exclusion import Exclusion
 from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
@@ -333,9 +333,7 @@ class _Builder:
         if not names:
             return subgoal
         subgoal = substitute(subgoal, {name: f.Variable(name.name) for name in names})
-        for name in reversed(names):
-            subgoal = f.Exists(f.Variable(name.name, name.name), subgoal)
-        return subgoal
+        return quantified(f.Exists, [f.Variable(each.name, each.name) for each in names], subgoal)
 
     def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
         """Put a part of the subgoal of this number in front of instruction ``then``; returns the first one.
