@@ -257,9 +257,9 @@ def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> No
 
 def test_a_domain_says_what_is_visible_and_known() -> None:
     state = toy.initial()
-    things = range(len(state.scene.objects))
-    assert [toy.DOMAIN.sees(state, i) for i in things] == [True] * len(things)
-    assert [toy.DOMAIN.is_landmark(state, i) for i in things] == [False] * len(things)
+    everything = state.scene.everything
+    assert toy.DOMAIN.seen(state, everything) == everything
+    assert toy.DOMAIN.known_of(state, everything) == 0
     limited = replace(toy.DOMAIN, visible=toy.beside(toy.X), landmarks=is_a(toy.X, "place"))
-    assert [state.scene.objects[i].name for i in things if limited.sees(state, i)] == ["robot", "red"]
-    assert [state.scene.objects[i].name for i in things if limited.is_landmark(state, i)] == ["hall", "shed"]
+    assert state.scene.names(limited.seen(state, everything)) == ("robot", "red")
+    assert state.scene.names(limited.known_of(state, everything)) == ("hall", "shed")

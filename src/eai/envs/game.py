@@ -117,9 +117,9 @@ class _View:
         self._kind = cache(partial(wording.kind, task))
         self.agent = task.scene.agent
         self._of_agent = {each.name for each in wording.domain.egocentric if of == "scene"}
-        is_landmark = partial(wording.domain.is_landmark, task.initial)
+        known = wording.domain.known_of(task.initial, task.scene.everything)
         everything = range(len(task.scene.objects))
-        self.landmarks = () if self._is_full else tuple(filter(is_landmark, everything))
+        self.landmarks = () if self._is_full else tuple(bits(known))
         about = subjects(task) if of == "task" else everything
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
         self._place = {index: place for place, index in enumerate(self.subjects)}

@@ -266,7 +266,7 @@ class Generator:
         """Whether all that its goals name is in sight, or looks as if it could be brought there."""
         domain, start, scene = self.benchmark.domain, task.initial, task.scene
         return domain.visible is None or all(
-            domain.sees(start, i)
+            domain.seen(start, 1 << i)
             or self._free_planner.looks_reachable(start, domain.visible, range(len(scene.objects)), x=i)
             for i in sorted(task.named_by(task.goals))
         )

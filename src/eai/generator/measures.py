@@ -132,7 +132,7 @@ def _opened(task: Task, needed: set[int], domain: Domain) -> tuple[set[int], set
         opened = {i for lid in known for i in _opened_between(lid, before, after)}
         if opened:
             containers |= opened
-            hidden |= {i for i in needed if domain.sees(after, i) and not domain.sees(before, i)}
+            hidden |= {i for i in needed if domain.seen(after, 1 << i) and not domain.seen(before, 1 << i)}
     return containers, hidden
 
 

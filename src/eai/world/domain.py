@@ -132,9 +132,9 @@ class Domain:
             with _declaring(f"derived predicate {derived.name}"):
                 Conditions(self.vocabulary, Frame(parameters)).truth(derived(*parameters))
         with _declaring("visible"):
-            _ = self.sees
+            _ = self.seen
         with _declaring("landmarks"):
-            _ = self.is_landmark
+            _ = self.known_of
         _ = self.compiled
 
     @cached_property
@@ -173,28 +173,20 @@ class Domain:
         return replace(self, operators=(*kept, *by_name.values()))
 
     @cached_property
-    def sees(self) -> Callable[[State, int], bool]:
-        """Whether an object, by index, is visible in a state."""
-        return self._about_one(self.visible)
-
-    @cached_property
     def seen(self) -> Callable[[State, int], int]:
         """The visible ones among some objects in a state, both as masks."""
-        frame = Frame((Variable("x"),))
-        conditions = Conditions(self.vocabulary, frame)
-        visible = conditions.extension(self.visible or TRUE, frame.scope["x"], frame.scope)
-        return lambda state, among: visible(state, frame.bind(state.scene, (UNBOUND,)), among)
+        return self._among(self.visible or TRUE)
 
     @cached_property
-    def is_landmark(self) -> Callable[[State, int], bool]:
-        """Whether an object, by index, is known of from the start of an episode that begins in a state."""
-        return self._about_one(self.landmarks or FALSE)
+    def known_of(self) -> Callable[[State, int], int]:
+        """The ones among some objects that are known of from the start, which is a state; both as masks."""
+        return self._among(self.landmarks or FALSE)
 
-    def _about_one(self, formula: Formula | None) -> Callable[[State, int], bool]:
-        """A formula as a function of a state and the object that its variable ``x`` stands for."""
+    def _among(self, formula: Formula) -> Callable[[State, int], int]:
+        """Of some objects those that make a formula about ``x`` true in a state; both as masks."""
         frame = Frame((Variable("x"),))
-        truth = Conditions(self.vocabulary, frame).truth(TRUE if formula is None else formula)
-        return lambda state, index: truth(state, frame.bind(state.scene, (index,)))
+        found = Conditions(self.vocabulary, frame).extension(formula, frame.scope["x"], frame.scope)
+        return lambda state, among: found(state, frame.bind(state.scene, (UNBOUND,)), among)
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
         """Whether a state formula holds; ``arguments`` gives its free variables their objects."""
