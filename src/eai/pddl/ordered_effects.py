@@ -184,7 +184,7 @@ class _OrderedEffects:
         terms |= still_open
         later = self._later(addition.place, deletion.place, terms)
         found = g.conjunction((*same, later, g.substitute(deletion.condition, terms)))
-        if _denies(addition.condition, found):
+        if g.conjunction((addition.condition, found)) == f.FALSE:  # they plainly cannot hold together
             return f.FALSE
         for variable in reversed(still_open.values()):
             found = found if found in (f.TRUE, f.FALSE) else f.Exists(variable, found)
@@ -223,8 +223,3 @@ def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary
                     return getattr(declared, "single", False)
         case _:
             return False
-
-
-def _denies(condition: f.Formula, other: f.Formula) -> bool:
-    """Whether two conditions plainly cannot hold together."""
-    return g.conjunction((condition, other)) == f.FALSE and other != f.FALSE

@@ -20,7 +20,7 @@ from typing import TypeAlias
 
 from eai.abilities.notation.subgoals import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
-from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected
+from eai.abilities.subgoal_decomposition.program import Compiled, Found, Plan, Plans, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.search import ExplorationLimits
 from eai.abilities.verdict import ErrorReport
 from eai.households.behavior import predicates as p
@@ -198,13 +198,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return lots.choice(subgoal.split(" or ")) or None
 
     def _misuse(self, formula: Formula) -> Rejected | None:
-        wrong = wrong_use(formula, self.lexicon.objects)
-        if wrong is None:
-            return None
-        kind, detail = wrong
-        parsing = kind is FaultKind.PARSING
-        category = SubgoalCategory.NOT_PARSEABLE if parsing else SubgoalCategory.HALLUCINATION
-        return Rejected(category, ErrorReport(kind, None, detail))
+        return wrong_use(formula, self.lexicon.objects)
 
     def _plans(self, found: Sequence[Formula]) -> list[tuple[int, Plans]]:
         """One literal, or two that are done together, at a time."""
@@ -225,8 +219,8 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         return self.goals.reached(self.task.initial, ())
 
 
-def wrong_use(formula: Formula, objects: Collection[str]) -> tuple[FaultKind, str] | None:
-    """The error that the reference finds in the primitives of a formula: its semantic check.
+def wrong_use(formula: Formula, objects: Collection[str]) -> Rejected | None:
+    """The rejection for the error that the reference finds in the primitives of a formula (semantic check).
 
     Numbers of objects come before objects that there are not. An exception, which makes a parsing error,
     comes of a primitive without objects, and of one whose number of objects is in no table, unless a wrong
@@ -239,15 +233,19 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> tuple[FaultKind, st
     ]
     for name, _, part in primitives:
         if not part.arguments:
-            return FaultKind.PARSING, f"{name} has no objects"
+            return unparseable(f"{name} has no objects")
     for name, arity, part in primitives:
         if arity is None:
-            return FaultKind.PARSING, f"{name} is in no table of numbers of objects"
+            return unparseable(f"{name} is in no table of numbers of objects")
         if len(part.arguments) != arity:
             detail = f"{takes(name, arity, 'object')}, not {len(part.arguments)}"
-            return FaultKind.ARGUMENT_NUMBER, detail
+            return _misused(FaultKind.ARGUMENT_NUMBER, detail)
     for name, _, part in primitives:
         for term in part.arguments:
             if term.name not in objects:
-                return FaultKind.HALLUCINATION, f"{name}: there is no {term.name}"
+                return _misused(FaultKind.HALLUCINATION, f"{name}: there is no {term.name}")
     return None
+
+
+def _misused(kind: FaultKind, detail: str) -> Rejected:
+    return Rejected(SubgoalCategory.HALLUCINATION, ErrorReport(kind, None, detail))

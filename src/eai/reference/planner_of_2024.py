@@ -49,13 +49,13 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     Refused is an unbound variable inside a ``forall`` of a condition (an ``exists`` under ``not`` is one).
     """
     parameters = frozenset(parameter.name for parameter in action.parameters)
-    leak = _Leak(taken=set(parameters))
-    precondition = leak.open(negation_normal(action.precondition))
-    scope = parameters | {variable.name for variable in leak.found}
+    leaked: list[f.Variable] = []
+    precondition = _opened(negation_normal(action.precondition), parameters, leaked)
+    scope = parameters.union([variable.name for variable in leaked])
     binder = _Binder()
     bound = m.PddlAction(
         name=action.name,
-        parameters=(*action.parameters, *leak.found),
+        parameters=(*action.parameters, *leaked),
         precondition=binder.condition(precondition, scope),
         effect=binder.effect(action.effect, scope),
     )
@@ -64,23 +64,16 @@ def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     return bound
 
 
-@dataclass(slots=True)
-class _Leak:
-    """Opens the existential quantifiers that leak, left to right, unless their name is taken."""
-
-    taken: set[str]
-    found: list[f.Variable] = field(default_factory=list)
-
-    def open(self, formula: f.Formula) -> f.Formula:
-        match formula:
-            case f.Exists(variable, body) if variable.name not in self.taken:
-                self.taken.add(variable.name)
-                self.found.append(variable)
-                return self.open(body)
-            case f.And() | f.Exists():
-                return with_parts(formula, self.open)
-            case _:
-                return formula
+def _opened(formula: f.Formula, scope: Names, leaked: list[f.Variable]) -> f.Formula:
+    """The formula without the existential quantifiers that leak, left to right: those whose name is free."""
+    match formula:
+        case f.Exists(variable, body) if variable.name not in scope.union([each.name for each in leaked]):
+            leaked.append(variable)
+            return _opened(body, scope, leaked)
+        case f.And() | f.Exists():
+            return with_parts(formula, lambda part: _opened(part, scope, leaked))
+        case _:
+            return formula
 
 
 @dataclass(slots=True)
@@ -112,11 +105,11 @@ class _Binder:
                 return self._when(effect, scope)
 
     def _when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
-        leak = _Leak(taken=set(scope))
-        condition = leak.open(negation_normal(effect.condition))
-        inner = scope | {variable.name for variable in leak.found}
+        leaked: list[f.Variable] = []
+        condition = _opened(negation_normal(effect.condition), scope, leaked)
+        inner = scope.union([variable.name for variable in leaked])
         bound: m.PddlEffect = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
-        return quantified(m.Each, leak.found, bound)
+        return quantified(m.Each, leaked, bound)
 
 
 def _loose_terms(terms: tuple[f.Term, ...], scope: Names) -> list[str]:
