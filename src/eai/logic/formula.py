@@ -179,24 +179,16 @@ class Until(_Connectives):
     right: Formula
 
 
-Formula: TypeAlias = (
-    Atom
-    | Occurs
-    | Equals
-    | Not
-    | And
-    | Or
-    | Implies
-    | ForAll
-    | Exists
-    | Exactly
-    | ForPairs
-    | Then
-    | Next
-    | Eventually
-    | Always
-    | Until
-)
+Leaf: TypeAlias = Atom | Occurs | Equals
+"""A formula that has no parts."""
+
+Quantified: TypeAlias = ForAll | Exists | Exactly | ForPairs
+"""A formula that binds variables."""
+
+Temporal: TypeAlias = Then | Next | Eventually | Always | Until
+"""A formula about more than one state."""
+
+Formula: TypeAlias = Leaf | Not | And | Or | Implies | Quantified | Temporal
 
 TRUE = And(())
 FALSE = Or(())

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import chain, count
-from typing import TypeAlias, TypeVar
+from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.errors import InputError
 from eai.logic.traversal import bound_by, is_state_formula, objects, with_parts
 
-Leaf: TypeAlias = f.Atom | f.Occurs | f.Equals
-L = TypeVar("L", bound=Leaf)
+L = TypeVar("L", bound=f.Leaf)
 
 
 def with_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
@@ -22,7 +21,7 @@ def with_terms(leaf: L, change: Callable[[f.Term], f.Term]) -> L:
     return replace(leaf, arguments=tuple([change(term) for term in leaf.arguments]))
 
 
-def map_leaves(formula: f.Formula, change: Callable[[Leaf], f.Formula]) -> f.Formula:
+def map_leaves(formula: f.Formula, change: Callable[[f.Leaf], f.Formula]) -> f.Formula:
     """The formula with each leaf replaced by what ``change`` makes of it."""
     if isinstance(formula, (f.Atom, f.Occurs, f.Equals)):
         return change(formula)
@@ -31,7 +30,7 @@ def map_leaves(formula: f.Formula, change: Callable[[Leaf], f.Formula]) -> f.For
 
 def rewrite(
     formula: f.Formula,
-    change: Callable[[Leaf, frozenset[str]], f.Formula],
+    change: Callable[[f.Leaf, frozenset[str]], f.Formula],
     bound: frozenset[str] = frozenset(),
 ) -> f.Formula:
     """The formula with each leaf replaced by what ``change`` makes of it and of the variables bound there.
@@ -68,7 +67,7 @@ def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula
         InputError: the formula has a temporal operator other than `Then`.
     """
 
-    def change(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+    def change(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
         return with_terms(leaf, lambda term: term if term.name in bound else values.get(term, term))
 
     return rewrite(formula, change)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Container, Iterator, Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar, get_args
 
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
 
 T = TypeVar("T")
+_TEMPORAL = get_args(f.Temporal)
 
 MAX_DEPTH = 100
 """The deepest nesting that the syntaxes accept.
@@ -125,9 +126,7 @@ def temporal_parts(formula: f.Formula) -> frozenset[int]:
     """The ``id`` of every part, the formula included, that speaks of more than one position."""
     found: set[int] = set()
     for part in reversed(list(walk(formula))):
-        if isinstance(part, (f.Then, f.Next, f.Eventually, f.Always, f.Until)) or any(
-            id(child) in found for child in children(part)
-        ):
+        if isinstance(part, _TEMPORAL) or not found.isdisjoint(map(id, children(part))):
             found.add(id(part))
     return frozenset(found)
 
@@ -182,6 +181,4 @@ def _is_perishing(
 
 def is_state_formula(formula: f.Formula) -> bool:
     """Whether the formula speaks of one position only, that is, has no temporal operator."""
-    return not any(
-        isinstance(part, (f.Then, f.Next, f.Eventually, f.Always, f.Until)) for part in walk(formula)
-    )
+    return not any(isinstance(part, _TEMPORAL) for part in walk(formula))

@@ -21,7 +21,7 @@ from eai.world.effect import Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
 from eai.world.fixpoint import recursive
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator
+from eai.world.operator import Check, Operator, affordance
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import DerivedPredicate, Predicate, Vocabulary
 
@@ -98,18 +98,14 @@ class DeclaredDomain:
 
     def _operator(self, action: m.PddlAction) -> Operator:
         parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])
-        kinds = [
-            Check(
-                self._types.membership(parameter),
-                FaultKind.AFFORDANCE,
-                f"{{{parameter.name}}} is no {' or '.join(m.alternatives(m.type_of(parameter)))}",
-            )
-            for parameter in action.parameters
-            if m.type_of(parameter) != m.OBJECT
-        ]
+        kinds = [self._kind(each) for each in action.parameters if m.type_of(each) != m.OBJECT]
         checks = [self._check(part, parameters) for part in conjuncts(action.precondition)]
         deletions, additions = (tuple(self._effects(action.effect, kind)) for kind in (Delete, Add))
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
+
+    def _kind(self, parameter: f.Variable) -> Check:
+        kinds = " or ".join(m.alternatives(m.type_of(parameter)))
+        return affordance(self._types.membership(parameter), f"{{{parameter.name}}} is no {kinds}")
 
     def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
         can_change = self._changing.intersection(predicates_of(condition))

@@ -33,7 +33,7 @@ from eai.households.behavior.domain import as_declared
 from eai.households.behavior.predicates import X, Y
 from eai.logic.choice import Objects, Option, value_of
 from eai.logic.formula import FALSE, Exists
-from eai.logic.rewriting import Leaf, map_leaves
+from eai.logic.rewriting import map_leaves
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import Action
@@ -344,7 +344,7 @@ def _as_truncated(formula: f.Formula, scene: Scene) -> f.Formula:
     return map_leaves(f.Or(tuple(map(f.And, truncated_options(formula, scene.named)))), _directly)
 
 
-def _directly(leaf: Leaf) -> f.Formula:
+def _directly(leaf: f.Leaf) -> f.Formula:
     """The leaf where a thing is inside its direct container only."""
     if isinstance(leaf, f.Atom) and leaf.predicate == "inside":
         return replace(leaf, predicate=p.directly_inside.name)

@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.rewriting import Leaf, map_leaves, negation_normal
+from eai.logic.rewriting import map_leaves, negation_normal
 from eai.logic.traversal import bound_by, quantified, terms_of, with_parts
 from eai.pddl.check import Declarations, Offence, PddlError, PddlFinding, check_action
 from eai.pddl.model import OperatorText
@@ -220,7 +220,7 @@ def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     """The condition with every type that is used as a predicate made false."""
     types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
-    def change(leaf: Leaf) -> f.Formula:
+    def change(leaf: f.Leaf) -> f.Formula:
         is_type = isinstance(leaf, f.Atom) and leaf.predicate in types and len(leaf.arguments) == 1
         return f.FALSE if is_type else leaf
 
@@ -251,7 +251,7 @@ class _UnknownNames:
         effect = m.map_effect(action.effect, lambda part: map_leaves(part, self.leaf), self.atom)
         return replace(action, precondition=precondition, effect=effect)
 
-    def leaf(self, leaf: Leaf) -> f.Formula:
+    def leaf(self, leaf: f.Leaf) -> f.Formula:
         if isinstance(leaf, f.Atom):
             return self.atom(leaf)
         return f.FALSE if any(map(self._is_unknown, terms_of(leaf))) else leaf

@@ -18,9 +18,9 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.errors import InputError
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
-from eai.logic.formula import FALSE, Constant, Equals, Formula, Term, Then, Variable
+from eai.logic.formula import FALSE, Constant, Equals, Formula, Leaf, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
-from eai.logic.rewriting import Leaf, rewrite
+from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction
 from eai.world.execution import Action, Step, Trajectory, execute, timeline

@@ -17,7 +17,7 @@ from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl import spelt
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.rewriting import Leaf, rewrite
+from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
 from eai.logic.traversal import predicates_of
 from eai.planning.subgoal import GroundAtom
@@ -123,7 +123,7 @@ class SubgoalLexicon:
             InputError: it has a temporal operator other than ``then``.
         """
 
-        def meant(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+        def meant(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             if isinstance(leaf, f.Atom) and leaf.predicate in self.categories:
                 return is_a(self._meant(leaf.arguments[0]), self.categories[leaf.predicate])
             return _renamed(leaf, self.predicates, self.actions, self._meant)
@@ -137,7 +137,7 @@ class SubgoalLexicon:
             InputError: it has a temporal operator other than ``then``.
         """
 
-        def worded(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+        def worded(leaf: f.Leaf, bound: frozenset[str]) -> f.Formula:
             return _renamed(leaf, self._predicate_words, self._action_words, self._word)
 
         return rewrite(formula, worded)
@@ -162,11 +162,11 @@ class SubgoalLexicon:
 
 
 def _renamed(
-    leaf: Leaf,
+    leaf: f.Leaf,
     predicates: Mapping[str, str],
     actions: Mapping[str, str],
     change: Callable[[f.Term], f.Term],
-) -> Leaf:
+) -> f.Leaf:
     """A leaf with another name of its predicate or action, where there is one, and with changed terms."""
     match leaf:
         case f.Atom(name, terms):

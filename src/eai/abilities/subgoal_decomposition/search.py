@@ -35,7 +35,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Split,
 )
 from eai.errors import InputError
-from eai.logic.rewriting import Leaf, rewrite
+from eai.logic.rewriting import rewrite
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.search import Effort
 from eai.world.domain import Domain
@@ -70,7 +70,7 @@ class _Part:
         return StateTest(at_action, self._scene)
 
 
-def _with_action(leaf: Leaf, name: str | None) -> f.Formula:
+def _with_action(leaf: f.Leaf, name: str | None) -> f.Formula:
     """A leaf where the action of this name is taken: its occurrence becomes equality of the objects."""
     if not isinstance(leaf, f.Occurs):
         return leaf
