@@ -271,7 +271,14 @@ class Executor:
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
             if name not in self._objects[m.type_of(parameter)]:
                 return f"{name} is no {m.type_of(parameter)}"
-        return self._apply(action, state, step)
+        now = self._evaluation(state)
+        binding = dict(zip([p.name for p in action.parameters], step.arguments, strict=True))
+        if not now.holds(action.precondition, binding):
+            return f"the precondition of ({step}) does not hold"
+        changes = list(_changes(action.effect, now, binding))
+        deleted = {change.atom for change in changes if isinstance(change, m.Delete)}
+        added = {change.atom for change in changes if isinstance(change, m.Add)}
+        return (state - deleted) | added
 
     def holds(self, formula: f.Formula, state: PddlState, binding: Valuation) -> bool:
         """Whether a condition holds in a state.
@@ -286,17 +293,6 @@ class Executor:
         if self._last is None or self._last[0] is not state:
             self._last = state, _Evaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
-
-    def _apply(self, action: m.PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:
-        names = [parameter.name for parameter in action.parameters]
-        binding = dict(zip(names, step.arguments, strict=True))
-        now = self._evaluation(state)
-        if not now.holds(action.precondition, binding):
-            return f"the precondition of ({step}) does not hold"
-        changes = list(_changes(action.effect, now, binding))
-        deleted = {change.atom for change in changes if isinstance(change, m.Delete)}
-        added = {change.atom for change in changes if isinstance(change, m.Add)}
-        return (state - deleted) | added
 
 
 def _changes(effect: m.PddlEffect, now: _Evaluation, binding: Valuation) -> Iterator[m.Add | m.Delete]:

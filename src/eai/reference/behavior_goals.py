@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TypeAlias
 
@@ -29,36 +29,26 @@ Value: TypeAlias = object
 """An element of an answer's list: a JSON value, lists as tuples."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Condition:
-    """A condition: the parts after ``not``, the first of which is its predicate."""
-
-    parts: tuple[Value, ...]
-
-    @property
-    def arguments(self) -> tuple[Value, ...]:
-        """The objects, if there is one or there are two."""
-        return self.parts[1:] if self.is_well_formed else ()
-
-    @property
-    def is_well_formed(self) -> bool:
-        """Whether there is one object, or there are two."""
-        return len(self.parts) in (2, 3)
-
-    @property
-    def kind(self) -> GoalKind | None:
-        """State or relation, by the predicate; None if there is no such predicate."""
-        if self.parts[0] in STATES:
-            return GoalKind.STATE
-        return GoalKind.RELATION if self.parts[0] in RELATIONS else None
+_WELL_FORMED = (2, 3)
+"""How many parts a condition has: a predicate, and one object or two."""
 
 
-def see(condition: Value) -> _Condition | None:
-    """The parts of a condition, or None if it is none; a string is a list of letters here."""
+def see(condition: Value) -> tuple[Value, ...]:
+    """The parts of a condition after ``not``, the first of which is its predicate; none if it is none.
+
+    A string is a list of letters here.
+    """
     parts = _parts(condition)
     if parts[:1] == ("not",):
-        parts = _parts(parts[1]) if len(parts) > 1 else ()
-    return _Condition(parts) if parts else None
+        return _parts(parts[1]) if len(parts) > 1 else ()
+    return parts
+
+
+def _kind(predicate: Value) -> GoalKind | None:
+    """State or relation, by the predicate; None if there is no such predicate."""
+    if predicate in STATES:
+        return GoalKind.STATE
+    return GoalKind.RELATION if predicate in RELATIONS else None
 
 
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
@@ -80,9 +70,7 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
         if not isinstance(section, list | str):
             return _NO_LIST
         conditions += map(_frozen, section)
-    if any(see(condition) is None for condition in conditions):
-        return _NO_CONDITION
-    return tuple(conditions)
+    return tuple(conditions) if all(map(see, conditions)) else _NO_CONDITION
 
 
 class ByFirstOption(Scorer):
@@ -112,10 +100,11 @@ class ByFirstOption(Scorer):
         return Assessment(verdict, lambda: self._explain(wrong_goal_notes(verdict), conditions))
 
     def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
-        seen = [each for each in map(see, conditions) if each is not None]
-        unknown = [[name for name in each.arguments if name not in self._objects] for each in seen]
+        seen = [*map(see, conditions)]
+        formed = [parts for parts in seen if len(parts) in _WELL_FORMED]
+        unknown = [[name for name in names if name not in self._objects] for _, *names in formed]
         groups = self._groups(conditions)
-        kinds = [[each.kind for each in map(see, group) if each is not None] for group in groups]
+        kinds = [[_kind(see(each)[0]) for each in group] for group in groups]
         matched, wrong, missing = [tuple(map(_text, group)) for group in groups]
         return GoalVerdict(
             counts={
@@ -123,9 +112,9 @@ class ByFirstOption(Scorer):
                 ALL: Confusion(*map(len, groups)),
             },
             predicted=len(conditions),
-            ill_formed=sum(not each.is_well_formed for each in seen),
+            ill_formed=len(seen) - len(formed),
             hallucinated=tuple(str(names[0]) for names in unknown if names),
-            unknown_predicates=tuple(str(each.parts[0]) for each in seen if each.kind is None),
+            unknown_predicates=tuple(str(parts[0]) for parts in seen if _kind(parts[0]) is None),
             matched=matched,
             wrong=wrong,
             missing=missing,
