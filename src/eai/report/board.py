@@ -16,7 +16,6 @@ from datetime import date
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from pydantic import Field
 
@@ -83,14 +82,6 @@ class _Submission:
     summaries: tuple[RunSummary, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Season:
-    title: str
-    entry: Mapping[str, Any]
-    benchmark: Benchmark | None
-    is_revealed: bool
-
-
 def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], None]) -> tuple[str, int]:
     """The page of the submissions and seasons at some paths, and how many submissions there are.
 
@@ -105,7 +96,7 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
     """
     places = [each for path in paths for each in _places(path)]
     seasons = [_season(place) for place in places if (place / MANIFEST).is_file()]
-    opened = {each.name: each for season in seasons if (each := season.benchmark) is not None}
+    opened = {benchmark.name: benchmark for benchmark, _ in seasons if benchmark is not None}
 
     @cache
     def suite_of(domain: str, ability: Ability) -> Suite:
@@ -121,7 +112,7 @@ def board_html(paths: Sequence[Path], source: Source, *, told: Callable[[str], N
         told(name)
         with _checked(place) as folder:
             submissions[name] = _submission(name, folder, opened, suite_of)
-    return _page(submissions, seasons), len(submissions)
+    return _page(submissions, [html for _, html in seasons]), len(submissions)
 
 
 def _places(path: Path) -> list[Path]:
@@ -205,15 +196,31 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
     return answers
 
 
-def _season(place: Path) -> _Season:
-    """A season: its tasks, once they are there, are those announced, and were made with its secret."""
+def _season(place: Path) -> tuple[Benchmark | None, str]:
+    """The tasks of a season, once they are there, and the paragraph on it: what was announced, how far it is.
+
+    Raises:
+        InputError: the tasks are not those announced, or were not made with its secret.
+    """
     chosen = _SeasonFile.of_file(_small(place / SEASON))
     entry, file = set_of(place, chosen.split), file_of_set(place, chosen.split)
-    if file is None:
-        return _Season(chosen.title, entry, None, False)
-    for problem in unproven(place, chosen.split, chosen.secret or None):
-        raise InputError(f"{place}: {problem}")
-    return _Season(chosen.title, entry, find_benchmark(str(file)), bool(chosen.secret))
+    state, benchmark = "announced; its tasks are not published yet", None
+    if file is not None:
+        for problem in unproven(place, chosen.split, chosen.secret or None):
+            raise InputError(f"{place}: {problem}")
+        state, benchmark = "open: its tasks are those announced", find_benchmark(str(file))
+        if chosen.secret:
+            state = f"over: its secret is revealed, and {entry['tasks']} tasks follow from it"
+    facts = {
+        "seed": entry["seed"],
+        "SHA-256 of the secret": entry["secret_sha256"],
+        "SHA-256 of the tasks": entry["sha256"],
+    }
+    listed = "".join(
+        f"<dt>{name}</dt><dd><code>{escape(str(value))}</code></dd>" for name, value in facts.items()
+    )
+    told = f"<h2>{escape(chosen.title)}</h2><p>The season is {escape(state)}.</p>"
+    return benchmark, f"<section>{told}<dl>{listed}</dl></section>"
 
 
 def _small(file: Path) -> Path:
@@ -223,11 +230,11 @@ def _small(file: Path) -> Path:
     return file
 
 
-def _page(submissions: Mapping[str, _Submission], seasons: Sequence[_Season]) -> str:
+def _page(submissions: Mapping[str, _Submission], seasons: Sequence[str]) -> str:
     summaries = [each for submission in submissions.values() for each in submission.summaries]
     summaries.sort(key=lambda each: each.key.order)
     tables = rankings(summaries, with_paper=True)
-    parts = [_season_html(season) for season in seasons]
+    parts = list(seasons)
     for domain, of_domain in grouped((table.domain, table) for table in tables).items():
         parts.append(f"<section><h2>{escape(title_of(domain))}</h2>")
         for number, table in enumerate(of_domain):
@@ -241,26 +248,6 @@ def _page(submissions: Mapping[str, _Submission], seasons: Sequence[_Season]) ->
     parts += _of_submissions(submissions.values())
     version = f"Scored by eai {__version__}."
     return build_page("eai.report", "board", (), "\n".join([*parts, f"<footer>{version}</footer>"]))
-
-
-def _season_html(season: _Season) -> str:
-    """The paragraph on a season: what was announced, and how far it is."""
-    entry = season.entry
-    state = "announced; its tasks are not published yet"
-    if season.benchmark is not None:
-        state = "open: its tasks are those announced"
-    if season.is_revealed:
-        state = f"over: its secret is revealed, and {entry['tasks']} tasks follow from it"
-    facts = {
-        "seed": entry["seed"],
-        "SHA-256 of the secret": entry["secret_sha256"],
-        "SHA-256 of the tasks": entry["sha256"],
-    }
-    listed = "".join(
-        f"<dt>{name}</dt><dd><code>{escape(str(value))}</code></dd>" for name, value in facts.items()
-    )
-    told = f"<h2>{escape(season.title)}</h2><p>The season is {escape(state)}.</p>"
-    return f"<section>{told}<dl>{listed}</dl></section>"
 
 
 _BEFORE = ("#", "Model")
