@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from operator import itemgetter
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.benchmark.registry import title_of
@@ -30,20 +30,6 @@ STRATA: Mapping[str, range] = {
 
 DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""
-
-
-class _CellPair(NamedTuple):
-    """A figure of the paper and ours, in percent."""
-
-    model: str
-    metric: str
-    printed: float
-    ours: float
-
-    @property
-    def difference(self) -> float:
-        """The absolute difference in percentage points."""
-        return abs(self.ours - self.printed)
 
 
 def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
@@ -69,31 +55,32 @@ def agreements(runs: Sequence[RunSummary]) -> list[dict[str, str]]:
     return [_agreement(table, suite, pairs) for (table, suite), pairs in found.items()]
 
 
-def _agreement(table: str, suite: str, pairs: Sequence[_CellPair]) -> dict[str, str]:
+def _agreement(table: str, suite: str, pairs: Sequence[tuple[float, str]]) -> dict[str, str]:
     """The row of one ability's cells of one table of the paper."""
-    worst = max(pairs, key=lambda pair: pair.difference)
+    largest, where = max(pairs, key=itemgetter(0))
     bounds = {"to the digit": DIGIT, "within 1": 1, "within 2": 2}
     return {
         "table": table,
         "suite": suite,
         "cells": str(len(pairs)),
         **{
-            label: str(sum(pair.difference <= points + 1e-9 for pair in pairs))
+            label: str(sum(difference <= points + 1e-9 for difference, _ in pairs))
             for label, points in bounds.items()
         },
-        "largest": f"{worst.difference:.1f}",
-        "where": f"{escaped(worst.model)}, {escaped(worst.metric)}: {worst.ours:.1f} for {worst.printed:.1f}",
+        "largest": f"{largest:.1f}",
+        "where": where,
     }
 
 
-def _pairs(table: PaperTable, item: RunSummary) -> Iterator[_CellPair]:
+def _pairs(table: PaperTable, item: RunSummary) -> Iterator[tuple[float, str]]:
+    """How far our figures are from the paper's, in percentage points, and which they are."""
     model = paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):
-            printed = table.figure(model, column)
-            rate = item.rates.get(column.metric)
+            printed, rate = table.figure(model, column), item.rates.get(column.metric)
             if printed is not None and rate is not None and rate.percent is not None:
-                yield _CellPair(item.key.model, column.metric, printed, rate.percent)
+                named = f"{escaped(item.key.model)}, {escaped(column.metric)}"
+                yield abs(rate.percent - printed), f"{named}: {rate.percent:.1f} for {printed:.1f}"
 
 
 _INTRODUCTION = """\
