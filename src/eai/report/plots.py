@@ -12,7 +12,7 @@ from contextlib import AbstractContextManager
 from functools import partial
 from itertools import accumulate, groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.protocol import Ability
@@ -65,12 +65,8 @@ Bins = Mapping[int, Cases]
 """Bin -> successes of one model; a bin without tasks is not there."""
 
 
-class _Plot(NamedTuple):
-    """A plot by the name of its files, without ending, what it shows, and what draws it if it has numbers."""
-
-    name: str
-    caption: str
-    draw: Callable[[], Figure | None]
+_Plot: TypeAlias = "tuple[str, str, Callable[[], Figure | None]]"
+"""The name of the files of a plot, without ending, what it shows, and what draws it if it has numbers."""
 
 
 def add_plots(
@@ -98,11 +94,11 @@ def add_plots(
     planned, shown = [*_pages(pages), *_figures(runs)], list[str]()
     with plots.styled(), watching("drawing plots", len(planned)) as progressed:
         (out / "plots").mkdir(parents=True, exist_ok=True)
-        for number, plot in enumerate(planned, 1):
-            figure = plot.draw()
+        for number, (name, caption, draw) in enumerate(planned, 1):
+            figure = draw()
             if figure is not None:
-                plots.write(figure, out / "plots" / plot.name, formats, clips=False)
-                shown.append(f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.{formats[0]})\n")
+                plots.write(figure, out / "plots" / name, formats, clips=False)
+                shown.append(f"{caption}\n\n![{caption}](plots/{name}.{formats[0]})\n")
             progressed(number)
     page = out / "report.md"
     if shown:
@@ -114,7 +110,7 @@ def _pages(tables: Sequence[Ranking]) -> Iterator[_Plot]:
     for model, protocol in plot_summary.models_of(tables):
         name = file_name(f"summary-{model}-{protocol.value}")
         caption = f"{escaped(model)} on one page, protocol {protocol.value}"
-        yield _Plot(name, caption, partial(plot_summary.draw, tables, model, protocol))
+        yield name, caption, partial(plot_summary.draw, tables, model, protocol)
 
 
 def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
@@ -122,13 +118,13 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[_Plot]:
         place = f"{title_of(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
         drawn = partial(_entitled, place, draw_outcomes, group)
-        yield _Plot(f"outcomes-{name}", f"Outcomes of answers: {place}", drawn)
+        yield f"outcomes-{name}", f"Outcomes of answers: {place}", drawn
         for ability, of_ability in grouped((item.key.ability, item) for item in group).items():
             title = f"{title_of(domain)} {ability_title(ability).lower()}, {protocol.value}"
             for kind, caption, draw in _OF_ABILITY:
                 caption = f"{caption}: {ability_title(ability).lower()}, {place}"
                 drawn = partial(_entitled, title, draw, of_ability)
-                yield _Plot(f"{kind}-{ability.value}-{name}", caption, drawn)
+                yield f"{kind}-{ability.value}-{name}", caption, drawn
 
 
 def _entitled(title: str, draw: _Draw, runs: Sequence[RunSummary]) -> Figure | None:
