@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
@@ -32,50 +32,44 @@ models in 8 suites (144), with {queries:,} queries. It does not say which tokens
 each model took, so that only what a query costs can be set beside other runs, and only roughly."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Line:
-    """The cost of one run, or of several."""
+_Place: TypeAlias = "tuple[str, str, Ability | None]"
+"""The model, the domain and the ability of a line; of the line of all together an empty domain and None."""
 
-    model: str
-    domain: str
-    ability: Ability | None
-    spent: Spent
 
-    @property
-    def row(self) -> dict[str, Plain]:
-        """The line as ``cost.csv`` has it, by column."""
-        usage, tokens, answers = self.spent.usage, self.spent.tokens, self.spent.answers
-        return {
-            "model": self.model,
-            "domain": self.domain or None,
-            "ability": None if self.ability is None else self.ability.value,
-            "answers": answers,
-            "input_tokens": usage.input_tokens,
-            "output_tokens": usage.output_tokens,
-            "reasoning_tokens": usage.reasoning_tokens,
-            "tokens": tokens,
-            "tokens_per_answer": each(tokens, answers),
-            "dollars": usage.cost,
-            "dollars_per_1000_answers": each(_thousandfold(usage.cost), answers),
-            "answers_without_price": self.spent.unpriced_answers,
-        }
+def _row(place: _Place, spent: Spent) -> dict[str, Plain]:
+    """A line as ``cost.csv`` has it, by column."""
+    (model, domain, ability), usage, answers = place, spent.usage, spent.answers
+    return {
+        "model": model,
+        "domain": domain or None,
+        "ability": None if ability is None else ability.value,
+        "answers": answers,
+        "input_tokens": usage.input_tokens,
+        "output_tokens": usage.output_tokens,
+        "reasoning_tokens": usage.reasoning_tokens,
+        "tokens": spent.tokens,
+        "tokens_per_answer": each(spent.tokens, answers),
+        "dollars": usage.cost,
+        "dollars_per_1000_answers": each(_thousandfold(usage.cost), answers),
+        "answers_without_price": spent.unpriced_answers,
+    }
 
-    @property
-    def shown(self) -> dict[str, str]:
-        """The line as the report shows it, by heading."""
-        usage, answers = self.spent.usage, self.spent.answers
-        known = "≥ " if self.spent.unpriced_answers else ""
-        return {
-            "model": escaped(self.model),
-            "suite": suite_title(self.domain, self.ability) if self.ability else "",
-            "answers": _number(answers),
-            "tokens in": _number(usage.input_tokens),
-            "out": _number(usage.output_tokens),
-            "of them reasoning": _number(usage.reasoning_tokens),
-            "an answer": _number(each(self.spent.tokens, answers)),
-            "dollars": _number(usage.cost, 2, known),
-            "per 1,000 answers": _number(each(_thousandfold(usage.cost), answers), 2, known),
-        }
+
+def _shown(place: _Place, spent: Spent) -> dict[str, str]:
+    """A line as the report shows it, by heading."""
+    (model, domain, ability), usage, answers = place, spent.usage, spent.answers
+    known = "≥ " if spent.unpriced_answers else ""
+    return {
+        "model": escaped(model),
+        "suite": suite_title(domain, ability) if ability else "",
+        "answers": _number(answers),
+        "tokens in": _number(usage.input_tokens),
+        "out": _number(usage.output_tokens),
+        "of them reasoning": _number(usage.reasoning_tokens),
+        "an answer": _number(each(spent.tokens, answers)),
+        "dollars": _number(usage.cost, 2, known),
+        "per 1,000 answers": _number(each(_thousandfold(usage.cost), answers), 2, known),
+    }
 
 
 def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
@@ -86,16 +80,16 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
         prices: what tokens cost that were not priced when they were asked for.
         with_paper: whether the paper's cost stands below.
     """
-    lines = _lines(runs, prices)
+    lines = [_shown(place, spent) for place, spent in _spent_by(runs, prices).items()]
     if not lines:
         return
     yield "## What the answers cost\n"
     listed = "" if prices is None else _BY_LIST.format(date=prices.date, source=escaped(prices.source))
     yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
-    rows = [[*line.shown.values()] for line in lines]
+    rows = [[*line.values()] for line in lines]
     if with_paper:
         rows.append(_paper_row())
-    yield "\n".join(grid([*lines[0].shown], rows)) + "\n"
+    yield "\n".join(grid([*lines[0]], rows)) + "\n"
     table = _per_success(runs)
     yield f"{table.definition}.\n"
     yield table_markdown(table)
@@ -106,23 +100,20 @@ def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_p
 
 def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
     """The same as CSV, without the paper; None where no record says what its answer took."""
-    lines = _lines(runs, prices)
-    return rows_csv([line.row for line in lines]) if lines else None
+    rows = [_row(place, spent) for place, spent in _spent_by(runs, prices).items()]
+    return rows_csv(rows) if rows else None
 
 
-def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
-    """A line for each run under whichever protocol comes first, and one for all together."""
+def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spent]:
+    """What each run took, under whichever protocol comes first, and all together if there are several."""
     known = {} if prices is None else {file_name(name): price for name, price in prices.models.items()}
-    lines: dict[tuple[str, Ability, str], _Line] = {}
+    found: dict[_Place, Spent] = {}
     for item in runs:
-        key = item.key
         if item.spent.answers:
-            cost = item.spent.priced(known.get(file_name(key.model)))
-            line = _Line(key.name, key.domain, key.ability, cost)
-            lines.setdefault((key.domain, key.ability, key.name), line)
-    found = list(lines.values())
-    total = sum((line.spent for line in found), Spent())
-    return [*found, _Line("together", "", None, total)] if len(found) > 1 else found
+            place = item.key.name, item.key.domain, item.key.ability
+            found.setdefault(place, item.spent.priced(known.get(file_name(item.key.model))))
+    together = {("together", "", None): sum(found.values(), Spent())}
+    return found | together if len(found) > 1 else found
 
 
 @table_of("per_success", ("model", "suite", *_KINDS), title="")
