@@ -305,16 +305,9 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
             for row in run_rows(spec.columns, [item], cells_by_model([item]))
         ]
     )
-    return Ranking(
-        f"experiments_{spec.name}",
-        f"Experiments: {ability_title(key.ability).lower()}",
-        key.protocol,
-        key.domain,
-        spec.columns,
-        ((),) * len(spec.columns),
-        rows,
-        _in_order(_of_rows(rows)),
-    )
+    name, title = f"experiments_{spec.name}", f"Experiments: {ability_title(key.ability).lower()}"
+    on_columns, notes = ((),) * len(spec.columns), _in_order(_of_rows(rows))
+    return Ranking(name, title, key.protocol, key.domain, spec.columns, on_columns, rows, notes)
 
 
 def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
@@ -344,16 +337,9 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
     on_columns = tuple((*remarks, *_notes_on(place, [paper])) for place in places)
     rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
-    return Ranking(
-        f"paper_{paper.name}",
-        paper.title,
-        Protocol(setting.protocol),
-        domain,
-        columns,
-        on_columns,
-        tuple(with_best_marked(columns, rows)),
-        _in_order(*on_columns, _of_rows(rows)),
-    )
+    marked, notes = tuple(with_best_marked(columns, rows)), _in_order(*on_columns, _of_rows(rows))
+    name, protocol = f"paper_{paper.name}", Protocol(setting.protocol)
+    return Ranking(name, paper.title, protocol, domain, columns, on_columns, marked, notes)
 
 
 def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:
