@@ -302,9 +302,8 @@ def pictures(
     """
     with opened_source(data) as source:
         suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=source)
-    (named,) = tasks_of(tasks, [suite])
+    (chosen,) = tasks_of(tasks, [suite], limit)
     words = picture_words(suite.benchmark)
-    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
     refused: list[InputError] = []
     for task_id in chosen:
         drawing, truth = picture_of(suite.tasks[task_id], words, clutter)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from random import Random
 from typing import Annotated, TypeVar
@@ -125,32 +125,28 @@ def playable(
     return suite, [*drawn(dict.fromkeys(ids), tasks, sample, seed, f"{suite.domain} {ACTING.value}")]
 
 
-def tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:
-    """For each suite the tasks that ``--tasks`` names; none if it asks for all.
+def tasks_of(tasks: str, suites: Sequence[Suite], limit: int | None) -> list[list[str]]:
+    """For each suite those of its tasks that ``--tasks`` names, so many at most; of all, if it names none.
 
     Raises:
         InputError: no suite has a task of this name, or one has no short test.
     """
     if tasks == SHORT:
-        return [_short(suite) for suite in suites]
-    named = listed(tasks)
-    for task_id in named:
-        if not any(task_id in suite.task_ids for suite in suites):
-            only = f"{suites[0].domain} {suites[0].ability.value}" if len(suites) == 1 else "any suite"
-            hint = did_you_mean(task_id, sorted({each for suite in suites for each in suite.task_ids}))
-            raise InputError(f"--tasks: {task_id!r} is not a task of {only}{hint}")
-    return [frozenset(named)] * len(suites)
+        wanted = [_short(suite) for suite in suites]
+    else:
+        named = listed(tasks)
+        for task_id in named:
+            if not any(task_id in suite.task_ids for suite in suites):
+                only = f"{suites[0].domain} {suites[0].ability.value}" if len(suites) == 1 else "any suite"
+                hint = did_you_mean(task_id, sorted({each for suite in suites for each in suite.task_ids}))
+                raise InputError(f"--tasks: {task_id!r} is not a task of {only}{hint}")
+        wanted = [named] * len(suites)
+    pairs = zip(suites, map(set, wanted), strict=True)
+    return [[each for each in suite.task_ids if not some or each in some][:limit] for suite, some in pairs]
 
 
-def _short(suite: Suite) -> frozenset[str]:
+def _short(suite: Suite) -> Sequence[str]:
     found = short_test(suite.domain, suite.ability)
     if not found:
         raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
-    return frozenset(found)
-
-
-def chosen_prompts(suite: Suite, library: Library, named: Set[str], limit: int | None) -> dict[str, Prompt]:
-    """The prompts of the named tasks, or of all if none is, in the order of the data set."""
-    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named]
-    prompts = library.open(suite.benchmark, suite.ability) if chosen else {}
-    return {task_id: prompts[task_id] for task_id in chosen[:limit]}
+    return found

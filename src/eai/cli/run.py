@@ -27,7 +27,7 @@ from eai.cli import console, flags, options
 from eai.cli.flags import run_flag
 from eai.cli.options import OUTPUT, SCORING, AsJson, DataFolder, Wide, flag
 from eai.cli.progress import resumable, run_progress, scoring_progress
-from eai.cli.prompts import chosen_prompts, tasks_of
+from eai.cli.prompts import tasks_of
 from eai.cli.table import print_results, result_json
 from eai.data.files import sole_run
 from eai.errors import InputError
@@ -150,10 +150,10 @@ def run(
             suites = _adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
         chosen = []
-        for suite, named in zip(suites, tasks_of(spec.tasks.ids, suites), strict=True):
-            asked = chosen_prompts(suite, library, named, spec.tasks.limit)
-            if asked:
-                chosen.append((suite, asked))
+        for suite, ids in zip(suites, tasks_of(spec.tasks.ids, suites, spec.tasks.limit), strict=True):
+            if ids:
+                opened = library.open(suite.benchmark, suite.ability)
+                chosen.append((suite, {task_id: opened[task_id] for task_id in ids}))
     endpoints = spec.model.endpoints
     remarks = flags.skipped(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_replay(endpoints, [suite for suite, _ in chosen])
