@@ -17,7 +17,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
-from eai.cli.console import counted, note, print_json, say, tell, tell_findings
+from eai.cli.console import counted, note, say, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, OfDomain, Planner, flag, opened_source
 from eai.cli.progress import scoring_progress
 from eai.data.files import write_whole
@@ -125,19 +125,16 @@ def show_differences(
 def _count(
     found: Mapping[str, Sequence[Difference]], without: Sequence[str], *, everything: bool, as_json: bool
 ) -> None:
-    tables = {name: frequencies(of_title, without) for name, of_title in found.items()}
-    if as_json:
-        print_json(
-            {name: {str(each): times for each, times in table.items()} for name, table in tables.items()}
-        )
-        return
-    for name, table in tables.items():
-        say(f"{name}: {counted(len(found[name]), 'demonstration')}")
+    lines, counts = list[str](), dict[str, Json]()
+    for name, of_title in found.items():
+        table = frequencies(of_title, without)
+        counts[name] = {str(pattern): times for pattern, times in table.items()}
         rows = table.most_common(None if everything else _SHOWN)
-        for pattern, times in rows:
-            say(f"{times:5} {pattern}")
+        lines.append(f"{name}: {counted(len(of_title), 'demonstration')}")
+        lines += [f"{times:5} {pattern}" for pattern, times in rows]
         if len(rows) < len(table):
-            say(f"      and {len(table) - len(rows)} more (--all)")
+            lines.append(f"      and {len(table) - len(rows)} more (--all)")
+    tell(*lines, value=counts, as_json=as_json)
 
 
 @app.command()
@@ -329,10 +326,9 @@ def problems(
     made = with_one_domain(made, benchmark)
     _write_problems(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
-    if as_json:
-        print_json({each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made})
-    else:
-        say(f"{counted(len(made) - len(failed), 'problem')} written to {out}")
+    line = f"{counted(len(made) - len(failed), 'problem')} written to {out}"
+    value: Json = {each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made}
+    tell(line, value=value, as_json=as_json)
     for each in failed:
         note(f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)")
     if failed:

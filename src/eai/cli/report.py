@@ -20,7 +20,7 @@ from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered, title_of
-from eai.cli.console import counted, note, output, print_json, say, tell
+from eai.cli.console import counted, note, output, say, tell
 from eai.cli.options import RECORDS, AsJson, DataFolder, Wide, flag, listed, opened_source, store
 from eai.cli.progress import scoring_progress
 from eai.data.files import write_whole, writing_to
@@ -135,12 +135,10 @@ def report(
     if publish is not None and not publication:
         note(f"published: nothing, since no model that {publish} names answered a whole suite")
     shown = out / EXPLORER
-    if as_json:
-        counts = {"runs": len(summaries), "tables": written, "plots": drawn}
-        print_json({**counts, "folder": str(out), "explorer": str(shown)})
-        return
-    made = (counted(len(summaries), "run"), counted(written, "table"), counted(drawn, "plot"))
-    say(f"{', '.join(made)}; open {shown}")
+    numbers = {"run": len(summaries), "table": written, "plot": drawn}
+    line = f"{', '.join(counted(number, noun) for noun, number in numbers.items())}; open {shown}"
+    made = {f"{noun}s": number for noun, number in numbers.items()}
+    tell(line, value={**made, "folder": str(out), "explorer": str(shown)}, as_json=as_json)
 
 
 def _write_board(paths: Sequence[Path], out: Path | None, data: Path | None, *, as_json: bool) -> None:
