@@ -27,8 +27,8 @@ def test_tasks_that_differ_and_tasks_of_one_run_only() -> None:
     first = [record("a", SUCCEEDED), record("b", BAD), record("c", SUCCEEDED), record("z", BAD)]
     second = [record("c", SUCCEEDED), record("b", SUCCEEDED), record("a", BAD), record("y", BAD)]
     found = compare(first, second)
-    success = found.differences[0]
-    assert (success.metric, success.first, success.second) == ("task_success", Rate(2, 3), Rate(2, 3))
+    (metric, success), *_ = found.differences.items()
+    assert (metric, success.first, success.second) == ("task_success", Rate(2, 3), Rate(2, 3))
     assert (success.only_first, success.only_second) == (("a",), ("b",))
     assert success.yes_no
     assert success.p_value == success.p_by_task == 1
@@ -38,7 +38,7 @@ def test_tasks_that_differ_and_tasks_of_one_run_only() -> None:
 
 
 def test_runs_of_one_task_are_compared() -> None:
-    success = compare([record("a", BAD)], [record("a", SUCCEEDED)]).differences[0]
+    success = compare([record("a", BAD)], [record("a", SUCCEEDED)]).differences["task_success"]
     assert (success.first, success.second, success.only_second) == (Rate(0, 1), Rate(1, 1), ("a",))
     assert success.p_value == 1
 
@@ -51,7 +51,7 @@ def test_f1_is_compared_by_exchanges() -> None:
         [record(str(i), v, ability=Ability.GOAL_INTERPRETATION) for i, v in enumerate(run(hits))]
         for hits in (1, 3)
     )
-    f1 = compare(first, second).differences[0]
+    f1 = next(iter(compare(first, second).differences.values()))
     assert not f1.yes_no
     assert f1.only_first == f1.only_second == ()
     assert f1.points == pytest.approx(100 * (120 / 130 - 40 / 90))
@@ -62,7 +62,7 @@ def test_f1_is_compared_by_exchanges() -> None:
 
 def test_equal_runs_do_not_differ() -> None:
     runs = [record(str(i), SUCCEEDED if i % 3 else BAD) for i in range(9)]
-    for difference in compare(runs, runs).differences:
+    for difference in compare(runs, runs).differences.values():
         assert difference.p_value == 1
         assert difference.points == 0
         assert difference.certainty is not None
@@ -81,7 +81,7 @@ def test_near_copies_that_differ_together_are_one_difference() -> None:
         ]
 
     found = compare(run(BAD), run(SUCCEEDED))
-    success = found.differences[0]
+    success = found.differences["task_success"]
     assert (found.tasks, found.names) == (60, 3)
     assert success.p_by_task == pytest.approx(2 / 2**20)
     assert success.p_value == 1  # one name could as well have gone the other way

@@ -94,7 +94,7 @@ def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
         "names": found.names,
         "differences": [
             {
-                "metric": each.metric,
+                "metric": metric,
                 "a": each.first.to_json(),
                 "b": each.second.to_json(),
                 "points": each.points,
@@ -104,7 +104,7 @@ def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
                 "only_a": list(each.only_first),
                 "only_b": list(each.only_second),
             }
-            for each in found.differences
+            for metric, each in found.differences.items()
         ],
         "left_out_of_a": list(found.only_in_first),
         "left_out_of_b": list(found.only_in_second),
@@ -160,17 +160,17 @@ def _print(place: SuiteKey, one: Run, other: Run, found: Comparison, listed: int
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]
     texts = [Column(name, number=True) for name in ("B - A", "95 %", "p", "tasks")]
-    rows = tuple(row for difference in found.differences for row in _rows(difference))
+    rows = tuple(row for metric, each in found.differences.items() for row in _rows(metric, each))
     print_table(output(), Table("", title, "", ("percent", *numbers, *texts), rows))
     output().print(_caption(found), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     named = {record.task_id: _with_name(record) for record in (*one.records, *other.records)}
     a, b = ("A", "B") if first.name == second.name else (first.name, second.name)
-    for difference in found.differences:
+    for metric, difference in found.differences.items():
         for name, tasks in ((a, difference.only_first), (b, difference.only_second)):
             if tasks:
-                heading = f"{_name(difference.metric)} only in {name} ({len(tasks)})"
+                heading = f"{_name(metric)} only in {name} ({len(tasks)})"
                 _print_tasks(heading, [named[task] for task in tasks], listed)
     for name, tasks in ((a, found.only_in_first), (b, found.only_in_second)):
         if tasks:
@@ -181,7 +181,7 @@ def _print(place: SuiteKey, one: Run, other: Run, found: Comparison, listed: int
 
 def _caption(found: Comparison) -> str:
     """The tests that the p values are of."""
-    kinds = {difference.yes_no for difference in found.differences}
+    kinds = {difference.yes_no for difference in found.differences.values()}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1 and means"] * (False in kinds)
     together = " tasks of a name together; tasks: how many unlike ones say as much"
     return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
@@ -199,12 +199,12 @@ def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     output().print(text)
 
 
-def _rows(difference: Difference) -> Iterator[tuple[Cell, ...]]:
+def _rows(metric: str, difference: Difference) -> Iterator[tuple[Cell, ...]]:
     """The difference, and where there are near copies what it would be if they were independent."""
     certainty, points = difference.certainty, difference.points
     sure = difference.p_value is not None and difference.p_value < _SURE
     yield (
-        _name(difference.metric),
+        _name(metric),
         Estimate.of_rate(difference.first),
         Estimate.of_rate(difference.second),
         "-" if points is None else Label(f"{points:+.1f}", bold=sure),

@@ -90,7 +90,6 @@ class Difference:
     (`eai.results.comparison`). Where each task contributes a yes or a no they are exact.
 
     Attributes:
-        metric: its name.
         first: the rate in the first run.
         second: the rate in the second run.
         certainty: how sure second minus first is, in percentage points.
@@ -101,7 +100,6 @@ class Difference:
         only_second: tasks that only the second run gets right.
     """
 
-    metric: str
     first: Rate
     second: Rate
     certainty: Certainty | None
@@ -124,13 +122,14 @@ class Comparison:
     """Two runs of one ability in one domain under one protocol.
 
     Attributes:
+        differences: by each main metric.
         tasks: how many tasks both runs have scored answers to.
         names: how many names these have.
         only_in_first: tasks that only the first run has scored answers to; they are left out.
         only_in_second: tasks that only the second run has scored answers to.
     """
 
-    differences: tuple[Difference, ...]
+    differences: Mapping[str, Difference]
     tasks: int
     names: int
     only_in_first: tuple[str, ...]
@@ -150,12 +149,11 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     shared = [record for record in second if record.task_id in verdicts]
     others = {r.task_id for r in shared if not declared.alike(verdicts[r.task_id], r.verdict)}
     names = {task: known.get(task, task) for task in before if task in after and task not in others}
-    differences = []
-    for metric in declared.main:
-        one, other = (_cases(metric, names, shares) for shares in (before, after))
-        differences.append(difference(metric, one, other, yes_no=metric in declared.yes_no))
+    sides = {
+        metric: [_cases(metric, names, shares) for shares in (before, after)] for metric in declared.main
+    }
     return Comparison(
-        tuple(differences),
+        {metric: difference(*cases, yes_no=metric in declared.yes_no) for metric, cases in sides.items()},
         len(names),
         len(set(names.values())),
         tuple(task for task in before if task not in names),
@@ -171,11 +169,10 @@ _WHOLE = (0, 1)
 """The additions of a yes and a no to a rate."""
 
 
-def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Difference:
+def difference(first: Cases, second: Cases, *, yes_no: bool) -> Difference:
     """Compare one metric on the same tasks in the same order.
 
     Args:
-        metric: its name.
         first: what each task adds to it in the first run.
         second: the same in the second run.
         yes_no: whether each answer contributes a yes or a no; of a mean over several a task need not.
@@ -185,7 +182,6 @@ def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Dif
     changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
     p_value = _sign_flip_p if yes_no else exchange_p
     return Difference(
-        metric,
         rate_of(case.share for case in first),
         rate_of(case.share for case in second),
         certainty_of_difference(first, second),

@@ -111,7 +111,7 @@ class _Pair:
         own).{self._beside}
         """
         declared = declaration_of(self.modular[0].ability)
-        differences = {each.metric: each for each in compare(self.modular, self.pipeline).differences}
+        differences = compare(self.modular, self.pipeline).differences
         before, after = (
             cases_of(self._shared(side), declared.ability) for side in (self.modular, self.pipeline)
         )
@@ -137,7 +137,7 @@ class _Pair:
             tasks = {task for task, known in believed.items() if kind in (known, "all")}
             if tasks:
                 modular, pipeline = self._of(self.modular, tasks), self._of(self.pipeline, tasks)
-                success = compare(modular, pipeline).differences[0]
+                success = next(iter(compare(modular, pipeline).differences.values()))
                 only = len(success.only_first), len(success.only_second)
                 one, other = self._cases(modular), self._cases(pipeline)
                 perfect = [

@@ -292,10 +292,8 @@ def _gains(matrix: _Matrix, reference: str) -> Iterator[Row]:
     """
     others = [prompt for prompt in matrix.prompts if prompt != reference]
     for model in matrix.models:
-        found = []
-        for prompt in others:
-            both = compare(matrix.records[reference, model], matrix.records[prompt, model])
-            found.append(next(each for each in both.differences if each.metric == matrix.metric))
+        pairs = [(matrix.records[reference, model], matrix.records[prompt, model]) for prompt in others]
+        found = [compare(*pair).differences[matrix.metric] for pair in pairs]
         corrected = holm([1.0 if each.p_value is None else each.p_value for each in found])
         values = matrix.column(model)
         best = matrix.prompts[values.index(max(values))]
