@@ -105,7 +105,7 @@ def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None
 
 
 def _spent_by(runs: Sequence[RunSummary], prices: PriceList | None) -> dict[_Place, Spent]:
-    """The cost of each run, under whichever protocol comes first, and of all together if there are several."""
+    """The cost of each run, under whichever protocol comes first, and of all if there are several."""
     known = {} if prices is None else {file_name(name): price for name, price in prices.models.items()}
     found: dict[_Place, Spent] = {}
     for item in runs:
