@@ -40,11 +40,19 @@ _SHOWN = 100
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """One answer: the id of its task, and the text, empty if missing; its number where a task has several."""
+    """One answer, or the lack of one.
+
+    Attributes:
+        task_id: the id of its task.
+        text: the text; empty if there is none.
+        sample: its number, from 0, where a task has several.
+        unanswered: why the task was asked and has no answer; None if it has one, be it empty.
+    """
 
     task_id: str
     text: str
     sample: int | None = None
+    unanswered: str | None = None
 
 
 Row: TypeAlias = Response | bytes | Mapping[str, object]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import chain, tee
 from operator import length_hint
@@ -29,14 +28,6 @@ NO_ROW = "the response file has no row of the task"
 
 Progressed: TypeAlias = Callable[[int], None]
 """Shows how many answers are scored so far."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Missing:
-    """A task that was asked and has no answer, and why."""
-
-    task_id: str
-    why: str
 
 
 class Scoring(Workers):
@@ -69,7 +60,7 @@ class Scoring(Workers):
         return self._records(suite, model, responses, ScoringOptions(explanations=explanations))
 
     def _records(
-        self, suite: Suite, model: str, responses: Iterable[Response | _Missing], settings: ScoringOptions
+        self, suite: Suite, model: str, responses: Iterable[Response], settings: ScoringOptions
     ) -> Iterator[Record]:
         workers = self if suite.portable else Scoring()  # what has no name cannot be opened elsewhere
         asked, given = tee(responses)
@@ -143,14 +134,14 @@ _Judged: TypeAlias = tuple[Verdict, TaskFeatures | None, Explanation | None]
 """The part of a record that is not known before an answer is scored: all that a worker sends back."""
 
 
-def _judge(suite: Suite, settings: ScoringOptions, items: Sequence[Response | _Missing]) -> list[_Judged]:
+def _judge(suite: Suite, settings: ScoringOptions, items: Sequence[Response]) -> list[_Judged]:
     """From answers to what is made of them."""
     return [_judged(suite, settings, item) for item in items]
 
 
-def _judged(suite: Suite, settings: ScoringOptions, item: Response | _Missing) -> _Judged:
+def _judged(suite: Suite, settings: ScoringOptions, item: Response) -> _Judged:
     explanation = None
-    if isinstance(item, _Missing):
+    if item.unanswered is not None:
         verdict = suite.unanswered(item.task_id)
         if settings.allow_missing and suite.scorer(item.task_id).why_excluded() is None:
             verdict = declaration_of(suite.ability).verdict(excluded=NOT_ANSWERED)
@@ -169,16 +160,12 @@ def _part(
     model: str,
     marked: Callable[[Record], Record],
     finish: Callable[[Record], Record] | None,
-    rows: Sequence[Row | _Missing],
+    rows: Sequence[Row],
 ) -> list[Part]:
     """From answers to a part of the records of a run."""
-    items = [_read(suite, row) for row in rows]
+    items = [response_of(row, suite.benchmark.task_id_of) for row in rows]
     records = [marked(_record(suite, model, item, _judged(suite, settings, item))) for item in items]
     return [part_of(records if finish is None else [*map(finish, records)])]
-
-
-def _read(suite: Suite, row: Row | _Missing) -> Response | _Missing:
-    return row if isinstance(row, _Missing) else response_of(row, suite.benchmark.task_id_of)
 
 
 def _rewards(reward: Reward, items: Sequence[tuple[str, str]]) -> list[float | None]:
@@ -191,16 +178,15 @@ def without_row(suite: Suite, answers: ResponseFile) -> dict[str, str]:
     return {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
 
 
-def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> Iterator[Row | _Missing]:
+def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> Iterator[Row]:
     """All tasks that a model was asked, in the order of the data set: its answers, or why there are none.
 
     Several answers to a task come as they stand in their file, before all tasks without any.
     """
+    lacking = {task_id: Response(task_id, "", unanswered=why) for task_id, why in unanswered.items()}
     if answers.sampled:
-        lacking = [_Missing(i, unanswered[i]) for i in suite.task_ids if i in unanswered]
-        return chain(answers.rows(), lacking)
-    by_id: dict[str, Row | _Missing] = {response.task_id: response for response in answers.responses}
-    by_id |= {task_id: _Missing(task_id, why) for task_id, why in unanswered.items()}
+        return chain(answers.rows(), [lacking[i] for i in suite.task_ids if i in lacking])
+    by_id = {response.task_id: response for response in answers.responses} | lacking
     return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)
 
 
@@ -234,7 +220,8 @@ def score_run(
         progressed: shows how far it is.
     """
     suite = suite.over(response.text for response in answers.responses)
-    items = [_read(suite, row) for row in _items_of(suite, answers, unanswered)]
+    rows = _items_of(suite, answers, unanswered)
+    items = [response_of(row, suite.benchmark.task_id_of) for row in rows]
     found: list[Record] = []
     harness = _harness(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
@@ -245,9 +232,7 @@ def score_run(
     return found
 
 
-def _record(suite: Suite, model: str, item: Response | _Missing, judged: _Judged) -> Record:
+def _record(suite: Suite, model: str, item: Response, judged: _Judged) -> Record:
     verdict, task, explanation = judged
-    if isinstance(item, _Missing):
-        return record_of(suite, model, item.task_id, "", verdict, task=task, unanswered=item.why)
-    about = {"explanation": explanation, "task": task, "sample": item.sample}
+    about = {"explanation": explanation, "task": task, "sample": item.sample, "unanswered": item.unanswered}
     return record_of(suite, model, item.task_id, item.text, verdict, **about)
