@@ -34,7 +34,7 @@ from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.record import Record
-from eai.abilities.responses import Response, ResponseFile, file_name
+from eai.abilities.responses import Response, file_name
 from eai.abilities.verdict import Verdict
 from eai.acting.setting import ACTING
 from eai.benchmark.benchmark import Benchmark
@@ -46,9 +46,8 @@ from eai.pictures.scene_graph import SCENE
 from eai.results.summary import outcome, summarise
 from eai.run.acting import episode_text
 from eai.run.solver import ANSWERS
-from eai.scoring.batch import Scoring, score_run
+from eai.scoring.batch import Scoring
 from eai.scoring.epochs import STATED, majority
-from eai.scoring.options import ScoringOptions
 from eai.scoring.runs import address_of
 from eai.scoring.trials import record_of_trial, replay
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
@@ -159,10 +158,8 @@ SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 def _record_of(state: TaskState, suite: Suite) -> Record:
     model, task_id = file_name(str(state.model)), str(state.sample_id)
     if not state.output.choices:  # the request failed, and Inspect scores all the same
-        (record,) = score_run(
-            suite, ResponseFile(model, ()), {task_id: "the request failed"}, ScoringOptions()
-        )
-        return record
+        lacking = Response(task_id, "", unanswered="the request failed")
+        return next(Scoring().records(suite, model, [lacking]))
     stated = state.metadata.get(EXPERIMENT)
     experiment = None if stated is None else experiment_from_json(stated)
     if experiment is not None and experiment.acts:
@@ -170,8 +167,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
         attempts = replay(as_in_question, experiment, task_id, state.metadata[ANSWERS], state.epoch)
         return record_of_trial(suite, experiment, model, task_id, attempts)
     text = episode_text(state) if suite.ability is ACTING else state.output.completion
-    answers = [Response(task_id, text)]
-    (record,) = Scoring().records(suite, model, answers, explanations=True)
+    record = next(Scoring().records(suite, model, [Response(task_id, text)], explanations=True))
     if experiment is not None and experiment.scene is not None:
         if SCENE not in state.metadata:
             return replace(record, experiment=experiment)
