@@ -73,6 +73,15 @@ def needing(extra: str, what: str) -> Iterator[None]:
         raise EaiError(f"{what} {error.name}: {how_to_install(extra)}") from error
 
 
+@contextmanager
+def located(place: object, kind: type[InputError] = InputError) -> Iterator[None]:
+    """Within it, the message of an error of a kind begins with the place of what is wrong."""
+    try:
+        yield
+    except kind as error:
+        raise kind(f"{place}: {error}") from error
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a message on an unknown name: the known one that is nearest, or nothing if none is near."""
     near = get_close_matches(word, list(known), 1)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from eai.errors import InputError
+from eai.errors import located
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import is_state_formula, objects, walk
 
@@ -195,13 +195,11 @@ def make_task(
     scene = initial.scene
     formulas = []
     for number, stated in enumerate(goals, 1):
-        try:
+        with located(f"task {task_id}, goal {number}"):
             if isinstance(stated, str):
                 formulas.append(read_goal(stated, domain or Domain("", scene.vocabulary, ()), scene))
             else:
                 check_goal(stated, scene)
                 formulas.append(stated)
-        except InputError as error:
-            raise InputError(f"task {task_id}, goal {number}: {error}") from error
     everything = tuple(range(len(scene.objects)))
     return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, formulas)), everything)

@@ -13,7 +13,7 @@ from eai.abilities.goal_text import check_goal
 from eai.abilities.task import Task, make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import files_below
-from eai.errors import InputError
+from eai.errors import InputError, located
 from eai.generator.words import Words
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem
@@ -112,10 +112,8 @@ def _task(name: str, file: ProblemFile, world: ProblemWorld, benchmark: Benchmar
 
 def _meant(formula: f.Formula, initial: State, file: ProblemFile, line: int) -> f.Formula:
     """The meaning of what stands on a line, of which all is there: the agent of a problem may not be."""
-    try:
+    with located(f"{file.path}: line {line}"):
         check_goal(formula, initial.scene)
-    except InputError as error:
-        raise InputError(f"{file.path}: line {line}: {error}") from error
     return formula
 
 
@@ -132,11 +130,9 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     if path.suffix == PDDL:
         return read_problem_file(path, header)
     text = read_text(path)
-    try:
+    with located(path):
         problem = parse_problem(text)
         refuse(text, check_problem(problem, header))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.errors import DomainError
+from eai.errors import DomainError, located
 from eai.logic.rewriting import rename_objects
 from eai.pddl.execute import PddlState, PlanStep
 from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, conjunction, hidden_predicates, without
@@ -231,11 +231,9 @@ def _operator(
     asked = [check.condition for check in operator.checks]
     if operator.tries:
         asked.append(_some_try(operator))
-    try:
+    with located(f"operator {operator.name}", DomainError):
         precondition = conjunction([conditions.convert(without(each, hidden), scope) for each in asked])
         effect = all_at_once(operator, conditions, scope, hidden)
-    except DomainError as error:
-        raise DomainError(f"operator {operator.name}: {error}") from error
     return m.PddlAction(names[operator.name], tuple(scope.values()), precondition, effect)
 
 

@@ -10,8 +10,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from eai.errors import InputError
-from eai.pddl.check import OF_PROBLEMS, Offence, PddlError, PddlFinding, check_domain, check_problem
+from eai.errors import InputError, located
+from eai.pddl.check import OF_PROBLEMS, Offence, PddlFinding, check_domain, check_problem
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, head_of, read_group
 
@@ -63,13 +63,11 @@ def domain_in(text: str, path: Path) -> PddlDomain:
     Raises:
         InputError: it is no sound domain of a fragment that is understood.
     """
-    try:
+    with located(path):
         group = _read_group(text)
         _check(text, group, _DOMAIN, _declared(group))
         domain = PddlReader(text, either=True).domain(_without_costs(group))
         refuse(text, [each for each in check_domain(domain) if each.offence is not OF_PROBLEMS])
-    except PddlError as error:
-        raise InputError(f"{path}: {error}") from error
     return domain
 
 
@@ -86,7 +84,7 @@ def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
 
 def problem_in(text: str, path: Path, domain: PddlDomain) -> ProblemFile:
     """The problem in a text that was found in a file; raises likewise."""
-    try:
+    with located(path):
         group = _read_group(text)
         _check(text, group, _PROBLEM, [each.name for each in domain.predicates])
         problem = PddlReader(text, either=True).problem(_without_costs(group))
@@ -97,8 +95,6 @@ def problem_in(text: str, path: Path, domain: PddlDomain) -> ProblemFile:
             place = _offset(text, ":domain", 0)
             raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
         refuse(text, findings)
-    except PddlError as error:
-        raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)
 
 

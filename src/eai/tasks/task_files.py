@@ -16,7 +16,7 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import is_impossible
 from eai.abilities.task import Task
 from eai.data.files import lines, write_whole
-from eai.errors import InputError
+from eai.errors import InputError, located
 from eai.tasks.source import Finding, TaskSet
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
@@ -62,13 +62,11 @@ class _TaskFiles:
         return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
 
     def _task(self, place: _Line, domain: Domain) -> Task:
-        try:
+        with located(place):
             line = read_line(place.content)
             if line.base != self.base:
                 raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
             return task_of(line, domain)
-        except InputError as error:
-            raise InputError(f"{place}: {error}") from error
 
 
 def open_task_files(path: Path) -> _TaskFiles:
@@ -90,10 +88,8 @@ def open_task_files(path: Path) -> _TaskFiles:
     if not lines:
         raise InputError(f"{path}: expected at least one task")
     first = next(iter(lines.values()))
-    try:
+    with located(first):
         base = read_line(first.content).base
-    except InputError as error:
-        raise InputError(f"{first}: {error}") from error
     digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
     return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
 

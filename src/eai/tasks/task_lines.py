@@ -19,7 +19,7 @@ from eai.abilities.options import misfit
 from eai.abilities.task import Goal, Task, goal
 from eai.abilities.verdict import Json
 from eai.data.docstrings import meanings
-from eai.errors import InputError
+from eai.errors import InputError, located
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_variables, rewrite_in_time
 from eai.logic.signature import takes
@@ -158,10 +158,8 @@ def _hazards(line: _TaskLine, goals: Sequence[Goal]) -> Sequence[str]:
 
 def _initial(line: _TaskLine, scene: Scene) -> State:
     stated = [(name, entry) for name, entries in line.facts.items() for entry in entries]
-    try:
+    with located("facts"):
         return scene.state((name, [entry] if isinstance(entry, str) else entry) for name, entry in stated)
-    except InputError as error:
-        raise InputError(f"facts: {error}") from error
 
 
 def _index(name: str, index: Mapping[str, int], place: str) -> int:
@@ -172,10 +170,8 @@ def _index(name: str, index: Mapping[str, int], place: str) -> int:
 
 def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
     for number, text in enumerate(line.goals):
-        try:
+        with located(f"goals.{number}"):
             yield read_goal(text, domain, scene)
-        except InputError as error:
-            raise InputError(f"goals.{number}: {error}") from error
 
 
 def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:

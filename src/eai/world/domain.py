@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-from eai.errors import DomainError
+from eai.errors import DomainError, located
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
 from eai.world.condition import Conditions
 from eai.world.executable import Arguments, CompiledOperator, applicability
@@ -30,15 +29,6 @@ PRECEDENCE = (
     FaultKind.MISSING_STEP,
 )
 """Which kind of fault counts where a step has several, first to last."""
-
-
-@contextmanager
-def _declaring(place: str) -> Iterator[None]:
-    """Say of an error in what the block declares where it is."""
-    try:
-        yield
-    except DomainError as error:
-        raise DomainError(f"{place}: {error}") from error
 
 
 class Simulator(Protocol):
@@ -129,11 +119,11 @@ class Domain:
                 raise DomainError(f"operator {name} is declared twice")
         for derived in self.vocabulary.derived:
             parameters = tuple([Variable(f"p{i}") for i in range(derived.arity)])
-            with _declaring(f"derived predicate {derived.name}"):
+            with located(f"derived predicate {derived.name}", DomainError):
                 Conditions(self.vocabulary, Frame(parameters)).truth(derived(*parameters))
-        with _declaring("visible"):
+        with located("visible", DomainError):
             _ = self.seen
-        with _declaring("landmarks"):
+        with located("landmarks", DomainError):
             _ = self.known_of
         _ = self.compiled
 
@@ -147,7 +137,7 @@ class Domain:
         """The operators by name, ready to run."""
         compiled: dict[str, CompiledOperator] = {}
         for operator in self.operators:
-            with _declaring(f"operator {operator.name}"):
+            with located(f"operator {operator.name}", DomainError):
                 compiled[operator.name] = CompiledOperator(operator, self.vocabulary)
         return compiled
 

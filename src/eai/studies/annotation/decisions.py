@@ -28,7 +28,7 @@ from eai.abilities.options import Options
 from eai.abilities.task import Goal, Task
 from eai.data.files import write_whole
 from eai.data.grouping import grouped
-from eai.errors import InputError, did_you_mean
+from eai.errors import InputError, did_you_mean, located
 from eai.logic.ltl_printer import print_ltl
 from eai.studies.annotation.demonstration import (
     Candidate,
@@ -89,11 +89,9 @@ def read_decisions(path: Path) -> tuple[tuple[str, ...], dict[str, Chosen]]:
         return (), {}
     found, titles = _File.of_file(path), {}
     for name, table in found.title.items():
-        try:
+        with located(f"{path}: title {name!r}"):
             candidates = tuple(tuple(map(_entry, entries)) for entries in table.candidates)
             titles[name] = Chosen(candidates, tuple(map(read_pattern, table.dropped)))
-        except InputError as error:
-            raise InputError(f"{path}: title {name!r}: {error}") from error
     return found.without, titles
 
 
@@ -295,10 +293,8 @@ def annotate(
 
 
 def _refuse(title: str, pattern: Pattern, domain: Domain) -> None:
-    try:
+    with located(f"title {title!r}: {pattern}"):
         refuse_unknown_name(pattern, domain)
-    except InputError as error:
-        raise InputError(f"title {title!r}: {pattern}: {error}") from error
 
 
 def check(annotations: Iterable[Annotation]) -> Iterator[Finding]:
