@@ -101,7 +101,7 @@ def test_episodes_of_a_task_are_no_units(tmp_path: Path) -> None:
 def test_runs_of_several_epochs_are_compared_by_their_means(tmp_path: Path) -> None:
     first = settled(tmp_path / "first", "lw", "lw", "ww")
     second = settled(tmp_path / "second", "ww", "ww", "lw")
-    found = {each.metric: each for each in compare(first.records, second.records).differences}
+    found = compare(first.records, second.records).differences
     assert found["success"].points == pytest.approx(100 / 6)
     assert (found["success"].yes_no, found["success"].only_second) == (False, ())
     assert found["success"].p_by_task == pytest.approx(1)
