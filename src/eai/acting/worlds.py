@@ -15,6 +15,7 @@ from eai.acting.play import OVER, Arena, Play, read_episode
 from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.suite import Suite
 from eai.data.files import sole_run, write_whole, writing_to
+from eai.data.grouping import grouped
 from eai.envs.command import LOOK
 from eai.errors import InputError
 from eai.prompts.prompt import Image
@@ -128,11 +129,9 @@ class Worlds:
         Raises:
             InputError: a journal was changed or is of another setting, or the folder cannot be written.
         """
-        files: dict[Path, list[str]] = {}
-        for place, path in self._begun():
-            files.setdefault(self._answers(place), []).append(self._answer(place, path))
-            self._written.add(place)
-        write_whole(files)
+        begun = dict(self._begun())
+        write_whole(grouped((self._answers(each), self._answer(each, path)) for each, path in begun.items()))
+        self._written.update(begun)
 
     def _append(self, place: Place) -> None:
         """Add an episode that has ended to the answers, where it is not yet."""

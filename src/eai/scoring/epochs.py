@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain
+from operator import attrgetter
 from pathlib import Path
 
 from eai.abilities.codec import dataclass_to_json, sha256_of
@@ -254,7 +255,8 @@ def settle(
             why = {place: reason for place, reason in obtained.failures.items() if place[1] == epoch}
             named = replace(obtained, name=f"{obtained.name}.{part}", failures=why)
             one = replace(whole, obtained=named, folder=folder / part)
-            of_epochs.append(one.write(one.records(_of_epoch(obtained, epoch))))
+            given = {place[0]: answer for place, answer in obtained.given.items() if place[1] == epoch}
+            of_epochs.append(one.write(one.records(given)))
     averaged = declaration_of(suite.ability).of_epochs
     if of_epochs and averaged is not None:
         means = averaged_records([one.records for one in of_epochs], averaged)
@@ -276,19 +278,11 @@ def _mean(records: Sequence[Record], averaged: Callable[[Sequence[Verdict]], Ver
     return replace(shown, verdict=averaged([record.verdict for record in (shown, *others)]))
 
 
-def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
-    return {task_id: answer for (task_id, number), answer in obtained.given.items() if number == epoch}
-
-
 def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
     """Of each task's answers one that says what most of them say."""
-    epochs = [_of_epoch(obtained, epoch) for epoch in range(1, obtained.epochs + 1)]
-    chosen = {}
-    for task_id in obtained.prompts:
-        candidates = [given[task_id] for given in epochs if task_id in given]
-        if candidates:
-            chosen[task_id] = candidates[majority([answer.text for answer in candidates], ability)]
-    return chosen
+    in_order = sorted(obtained.given.values(), key=attrgetter("epoch"))
+    by_task = grouped((answer.task_id, answer) for answer in in_order)
+    return {i: given[majority([each.text for each in given], ability)] for i, given in by_task.items()}
 
 
 @dataclass(frozen=True)

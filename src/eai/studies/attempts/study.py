@@ -91,16 +91,17 @@ def _cases(records: Sequence[Record], metric: str, attempts: int) -> list[Case]:
 
 def arms_of(runs: Sequence[Sequence[Record]]) -> list[_Arm]:
     """The arms of some runs of one model and suite, those without feedback first; other runs are none."""
-    found: dict[Experiment, dict[int | None, Sequence[Record]]] = {}
-    for records in runs:
-        experiment = records[0].experiment
-        if experiment is not None and experiment.acts:
-            found.setdefault(replace(experiment, slip_seed=None), {})[experiment.slip_seed] = records
-    order = [*get_args(Feedback)]
-    return sorted(
-        (_Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),
-        key=lambda arm: (arm.experiment.slip, order.index(arm.experiment.feedback), arm.name),
+    found = grouped(
+        (replace(each, slip_seed=None), (each.slip_seed, records))
+        for records in runs
+        if (each := records[0].experiment) is not None and each.acts
     )
+    arms = [
+        _Arm(experiment, dict(sorted(by_seed, key=lambda each: str(each[0]))))
+        for experiment, by_seed in found.items()
+    ]
+    order = [*get_args(Feedback)]
+    return sorted(arms, key=lambda arm: (arm.experiment.slip, order.index(arm.experiment.feedback), arm.name))
 
 
 def tables(arms: Sequence[_Arm]) -> list[Table]:
