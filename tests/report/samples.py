@@ -22,6 +22,7 @@ from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
+from eai.report.ranking import Cell, Row
 from eai.world.fault import FaultKind
 from record_files import write_records
 from results.verdicts import goals, record, whole
@@ -192,3 +193,8 @@ def all_runs() -> list[list[Record]]:
     """Every ability, two models for plans, and one run under both protocols."""
     plans = [action_run("first"), action_run("second"), action_run("first", "eai-1.0.5")]
     return [*plans, goal_run(), subgoal_run(), operator_run()]
+
+
+def cell_at(row: Row, place: int) -> Cell:
+    """The number of a row in the column at a place."""
+    return [*row.cells.values()][place]

@@ -15,7 +15,7 @@ from eai.report.writer import rankings_csv, rankings_json
 from eai.results.latex import table_latex
 from eai.results.paper_tables import paper_setting, paper_table
 from eai.scoring.runs import Run, RunKey
-from report.samples import action_run, goal_run, operator_run
+from report.samples import action_run, cell_at, goal_run, operator_run
 from results.verdicts import whole
 
 REFERENCE = Protocol("eai-1.0.5")
@@ -43,7 +43,7 @@ def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
         (row.model, place_of_column(column, table.domain)): cell.percent
         for table in tables
         for row in table.rows
-        for column, cell in zip(table.columns, row.cells, strict=True)
+        for column, cell in row.cells.items()
         if cell.percent is not None
     }
     printed = {
@@ -67,9 +67,10 @@ def test_a_run_stands_only_where_it_measures_the_same() -> None:
     }
     run = found["paper_replanning", "virtualhome"].rows[0]
     assert run.model == "first"
-    assert run.cells[0].interval is not None
-    assert run.cells[0].rate is not None
-    assert run.cells[0].rate.denominator == 11
+    cell = cell_at(run, 0)
+    assert cell.interval is not None
+    assert cell.rate is not None
+    assert cell.rate.denominator == 11
     assert "no run can be set beside" in " ".join(found["paper_human", "virtualhome"].notes)
 
 
@@ -93,14 +94,14 @@ def test_a_behavior_run_stands_beside_the_modular_rows() -> None:
 def test_figures_that_the_paper_contradicts_itself_on_have_a_note() -> None:
     table = besides()["paper_replanning", "virtualhome"]
     alone = table.rows[0]
-    assert (alone.model, alone.cells[0].percent) == ("GPT-4o", 65.2)
-    assert any("prints 71.5" in note for note in alone.cells[0].notes)
+    assert (alone.model, cell_at(alone, 0).percent) == ("GPT-4o", 65.2)
+    assert any("prints 71.5" in note for note in cell_at(alone, 0).notes)
 
 
 def test_every_note_is_marked_somewhere() -> None:
     for table in besides(summary(action_run()), summary(action_run(), Protocol.STRICT)).values():
-        used = {n for row in table.rows for cell in row.cells for n in cell.notes}
-        used |= {n for notes in table.column_notes for n in notes}
+        used = {n for row in table.rows for cell in row.cells.values() for n in cell.notes}
+        used |= {n for notes in table.columns.values() for n in notes}
         assert used == set(table.notes)
 
 

@@ -20,6 +20,7 @@ from pathlib import Path
 from pydantic import Field
 
 from eai import __version__
+from eai.abilities.declaration import MetricColumn
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
@@ -257,11 +258,10 @@ _AFTER = ("Answered", "Harness", "Effort", "Date", "Tokens", "Dollars", "Protoco
 
 def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     """A ranking; the number that ranks comes first."""
-    order = sorted(range(len(table.columns)), key=lambda place: table.columns[place] != table.by)
-    columns = [table.columns[place] for place in order]
+    columns = sorted(table.columns, key=lambda column: column != table.by)
     headings = [f"{column.group}: {column.label}" if column.group else column.label for column in columns]
     head = "".join(f"<th>{escape(heading)}</th>" for heading in (*_BEFORE, *headings, *_AFTER))
-    body = "".join(_row(row, order, table, submissions) for row in table.rows)
+    body = "".join(_row(row, columns, table, submissions) for row in table.rows)
     notes = "".join(f"<li>{escape(note)}</li>" for note in table.notes)
     rows = f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     return (
@@ -270,10 +270,12 @@ def _table(table: Ranking, submissions: Mapping[str, _Submission]) -> str:
     )
 
 
-def _row(row: Row, order: Sequence[int], table: Ranking, submissions: Mapping[str, _Submission]) -> str:
+def _row(
+    row: Row, columns: Sequence[MetricColumn], table: Ranking, submissions: Mapping[str, _Submission]
+) -> str:
     submission = submissions[row.model] if row.source == "run" else None
     rank = _NO_NUMBER if row.rank is None else str(row.rank)
-    numbers = [_number(row.cells[place].shown(table)) for place in order]
+    numbers = [_number(row.cells[column].shown(table)) for column in columns]
     answered = _NO_NUMBER if row.coverage is None else str(row.coverage)
     protocol, marks = table.protocol.value, _marks(table.numbers(row.notes))
     if submission is None:

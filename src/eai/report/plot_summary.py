@@ -40,8 +40,8 @@ _PANELS: Sequence[tuple[str, Sequence[str], Sequence[str]]] = (
 )
 """The title of each panel, the names of the tables it is from, and the groups of columns; all if none."""
 
-_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, Row, int]]]
-"""A heading and what is measured -> where that is: table, row and place of the column."""
+_Lines: TypeAlias = Mapping[tuple[str, MetricColumn], Sequence[tuple[Ranking, Row]]]
+"""A heading and what is measured -> the tables that have it, with the row of the model."""
 
 _PAPERS = ("paper", "published")
 
@@ -91,11 +91,11 @@ def draw(tables: Sequence[Ranking], model: str, protocol: Protocol) -> Figure | 
 def _lines(shown: Sequence[tuple[Ranking, Row]], names: Sequence[str], groups: Sequence[str]) -> _Lines:
     """The columns of the tables of some names as lines, below the abilities that they are of."""
     return grouped(
-        ((ability_title(column.ability) if column.ability else column.group, column), (table, row, place))
+        ((ability_title(column.ability) if column.ability else column.group, column), (table, row))
         for name in names
         for table, row in shown
         if table.name == name
-        for place, column in enumerate(table.columns)
+        for column in table.columns
         if not groups or column.group in groups
     )
 
@@ -131,19 +131,21 @@ def _draw_panel(axes: Axes, lines: _Lines, domains: Sequence[str]) -> None:
             line += 1
             places.append(line)
             labels.append(clipped(key[1].label))
-            for mark in lines[key]:
-                _draw_mark(axes, line, mark, domains)
+            for table, row in lines[key]:
+                _draw_mark(axes, line, (table, row, key[1]), domains)
         line += 1
     axes.set_yticks(places, labels=labels, fontsize=7.5)
 
 
-def _draw_mark(axes: Axes, line: int, mark: tuple[Ranking, Row, int], domains: Sequence[str]) -> None:
-    table, row, place = mark
-    cell, number = row.cells[place], domains.index(table.domain)
+def _draw_mark(
+    axes: Axes, line: int, mark: tuple[Ranking, Row, MetricColumn], domains: Sequence[str]
+) -> None:
+    table, row, column = mark
+    cell, number = row.cells[column], domains.index(table.domain)
     if cell.percent is None:
         return
     at, color = line + _APART * (number - (len(domains) - 1) / 2), _color(number)
-    others = (each.cells[place].percent for each in table.rows if each.source in _PAPERS)
+    others = (each.cells[column].percent for each in table.rows if each.source in _PAPERS)
     for other in (percent for percent in others if percent is not None):
         axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
     if cell.interval is not None:

@@ -70,6 +70,7 @@ class Row:
     """One model.
 
     Attributes:
+        cells: its number in each column of the table.
         coverage: how much of its suites is answered; None of the paper's rows, which do not say.
         harness: what the model acts in.
         effort: how much it is to reason.
@@ -80,7 +81,7 @@ class Row:
 
     model: str
     source: RowSource
-    cells: tuple[Cell, ...]
+    cells: Mapping[MetricColumn, Cell]
     coverage: Coverage | None = None
     notes: tuple[str, ...] = ()
     rank: int | None = None
@@ -95,13 +96,13 @@ class Row:
     @property
     def all_notes(self) -> list[str]:
         """The footnotes on the whole of it, and those on its numbers."""
-        return [*self.notes, *(note for cell in self.cells for note in cell.notes)]
+        return [*self.notes, *(note for cell in self.cells.values() for note in cell.notes)]
 
     def shown(self, ranking: Ranking) -> tuple[TableCell, ...]:
         """The cells that readers see, one for each of `_BESIDE`, and its numbers."""
         origin = "" if self.source == "run" else self.source
         answered = NO_NUMBER if self.coverage is None else str(self.coverage)
-        numbers = [cell.shown(ranking) for cell in self.cells]
+        numbers = [cell.shown(ranking) for cell in self.cells.values()]
         model = Label(self.model, origin=origin, notes=ranking.numbers(self.notes))
         return (self.rank, model, self.harness, self.effort, answered, *numbers)
 
@@ -120,8 +121,7 @@ class Ranking:
     """One table of one domain under one protocol.
 
     Attributes:
-        columns: only those in which some row has a number.
-        column_notes: for each column the footnotes on the whole of it.
+        columns: only those in which some row has a number, each with the footnotes on the whole of it.
         rows: by rank.
         notes: all footnotes, the first is number 1.
         by: the column that ranks, which need not be one that is shown; None of a table without ranks.
@@ -131,8 +131,7 @@ class Ranking:
     title: str
     protocol: Protocol
     domain: str
-    columns: tuple[MetricColumn, ...]
-    column_notes: tuple[tuple[str, ...], ...]
+    columns: Mapping[MetricColumn, tuple[str, ...]]
     rows: tuple[Row, ...]
     notes: tuple[str, ...]
     by: MetricColumn | None = None
@@ -155,8 +154,8 @@ class Ranking:
         """
         groups = [column.group for column in self.columns]
         columns = [
-            Column(column.metric, column.label, column.group, _alone(column, groups), 1, True, numbers)
-            for column, numbers in zip(self.columns, map(self.numbers, self.column_notes), strict=True)
+            Column(each.metric, each.label, each.group, _alone(each, groups), 1, True, self.numbers(notes))
+            for each, notes in self.columns.items()
         ]
         table = Table(
             self.name,
@@ -202,11 +201,10 @@ def ranking_column(primary: Sequence[str], columns: Sequence[MetricColumn]) -> M
     return next((column for name in primary for column in columns if column.metric == name), columns[0])
 
 
-def ranked(by: MetricColumn, columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
-    """The rows by rank, by one of the columns, with the best of each column marked."""
-    place, order = columns.index(by), get_args(RowSource)
-    ranks = ranks_of([_printed(row.cells[place]) if row.competes else None for row in rows])
-    marked = zip(with_best_marked(columns, rows), ranks, strict=True)
+def ranked(by: MetricColumn, rows: Sequence[Row]) -> list[Row]:
+    """The rows by rank, by one of their columns, with the best of each column marked."""
+    ranks = ranks_of([_printed(row.cells[by]) if row.competes else None for row in rows])
+    marked, order = zip(with_best_marked(rows), ranks, strict=True), get_args(RowSource)
     return sorted(
         (replace(row, rank=rank) for row, rank in marked),
         key=lambda row: (row.rank is None, row.rank or 0, order.index(row.source), row.model),
@@ -219,26 +217,26 @@ def ranks_of(values: Sequence[float | None]) -> list[int | None]:
     return [None if value is None else 1 + sum(other > value for other in known) for value in values]
 
 
-def with_best_marked(columns: Sequence[MetricColumn], rows: Sequence[Row]) -> list[Row]:
+def with_best_marked(rows: Sequence[Row]) -> list[Row]:
     """The rows with the best of each column marked if there is something to compare."""
-    shown = [
-        [_printed(cell) if cell.ranked and row.source != "floor" else None for cell in row.cells]
+    best: dict[MetricColumn, float] = {}
+    for column in dict.fromkeys(column for row in rows for column in row.cells if column.more_is_better):
+        known = [number for row in rows if (number := _compared(row, row.cells[column])) is not None]
+        best |= {column: max(known)} if len(known) > 1 else {}
+    return [
+        replace(
+            row, cells={column: _marked(row, cell, best.get(column)) for column, cell in row.cells.items()}
+        )
         for row in rows
     ]
-    best = list(map(_best, columns, zip(*shown, strict=True)))
-    return [
-        replace(row, cells=tuple(map(_marked, row.cells, numbers, best)))
-        for row, numbers in zip(rows, shown, strict=True)
-    ]
 
 
-def _marked(cell: Cell, number: float | None, best: float | None) -> Cell:
-    return replace(cell, best=number is not None and number == best)
+def _marked(row: Row, cell: Cell, best: float | None) -> Cell:
+    return replace(cell, best=best is not None and _compared(row, cell) == best)
 
 
-def _best(column: MetricColumn, values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return max(known) if column.more_is_better and len(known) > 1 else None
+def _compared(row: Row, cell: Cell) -> float | None:
+    return _printed(cell) if cell.ranked and row.source != "floor" else None
 
 
 def _printed(cell: Cell) -> float | None:

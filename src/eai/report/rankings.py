@@ -70,8 +70,8 @@ def run_rows(
     abilities = {column.ability for column in columns}
     planners = {name for run in runs for name in run.planners}
     for name, cells in known.items():
-        found = tuple(cell_of(cells, column) for column in columns)
-        if any(cell.percent is not None for cell in found):
+        found = {column: cell_of(cells, column) for column in columns}
+        if any(cell.percent is not None for cell in found.values()):
             shown = [run for run in runs if run.key.name == name and run.key.ability in abilities]
             remarks = [
                 f"{ability_title(run.key.ability)}: {run.coverage.remark}"
@@ -125,11 +125,11 @@ def _percents(cells: Cells) -> dict[Place, float | None]:
     return {(ability, metric): cell.percent for (ability, metric), cell in cells.items() if ability}
 
 
-def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable]) -> Iterator[Row]:
-    """The paper's models; of two tables with a figure the first is taken."""
+def paper_rows(places: Mapping[MetricColumn, PaperColumn], papers: Sequence[PaperTable]) -> Iterator[Row]:
+    """The paper's models; of two tables with a figure for a place of a column the first is taken."""
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
-        cells = tuple(_paper_cell(model, column, papers) for column in columns)
-        if any(cell.percent is not None for cell in cells):
+        cells = {column: _paper_cell(model, place, papers) for column, place in places.items()}
+        if any(cell.percent is not None for cell in cells.values()):
             yield Row(model, "paper", cells)
 
 
@@ -172,8 +172,8 @@ def scored_rows(
         texts.append(_OTHER_DATA.format(suites=", ".join(map(ability_title, dict.fromkeys(other)))))
     for model in models:
         cells = _published_cells(model, suites)
-        found = tuple(cell_of(cells, column) for column in columns)
-        if any(cell.percent is not None for cell in found):
+        found = {column: cell_of(cells, column) for column in columns}
+        if any(cell.percent is not None for cell in found.values()):
             covered = together(suite.coverage(model) for suite in suites.values() if model in suite.models)
             yield Row(model, source, found, covered, tuple(texts))
 
@@ -238,18 +238,18 @@ def make_ranking(
         return None
     protocol, domain = runs[0].key[:2]
     by = ranking_column(spec.primary, columns)
-    ours = [_with_missing(row, by, columns) for row in run_rows(columns, runs, known, with_paper=with_paper)]
-    places = [place_of_column(column, domain) for column in columns]
+    ours = [_with_missing(row, by) for row in run_rows(columns, runs, known, with_paper=with_paper)]
+    places = {column: place_of_column(column, domain) for column in columns}
     papers, others = [], list[Row]()
     if with_paper and protocol.value == paper_tables.paper_setting().protocol:
         papers = [paper_tables.paper_table(name) for name in paper_tables.paper_setting().tables[spec.name]]
     elif with_paper:
         others += scored_rows("published", columns, runs)
     others += [*paper_rows(places, papers), *scored_rows("floor", columns, runs)]
-    on_columns = tuple(_notes_on(place, papers) for place in places)
-    notes = _in_order(_of_rows(ours), *on_columns, _of_rows(others))
-    rows = tuple(ranked(by, columns, [*ours, *others]))
-    return Ranking(spec.name, spec.title, protocol, domain, columns, on_columns, rows, notes, by)
+    on_columns = {column: _notes_on(place, papers) for column, place in places.items()}
+    notes = _in_order(_of_rows(ours), *on_columns.values(), _of_rows(others))
+    rows = tuple(ranked(by, [*ours, *others]))
+    return Ranking(spec.name, spec.title, protocol, domain, on_columns, rows, notes, by)
 
 
 def _in_order(*notes: Iterable[str]) -> tuple[str, ...]:
@@ -261,20 +261,14 @@ def _of_rows(rows: Iterable[Row]) -> list[str]:
     return [note for row in rows for note in row.all_notes]
 
 
-def _with_missing(row: Row, by: MetricColumn, columns: Sequence[MetricColumn]) -> Row:
+def _with_missing(row: Row, by: MetricColumn) -> Row:
     """A row, with a footnote on what it lacks if it has no number in the column that ranks."""
-    if row.cells[columns.index(by)].percent is not None:
+    if row.cells[by].percent is not None:
         return row
-    pairs = zip(columns, row.cells, strict=True)
-    missing = dict.fromkeys(
-        [
-            ability_title(column.ability).lower()
-            for column, cell in pairs
-            if column.ability and cell.percent is None
-        ]
-    )
-    lacking = f": {', '.join(missing)} not asked" if missing else ""
-    note = f"No rank, as there is no {by.label.lower()}{lacking}."
+    lacking = [column for column, cell in row.cells.items() if cell.percent is None]
+    missing = dict.fromkeys([ability_title(each.ability).lower() for each in lacking if each.ability])
+    unasked = f": {', '.join(missing)} not asked" if missing else ""
+    note = f"No rank, as there is no {by.label.lower()}{unasked}."
     return replace(row, notes=(*row.notes, note))
 
 
@@ -306,8 +300,8 @@ def _experiments_of(runs: Sequence[RunSummary]) -> Ranking | None:
         ]
     )
     name, title = f"experiments_{spec.name}", f"Experiments: {ability_title(key.ability).lower()}"
-    on_columns, notes = ((),) * len(spec.columns), _in_order(_of_rows(rows))
-    return Ranking(name, title, key.protocol, key.domain, spec.columns, on_columns, rows, notes)
+    columns, notes = dict.fromkeys(spec.columns, ()), _in_order(_of_rows(rows))
+    return Ranking(name, title, key.protocol, key.domain, columns, rows, notes)
 
 
 def besides(runs: Sequence[RunSummary]) -> list[Ranking]:
@@ -332,14 +326,14 @@ def _besides(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Rank
     alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in setting.other_tasks:
         alike = []
-    places = [place_of_column(column, domain) for column in columns]
+    places = {column: place_of_column(column, domain) for column in columns}
     ours = [item for item in alike if item.key.protocol.value == setting.protocol]
     remarks = (_LEFT_OUT,) if len(ours) < len(alike) else ()
-    on_columns = tuple((*remarks, *_notes_on(place, [paper])) for place in places)
+    on_columns = {column: (*remarks, *_notes_on(place, [paper])) for column, place in places.items()}
     rows = [*run_rows(columns, ours, cells_by_model(ours), with_paper=True), *paper_rows(places, [paper])]
-    marked, notes = tuple(with_best_marked(columns, rows)), _in_order(*on_columns, _of_rows(rows))
+    marked, notes = tuple(with_best_marked(rows)), _in_order(*on_columns.values(), _of_rows(rows))
     name, protocol = f"paper_{paper.name}", Protocol(setting.protocol)
-    return Ranking(name, paper.title, protocol, domain, columns, on_columns, marked, notes)
+    return Ranking(name, paper.title, protocol, domain, on_columns, marked, notes)
 
 
 def _has_figures(paper: PaperTable, column: MetricColumn, domain: str) -> bool:

@@ -94,23 +94,21 @@ def tables_tex(
 
 def _narrow(table: Ranking, models: Collection[str], headings: Collection[str]) -> Ranking | None:
     wanted = set(headings)
-    places = [i for i, column in enumerate(table.columns) if not wanted or wanted & _headings(column)]
-    rows = [row for row in table.rows if not models or row.model in models]
-    if not places or not rows:
+    columns = {
+        column: notes for column, notes in table.columns.items() if not wanted or wanted & _headings(column)
+    }
+    rows = [
+        replace(row, cells={column: row.cells[column] for column in columns})
+        for row in table.rows
+        if not models or row.model in models
+    ]
+    if not columns or not rows:
         return None
-    columns = tuple(table.columns[i] for i in places)
-    rows = [replace(row, cells=tuple(row.cells[i] for i in places)) for row in rows]
-    column_notes = tuple(table.column_notes[i] for i in places)
-    used = {note for notes in (*column_notes, *(row.all_notes for row in rows)) for note in notes}
+    used = {note for notes in (*columns.values(), *(row.all_notes for row in rows)) for note in notes}
     ranks = ranks_of([None if row.rank is None else -row.rank for row in rows])
     rows = [replace(row, rank=rank) for row, rank in zip(rows, ranks, strict=True)]
-    return replace(
-        table,
-        columns=columns,
-        column_notes=column_notes,
-        rows=tuple(with_best_marked(columns, rows)),
-        notes=tuple(note for note in table.notes if note in used),
-    )
+    notes = tuple(note for note in table.notes if note in used)
+    return replace(table, columns=columns, rows=tuple(with_best_marked(rows)), notes=notes)
 
 
 def _headings(column: MetricColumn) -> set[str]:
@@ -155,7 +153,7 @@ def rankings_csv(tables: Sequence[Ranking]) -> str:
         _line(table, row, column, cell)
         for table in tables
         for row in table.rows
-        for column, cell in zip(table.columns, row.cells, strict=True)
+        for column, cell in row.cells.items()
         if cell.percent is not None
     )
 
@@ -214,8 +212,8 @@ def _row_json(table: Ranking, row: Row) -> Json:
                 "metric": column.metric,
                 **_numbers(cell),
                 "best": cell.best,
-                "notes": [*table.numbers(cell.notes), *table.numbers(notes)],
+                "notes": [*table.numbers(cell.notes), *table.numbers(table.columns[column])],
             }
-            for column, notes, cell in zip(table.columns, table.column_notes, row.cells, strict=True)
+            for column, cell in row.cells.items()
         ],
     }
