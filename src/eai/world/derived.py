@@ -120,19 +120,10 @@ def meaning(derived: DerivedPredicate) -> Defined | None:
 
 def stored_sources(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
     """The stored predicates that predicates come down to, each once."""
-    found: dict[str, None] = {}
-    pending, seen = list(predicates), set[str]()
-    while pending:
-        name = pending.pop(0)
-        if name in seen:
-            continue
-        seen.add(name)
+    reached = list(dict.fromkeys(predicates))
+    for name in reached:  # which grows
         derived = vocabulary.derived_by_name.get(name)
-        match derived:
-            case None:
-                found[name] = None
-            case Defined(definition=definition):
-                pending += predicates_of(definition)
-            case _:
-                pending += derived.reads
-    return list(found)
+        if derived is not None:
+            read = predicates_of(derived.definition) if isinstance(derived, Defined) else derived.reads
+            reached += [each for each in dict.fromkeys(read) if each not in reached]
+    return [name for name in reached if name not in vocabulary.derived_by_name]

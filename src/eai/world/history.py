@@ -38,7 +38,7 @@ class Past:
         self.state = state
         self.before = before
         self.number: int = 0 if before is None else before.number + 1
-        self._latest: dict[Hashable, int | None] | None = None
+        self._latest: dict[Hashable, int | None] = {}
 
     def then(self, state: State) -> Past:
         """The past after one more state."""
@@ -64,15 +64,13 @@ class Past:
         moment: Past | None = self
         found = None
         while moment is not None:
-            if moment._latest is not None and question in moment._latest:
+            if question in moment._latest:
                 found = moment._latest[question]
                 break
             if test(moment.state):
                 found = moment.number
                 break
             moment = moment.before
-        if self._latest is None:
-            self._latest = {}
         self._latest[question] = found
         return found
 

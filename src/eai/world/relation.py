@@ -22,23 +22,15 @@ _PRIME = (1 << 60) - 93
 class Matrix:
     """The base of relations: all rows and all columns, never changed after construction.
 
-    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty: found out
-    where they are not given.
+    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty.
     """
 
     __slots__ = ("columns", "rows", "sources", "targets")
 
-    def __init__(
-        self,
-        rows: Iterable[int],
-        columns: Iterable[int],
-        sources: int | None = None,
-        targets: int | None = None,
-    ) -> None:
-        self.rows = tuple(rows)
-        self.columns = tuple(columns)
-        self.sources = reduce(or_, filter(None, self.columns), 0) if sources is None else sources
-        self.targets = reduce(or_, filter(None, self.rows), 0) if targets is None else targets
+    def __init__(self, rows: Iterable[int], columns: Iterable[int]) -> None:
+        self.rows, self.columns = tuple(rows), tuple(columns)
+        self.sources = reduce(or_, filter(None, self.columns), 0)
+        self.targets = reduce(or_, filter(None, self.rows), 0)
 
     @classmethod
     def of_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:
