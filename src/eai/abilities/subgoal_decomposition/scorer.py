@@ -127,12 +127,11 @@ class SubgoalDecomposition(Scorer):
     def _goal_to_reach(self) -> GoalProgress:
         """The goal of the search."""
         actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
-        return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting)
+        on_course = self.goals.all_over_time if self.goals.watches else None
+        return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting, on_course)
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
-        on_course = self.goals.all_over_time if self.goals.watches else None
-        program = compiled.program
-        return search(self.domain, self.task.initial, program, self._goal, self._limits, on_course)
+        return search(self.domain, self.task.initial, compiled.program, self._goal, self._limits)
 
     def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
         branch, best = outcome.reported, self._with_most_goals(outcome)

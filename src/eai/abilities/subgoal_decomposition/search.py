@@ -87,22 +87,31 @@ class GoalProgress:
         goal: the parts, to be met one after the other.
         scene: the scene.
         at_end: whether the last state is as it must be besides; None asks for nothing.
+        on_course: likewise, of all that happens on a way there.
 
     Attributes:
         actions: the operators that it asks for.
+        on_course: whether the whole course is as it must be; None where it does not matter.
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
         DomainError: it uses a predicate or an object that there is not.
     """
 
-    def __init__(self, goal: f.Formula, scene: Scene, at_end: Callable[[State], bool] | None = None) -> None:
+    def __init__(
+        self,
+        goal: f.Formula,
+        scene: Scene,
+        at_end: Callable[[State], bool] | None = None,
+        on_course: Callable[[Trajectory], bool] | None = None,
+    ) -> None:
         parts = goal.parts if isinstance(goal, f.Then) else (goal,)
         for part in parts:
             if not is_state_formula(part):
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
         self._parts = tuple(_Part(part, scene) for part in parts)
         self._at_end = at_end
+        self.on_course = on_course
         self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
 
     def advance(self, met: int, state: State, action: Action) -> int:
@@ -116,54 +125,6 @@ class GoalProgress:
         missing = len(self._parts) - met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
         return met_by_now and (self._at_end is None or self._at_end(final))
-
-
-class _Watched:
-    """Progress with a goal on the whole course besides: of its past nothing may be forgotten.
-
-    Pasts are numbered, equal ones alike, so that no two branches meet that have come different ways. For one
-    search.
-
-    Args:
-        progress: the progress with the parts to be met.
-        holds: whether what is asked of a whole course holds on it.
-    """
-
-    def __init__(self, progress: GoalProgress, holds: Callable[[Trajectory], bool]) -> None:
-        self._progress = progress
-        self._holds = holds
-        self._pasts: list[_Past] = [_Past(0)]
-        self._numbers: dict[tuple[int, State, Action], int] = {}
-
-    def advance(self, met: int, state: State, action: Action) -> int:
-        """The number of the past that is another one with one step more."""
-        key = (met, state, action)
-        if key not in self._numbers:
-            self._numbers[key] = len(self._pasts)
-            progress = self._progress.advance(self._pasts[met].met, state, action)
-            self._pasts.append(_Past(progress, met, state, action))
-        return self._numbers[key]
-
-    def reached(self, met: int, final: State) -> bool:
-        """Whether a course with this past that ends here is as it must be."""
-        if not self._progress.reached(self._pasts[met].met, final):
-            return False
-        states, steps = [final], []
-        past = self._pasts[met]
-        while past.action is not None and past.state is not None:
-            states.append(past.state)
-            steps.append(Step(past.action, None))
-            past = self._pasts[past.before]
-        return self._holds(Trajectory(tuple(states[::-1]), tuple(steps[::-1])))
-
-
-class _Past(NamedTuple):
-    """How far a course has come, the number of the past before its last step, and that step."""
-
-    met: int
-    before: int = 0
-    state: State | None = None
-    action: Action | None = None
 
 
 _FEW = 5
@@ -242,16 +203,17 @@ def _errors_and_length(branch: Branch) -> tuple[int, int]:
     return branch.errors, -branch.past.number
 
 
-def _without_twins(branches: list[Branch], subgoal: int) -> list[Branch]:
+def _without_twins(branches: list[Branch], subgoal: int, *, with_pasts: bool) -> list[Branch]:
     """Of branches with the same future those to report if they succeed, and if they fail; in order.
 
-    They continue with the subgoal of a number.
+    They continue with the subgoal of a number. ``with_pasts``: it matters to the goal which way they came.
     """
     if len(branches) < _FEW:
         return branches
-    twins: dict[tuple[State, int, int], list[Branch]] = {}
+    twins: dict[object, list[Branch]] = {}
     for branch in branches:
-        key = (branch.state, branch.met, branch.executed_for(subgoal))
+        way = branch.trajectory.executed if with_pasts else ()
+        key = (branch.state, branch.met, branch.executed_for(subgoal), way)
         twins.setdefault(key, []).append(branch)
     best = [(min(each, key=_errors), min(each, key=_errors_and_length)) for each in twins.values()]
     kept = {id(branch) for pair in best for branch in pair}
@@ -321,7 +283,6 @@ def search(
     program: Program,
     goal: GoalProgress,
     limits: ExplorationLimits,
-    on_course: Callable[[Trajectory], bool] | None = None,
 ) -> Outcome:
     """Carry out a program of subgoals in all ways.
 
@@ -331,17 +292,15 @@ def search(
         program: the subgoals.
         goal: what is to be reached.
         limits: how much the search may do.
-        on_course: whether what is asked of a whole course besides holds on it; None asks for nothing.
     """
-    watched = goal if on_course is None else _Watched(goal, on_course)
-    return _Search(domain, program, watched, limits).run(Branch(Past(initial)))
+    return _Search(domain, program, goal, limits).run(Branch(Past(initial)))
 
 
 class _Search:
     """The state of one search."""
 
     def __init__(
-        self, domain: Domain, program: Program, goal: GoalProgress | _Watched, limits: ExplorationLimits
+        self, domain: Domain, program: Program, goal: GoalProgress, limits: ExplorationLimits
     ) -> None:
         self._domain = domain
         self._program = program
@@ -371,15 +330,12 @@ class _Search:
 
     def _followed(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
         """The branches that continue: all of them with a test that ends a subgoal or the answer."""
-        match instruction:
-            case Do() | Split():
-                branches = _without_twins(waiting, instruction.subgoal)
-                self._is_cut |= len(branches) > self._limits.branches
-                return branches[: self._limits.branches]
-            case Require():
-                return _without_twins(waiting, instruction.subgoal)
-            case _:
-                return _without_twins(waiting, _NONE)
+        subgoal = _NONE if instruction is None else instruction.subgoal
+        branches = _without_twins(waiting, subgoal, with_pasts=self._goal.on_course is not None)
+        if not isinstance(instruction, Do | Split):
+            return branches
+        self._is_cut |= len(branches) > self._limits.branches
+        return branches[: self._limits.branches]
 
     def _outcome(self, fallback: Branch) -> Outcome:
         if self._is_cut and self._end == "complete" and not self._successful:
@@ -408,7 +364,9 @@ class _Search:
                 for target in targets(branch.state):
                     self._waiting[target].append(branch)
             case None:
-                reached = self._goal.reached(branch.met, branch.state)
+                on_course, reached = self._goal.on_course, self._goal.reached(branch.met, branch.state)
+                if reached and on_course is not None:
+                    reached = on_course(branch.trajectory)
                 self._finish(branch, self._successful if reached else self._executable)
             case _:
                 assert_never(instruction)
