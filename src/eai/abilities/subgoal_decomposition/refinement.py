@@ -134,11 +134,19 @@ class Refinement:
     def needless(self, literals: Sequence[GroundAtom], state: State) -> Plan | None:
         """The actions that would bring literals about and say themselves that they are not needed.
 
-        None if one of the literals does not hold.
+        That is for each literal the first that does, as its object is as it makes it; None if one of the
+        literals does not hold.
         """
         if not all(self._repertoire.test(each, state.scene)(state) for each in literals):
             return None
-        return self._needless(self._repertoire.wanted(literals, state.scene), state)
+        found: list[Action] = []
+        covered = 0
+        for action, parts in self._repertoire.wanted(literals, state.scene).items():
+            releases = self._role(action) is Role.RELEASES
+            if not releases and parts & ~covered and self._is_needless(action, state):
+                found.append(action)
+                covered |= parts
+        return tuple(found)
 
     def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> Plans:
         """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
@@ -229,17 +237,6 @@ class Refinement:
             touched = need.touched.get(action.operator, 0) | parts
             grounds.append(ground.for_parts(parts, touched))
         return grounds
-
-    def _needless(self, wanted: Mapping[Action, int], state: State) -> tuple[Action, ...]:
-        """For each literal the first action that says it is not needed: its object is as it makes it."""
-        found: list[Action] = []
-        covered = 0
-        for action, parts in wanted.items():
-            releases = self._role(action) is Role.RELEASES
-            if not releases and parts & ~covered and self._is_needless(action, state):
-                found.append(action)
-                covered |= parts
-        return tuple(found)
 
     def _is_needless(self, action: Action, state: State) -> bool:
         return is_needless(self._repertoire.known[action.operator].operator, action, state)
