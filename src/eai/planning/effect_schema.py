@@ -82,6 +82,12 @@ def changed_by(operator: Operator) -> list[str]:
     ]
 
 
+def unread_by(operator: Operator) -> frozenset[str]:
+    """The predicates that an operator changes, where `effect_schemas` leaves out some of its effects."""
+    changed = changed_by(operator)
+    return frozenset(changed if len(changed) > len([*effect_schemas(operator)]) else ())
+
+
 def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[EffectSchema]:
     """The additions and deletions that effects make where all that is ``around`` them holds."""
     for effect in effects:

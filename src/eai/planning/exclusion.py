@@ -13,7 +13,7 @@ from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import predicates_of, walk
-from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas, match
+from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas, match, unread_by
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
@@ -59,12 +59,7 @@ class ExclusionRules:
         self.effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self.single = {p.name for p in domain.vocabulary.predicates if p.single}
         self.changed = {name for o in domain.operators for name in changed_by(o)}
-        self.unread = {
-            name
-            for o in domain.operators
-            if len(changed_by(o)) > len(self.effects[o.name])
-            for name in changed_by(o)
-        }
+        self.unread = {name for o in domain.operators for name in unread_by(o)}
         self.denying = self._denied_by(domain)
         self.rivals = {p: self.denying.get(p, set()) | ({p} & self.single) for p in self.changed}
 

@@ -16,11 +16,12 @@ from eai.planning.achievers import Achievers, completed
 from eai.planning.effect_schema import (
     Change,
     EffectSchema,
-    changed_by,
     changes_towards,
     effect_schemas,
     match,
+    unread_by,
 )
+from eai.planning.subgoal import arguments_of
 from eai.world.condition import Readings, Scope
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
@@ -60,9 +61,10 @@ class Flips:
         self._static = {p.name for p in domain.vocabulary.predicates if p.static}
         self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self._conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
-        self._unread = {o.name: set(changed_by(o)) for o in domain.operators if self._is_unread(o.name)}
-        self._writers: dict[Change, tuple[Action, ...]] = {}
-        self._taking: dict[str, tuple[Action, ...]] = {}
+        self._unread = {o.name: unread for o in domain.operators if (unread := unread_by(o))}
+        self.making = cache(self._making)
+        self.taking = cache(self._find_taking)
+        self._indexed = cache(self._index)
         self._open: set[tuple[str, tuple[int, ...], bool]] = set()
         self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._of_operator: dict[tuple[str, str, bool], list[EffectSchema]] = {}
@@ -71,16 +73,11 @@ class Flips:
                 effect = schema.atom.predicate, schema.adds
                 self._by_effect.setdefault(effect, []).append(schema)
                 self._of_operator.setdefault((name, *effect), []).append(schema)
-        self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
         self._depths: dict[int, tuple[int, f.Formula]] = {}
         self._readings = Readings(domain.vocabulary)
         self.holds = self._readings.holds
         self.names = self._readings.names
         self.derived = domain.vocabulary.derived_by_name.get
-
-    def _is_unread(self, name: str) -> bool:
-        """Whether an operator has effects that are left out of its schemas."""
-        return len(changed_by(self._domain.compiled[name].operator)) > len(self._schemas[name])
 
     def actions(self, changes: Iterable[Change]) -> dict[Action, None]:
         """The actions that may make one of some changes, in a fixed order."""
@@ -88,14 +85,11 @@ class Flips:
             action for change in sorted(changes, key=order) for action in self.making(change)
         )
 
-    def making(self, change: Change) -> tuple[Action, ...]:
+    def _making(self, change: Change) -> tuple[Action, ...]:
         """The actions that may make a change, as far as what never changes permits them."""
-        found = self._writers.get(change)
-        if found is None:
-            unread = [a for each in self._changing(change) for a in self.taking(each)]
-            makers = [action for _, _, actions in self._by_schema(change) for action in actions]
-            found = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
-        return found
+        unread = [a for each in self._changing(change) for a in self.taking(each)]
+        makers = [action for _, _, actions in self._by_schema(change) for action in actions]
+        return tuple(dict.fromkeys([*unread, *makers]))
 
     def makers(self, change: Change) -> Iterator[tuple[Sequence[Action], list[Part]]]:
         """The actions that may make a change, those together of which the same must hold before."""
@@ -130,27 +124,24 @@ class Flips:
         if not bound:
             return self.taking(name)
         place, thing = bound[0]
-        by_object = self._indices.get((name, place))
-        if by_object is None:
-            by_object = self._indices[name, place] = {}
-            for action in self.taking(name):
-                by_object.setdefault(action.arguments[place], []).append(action)
-        found = by_object.get(thing, [])
+        found = self._indexed(name, place).get(thing, [])
         return [a for a in found if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else found
 
-    def taking(self, name: str) -> tuple[Action, ...]:
+    def _index(self, name: str, place: int) -> dict[int, list[Action]]:
+        """The actions by an operator, by the object at a place."""
+        by_object: dict[int, list[Action]] = {}
+        for action in self.taking(name):
+            by_object.setdefault(action.arguments[place], []).append(action)
+        return by_object
+
+    def _find_taking(self, name: str) -> tuple[Action, ...]:
         """The actions by an operator, as far as what never changes permits them."""
-        found = self._taking.get(name)
-        if found is None:
-            actions = [
-                Action(name, achiever.arguments(binding))
-                for achiever in self._achievers.taking([name])
-                for binding in completed(
-                    self._initial, achiever.partial(self._initial.scene, {}, fixed=True), self._usable
-                )
-            ]
-            found = self._taking[name] = tuple(dict.fromkeys(actions))
-        return found
+        found: dict[Action, None] = {}
+        for achiever in self._achievers.taking([name]):
+            partial = achiever.partial(self._initial.scene, {}, fixed=True)
+            for binding in completed(self._initial, partial, self._usable):
+                found[Action(name, achiever.arguments(binding))] = None
+        return tuple(found)
 
     def may_make(self, action: Action, change: Change) -> bool:
         """Whether an action may make a change."""
@@ -187,7 +178,7 @@ class Flips:
             executed: whether it is executed there, not skipped.
         """
         if action.operator in self._unread:
-            return frozenset(self._anything()), executed
+            return frozenset(self._any(p.name for p in self._domain.vocabulary.predicates)), executed
         found: set[Change] = set()
         undoes = False
         for schema, scope, helps in self._touching(action, changes):
@@ -226,13 +217,6 @@ class Flips:
         checks = [c.condition for c in operator.checks if c.fault is FaultKind.ADDITIONAL_STEP]
         wrong = [(c, scope) for c in checks if self.holds(c, scope, state) == executed]
         return self._of_parts(wrong, state, not executed, all_needed=False)
-
-    def _anything(self) -> Iterator[Change]:
-        for predicate in self._domain.vocabulary.predicates:
-            if not predicate.static:
-                yield from (
-                    Change(predicate.name, (None,) * predicate.arity, truth) for truth in (True, False)
-                )
 
     def _matches(self, schema: EffectSchema, action: Action, change: Change) -> dict[str, int] | None:
         """The objects of a schema's variables where it is that of an action and makes a change."""
@@ -330,7 +314,7 @@ class Flips:
     def _of_atom(self, atom: f.Atom, scope: Scope, state: State, truth: bool) -> Changes:
         name = atom.predicate
         derived = self._domain.vocabulary.derived_by_name.get(name)
-        arguments = self.arguments(atom, scope)
+        arguments = arguments_of(atom, scope, self._initial.scene)
         if derived is None:
             return _NOTHING if name in self._static else frozenset((Change(name, arguments, truth),))
         defined = meaning(derived)
@@ -345,22 +329,15 @@ class Flips:
         self._open.discard(key)
         return found
 
-    def arguments(self, atom: f.Atom, scope: Scope) -> tuple[int, ...]:
-        """The objects that the terms of an atom stand for."""
-        return tuple([self._object(term, scope) for term in atom.arguments])
-
-    def _object(self, term: f.Term, scope: Scope) -> int:
-        if isinstance(term, f.Variable):
-            return scope[term.name]
-        scene = self._initial.scene
-        return scene.agent if term == AGENT and scene.agent is not None else scene.index[term.name]
-
     def anything(self, formula: f.Formula) -> Iterator[Change]:
         """All changes of what a condition reads."""
-        vocabulary = self._domain.vocabulary
-        for name in stored_sources(predicates_of(formula), vocabulary):
+        return self._any(stored_sources(predicates_of(formula), self._domain.vocabulary))
+
+    def _any(self, names: Iterable[str]) -> Iterator[Change]:
+        """All changes of stored predicates."""
+        for name in names:
             if name not in self._static:
-                anything = (None,) * (vocabulary.arity(name) or 0)
+                anything = (None,) * (self._domain.vocabulary.arity(name) or 0)
                 yield from (Change(name, anything, truth) for truth in (True, False))
 
 

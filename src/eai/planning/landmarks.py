@@ -19,7 +19,7 @@ import eai.logic.formula as f
 from eai.planning.effect_schema import Change
 from eai.planning.flips import Flips, order
 from eai.planning.search import Effort
-from eai.planning.subgoal import Subgoal
+from eai.planning.subgoal import Subgoal, arguments_of
 from eai.world.condition import Scope
 from eai.world.derived import meaning
 from eai.world.execution import Action
@@ -225,7 +225,7 @@ class _Relaxation:
         return self._all(found) if all_needed else self._any(found)
 
     def _atom(self, atom: f.Atom, scope: Scope, truth: bool) -> int:
-        arguments = self._flips.arguments(atom, scope)
+        arguments = arguments_of(atom, scope, self._initial.scene)
         derived = self._flips.derived(atom.predicate)
         defined = None if derived is None else meaning(derived)
         if defined is None:

@@ -59,12 +59,8 @@ class Unfolding:
 
     def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """An atom about the objects that its terms stand for in a subgoal."""
-        scope = subgoal.scope
-        arguments = [
-            scope[term.name] if isinstance(term, f.Variable) else self._index_of(term)
-            for term in atom.arguments
-        ]
-        return GroundAtom(atom.predicate, tuple(arguments), subgoal.truth)
+        arguments = arguments_of(atom, subgoal.scope, self._state.scene)
+        return GroundAtom(atom.predicate, arguments, subgoal.truth)
 
     def parts(self, subgoal: Subgoal) -> Parts | None:
         """The parts of a compound condition; None for an atom and what nothing is known of."""
@@ -90,12 +86,6 @@ class Unfolding:
                 return self._pairs(formula, scope)
             case _:
                 return None
-
-    def _index_of(self, constant: f.Constant) -> int:
-        scene = self._state.scene
-        if constant.name == AGENT.name and scene.agent is not None:
-            return scene.agent
-        return scene.index[constant.name]
 
     def _instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool, values: Sequence[int]
@@ -138,6 +128,18 @@ class Unfolding:
                 for x in rows
             ),
         )
+
+
+def arguments_of(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
+    """The objects that the terms of an atom stand for."""
+    return tuple([scope[t.name] if isinstance(t, f.Variable) else _named(t, scene) for t in atom.arguments])
+
+
+def _named(constant: f.Constant, scene: Scene) -> int:
+    """The object that a constant names."""
+    if constant == AGENT and scene.agent is not None:
+        return scene.agent
+    return scene.index[constant.name]
 
 
 def subgoals_of(conditions: Iterable[f.Formula], scene: Scene) -> tuple[Subgoal, ...]:
