@@ -7,6 +7,7 @@ states that differ in nothing but what actions change, so that a search finds ea
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import islice
 from typing import NamedTuple
 
@@ -210,36 +211,28 @@ class Achievers:
         self._fixed_unary = [slot for name, slot in vocabulary.unary_slots.items() if name in fixed]
         self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._fixed_tuples = [slot for name, slot in vocabulary.tuple_slots.items() if name in fixed]
-        self._by_effect: dict[tuple[str, bool], list[Achiever]] = {}
-        self._wider: dict[tuple[str, bool], list[EffectSchema]] = {}
-        self._wide: dict[tuple[str, bool], list[Achiever]] = {}
+        self._compiled = cache(self._compile)
+        self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), vocabulary) for o in domain.operators}
         for operator in domain.operators:
             for schema in effect_schemas(operator):
-                effect = schema.atom.predicate, schema.adds
-                self._by_effect.setdefault(effect, []).append(Achiever(schema, vocabulary))
+                self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(schema)
                 self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
-                if _asks_wider(schema, vocabulary):
-                    self._wider.setdefault(effect, []).append(schema)
-        for achievers in self._by_effect.values():
-            achievers.sort(key=_straightness)
 
     def of(self, predicate: str, *, adding: bool, wide: bool = False) -> Sequence[Achiever]:
         """The achievers that make atoms of a predicate true, or false: the straight ones first.
 
         Those are the ones that are about nothing but the objects of the atom, and need least. Wide ones are
-        those of effects that ask something of other objects of the operator, which can be brought about; few
-        searches look at them, so that they are compiled when they are asked for.
+        those of effects that ask something of other objects of the operator, which can be brought about.
         """
-        effect = predicate, adding
-        if not wide:
-            return self._by_effect.get(effect, ())
-        found = self._wide.get(effect)
-        if found is None:
-            compiled = [Achiever(each, self._vocabulary, wide=True) for each in self._wider.get(effect, ())]
-            found = self._wide[effect] = sorted(compiled, key=_straightness)
-        return found
+        return self._compiled(predicate, adding, wide)
+
+    def _compile(self, predicate: str, adding: bool, wide: bool) -> Sequence[Achiever]:
+        schemas = self._by_effect.get((predicate, adding), ())
+        asking = [each for each in schemas if not wide or _asks_wider(each, self._vocabulary)]
+        achievers = [Achiever(each, self._vocabulary, wide=wide) for each in asking]
+        return sorted(achievers, key=_straightness)
 
     def fixed_facts(self, state: State) -> Sequence[object]:
         """The part of a state that no action changes: equal for states of one scene where it is the same."""
