@@ -91,7 +91,9 @@ class GoalTest:
         for number in self._met(self._actions, actions) if self._actions else ():
             reached[self._places[number]] = True
         if self._over_time:
-            self._watch(reached, course or Trajectory((final,), ()))
+            trace = timeline(course or Trajectory((final,), ()))
+            for place, formula in self._over_time.items():
+                reached[place] = holds(formula, trace)
         return tuple(reached)
 
     @property
@@ -103,11 +105,6 @@ class GoalTest:
         """Whether all goals over time hold on a course."""
         trace = timeline(course)
         return all(holds(formula, trace) for formula in self._over_time.values())
-
-    def _watch(self, reached: list[bool], course: Trajectory) -> None:
-        trace = timeline(course)
-        for place, formula in self._over_time.items():
-            reached[place] = holds(formula, trace)
 
     def all_lasting(self, final: State) -> bool:
         """Whether all goals about states hold in the final one."""

@@ -13,7 +13,7 @@ from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.world.episode import Episode, Luck, Slip
-from eai.world.execution import Action, Trajectory
+from eai.world.execution import Action
 
 
 class Trial:
@@ -120,23 +120,16 @@ class Trial:
 
     def _goal_held_at(self, start: int) -> int | None:
         """After how many of the steps since a step all goals held for the first time."""
-        whole, steps = self.episode.trajectory, self.episode.since(start).steps
+        whole, goals = self.episode.trajectory, self.scorer.goals
         taken = _names(whole.executed)
-        done = len(taken) - sum([step.executed for step in steps])
-        if self._held_after(done, taken, whole):
-            return 0
-        for number, step in enumerate(steps, 1):
-            if step.executed:
-                done += 1
-                if self._held_after(done, taken, whole):
-                    return number
+        executed = [step.executed for step in self.episode.since(start).steps]
+        done = len(taken) - sum(executed)
+        for number in [0, *[number for number, is_done in enumerate(executed, 1) if is_done]]:
+            course = whole.up_to(done) if goals.watches else None
+            if all(goals.reached(whole.states[done], taken[:done], course)):
+                return number
+            done += 1
         return None
-
-    def _held_after(self, done: int, taken: Sequence[str], whole: Trajectory) -> bool:
-        """Whether all goals held when so many actions had been executed."""
-        goals = self.scorer.goals
-        course = whole.up_to(done) if goals.watches else None
-        return all(goals.reached(whole.states[done], taken[:done], course))
 
 
 def _names(actions: Sequence[Action]) -> tuple[str, ...]:

@@ -159,9 +159,7 @@ class OperatorVerdict(Verdict):
 
     def merit(self, at_start: Sequence[bool]) -> Merit | None:
         """By F1 of all clauses of both sides."""
-        sides = (self.counts or {}).values()
-        counts = add([side.get(ALL) or add(side.values()) for side in sides])
-        return merit_of_parts(counts, self.error, self._faults())
+        return merit_of_parts(_overall(_by_category(self)), self.error, self._faults())
 
     def _faults(self) -> Counter[FaultKind]:
         """Operators that cannot be read or were not asked for, and what is wrong with the others."""
