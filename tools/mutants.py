@@ -70,8 +70,6 @@ OTHER: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b 
 
 
 EQUIVALENT: dict[str, str] = {
-    "abilities/subgoal_decomposition/search.py: 0 is 1 in `before: int = 0`": "what was before the first "
-    "past is never looked up, as no step led to it",
     "abilities/subgoal_decomposition/uniform_cost.py: 0 is 1 in `self._pushed = 0`": "only the order of "
     "numbers counts",
     "generator/scene.py: 1 is 2 in `ranked[category] = ranked.get(category, -1) + 1`, place 2": "only the "
