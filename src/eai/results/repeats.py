@@ -7,7 +7,7 @@ are no independent cases. Their definitions, with sources, are in ``docs/reports
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import comb
 
 from eai.abilities.declaration import declaration_of
@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json, Share
 from eai.results.certainty import Case, Cases, certainty_of_rate
 from eai.results.rate import rate_of
-from eai.results.table import Column, Estimate, Label, Table
+from eai.results.table import Column, Estimate, Label, Row, table_of
 
 
 def repeated_metric(ability: Ability) -> str | None:
@@ -47,24 +47,21 @@ def passes(epochs: Sequence[Cases]) -> dict[str, Cases]:
     return found
 
 
-_DEFINITION = (
-    "Of n answers to a task c are right. `pass@k` is the mean over tasks of 1 - C(n - c, k) / C(n, k): at "
-    "least one of k is right. `pass^k` is that of C(c, k) / C(n, k): all of k are. For k = 1 both are the "
-    "share of right answers. Percent"
-)
+_SHARES = tuple([Column(name, digits=1, number=True) for name in ("pass@k", "pass^k")])
 
 
-def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Table:
-    """The table of runs: of each the cases of its epochs. k is one, and what it is doubled to, and n."""
-    rows = []
+@table_of("passes", ("run", "n", "k", *_SHARES))
+def passes_table(runs: Mapping[str, Sequence[Cases]]) -> Iterator[Row]:
+    """Several answers to each task.
+
+    Of n answers to a task c are right. `pass@k` is the mean over tasks of 1 - C(n - c, k) / C(n, k): at least
+    one of k is right. `pass^k` is that of C(c, k) / C(n, k): all of k are. For k = 1 both are the share of
+    right answers. Percent
+    """
     for name, epochs in runs.items():
         n, found = len(epochs), passes(epochs)
-        for k in sorted({*(2**i for i in range(n.bit_length())), n}):
-            numbers = (Estimate.of(found[f"pass@{k}"]), Estimate.of(found[f"pass^{k}"]))
-            rows.append((Label(name), n, k, *numbers))
-    numbers_of = [Column(name, digits=1, number=True) for name in ("pass@k", "pass^k")]
-    columns: tuple[str | Column, ...] = ("run", "n", "k", *numbers_of)
-    return Table("passes", "Several answers to each task", _DEFINITION, columns, tuple(rows))
+        for k in sorted({*(2**i for i in range(n.bit_length())), n}):  # 1, what it is doubled to, and n
+            yield (Label(name), n, k, Estimate.of(found[f"pass@{k}"]), Estimate.of(found[f"pass^{k}"]))
 
 
 def without_epoch(model: str) -> str:
