@@ -48,7 +48,7 @@ def test_a_published_file_is_known_by_the_name_that_it_has() -> None:
 def test_every_row_fills_every_column(name: str) -> None:
     table = paper_table(name)
     assert {len(row) for row in table.rows.values()} == {len(table.columns)}
-    assert all(figure is None or 0 <= figure <= 100 for row in table.rows.values() for figure in row)
+    assert all(figure is None or 0 <= figure <= 100 for row in table.rows.values() for figure in row.values())
 
 
 @pytest.mark.parametrize("name", FULL_TABLES)

@@ -40,7 +40,7 @@ class PaperTable:
 
     Attributes:
         name: the name of its file here.
-        rows: model -> figures in percent, None where the paper has none; in the paper's order.
+        rows: model -> column -> figure in percent, None where the paper has none; in the paper's order.
         notes: model and column -> remarks on the figure, a sentence or two each; on all of a column where the
             model is empty.
     """
@@ -48,14 +48,12 @@ class PaperTable:
     name: str
     title: str
     columns: tuple[PaperColumn, ...]
-    rows: Mapping[str, tuple[float | None, ...]]
+    rows: Mapping[str, Mapping[PaperColumn, float | None]]
     notes: Mapping[tuple[str, PaperColumn], Sequence[str]] = field(default_factory=dict)
 
     def figure(self, model: str, column: PaperColumn) -> float | None:
         """A figure in percent, or None if the table does not have it."""
-        if model not in self.rows or column not in self.columns:
-            return None
-        return self.rows[model][self.columns.index(column)]
+        return self.rows.get(model, {}).get(column)
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +103,7 @@ def _read_table(name: str) -> PaperTable:
     """A table without its notes."""
     found = json.loads(_text(f"{name}.json"))
     columns = tuple(PaperColumn(*text.split("/")) for text in found["columns"])
-    rows = {model: tuple(row) for model, row in found["rows"].items()}
+    rows = {model: dict(zip(columns, row, strict=True)) for model, row in found["rows"].items()}
     return PaperTable(name, found["title"], columns, rows)
 
 
