@@ -22,15 +22,17 @@ _PRIME = (1 << 60) - 93
 class Matrix:
     """The base of relations: all rows and all columns, never changed after construction.
 
-    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty.
+    ``sources`` and ``targets`` are masks of all objects whose row, or column, is not empty, and may be given.
     """
 
     __slots__ = ("columns", "rows", "sources", "targets")
 
-    def __init__(self, rows: Iterable[int], columns: Iterable[int]) -> None:
+    def __init__(
+        self, rows: Iterable[int], columns: Iterable[int], sources: int = 0, targets: int = 0
+    ) -> None:
         self.rows, self.columns = tuple(rows), tuple(columns)
-        self.sources = reduce(or_, filter(None, self.columns), 0)
-        self.targets = reduce(or_, filter(None, self.rows), 0)
+        self.sources = sources or reduce(or_, filter(None, self.columns), 0)
+        self.targets = targets or reduce(or_, filter(None, self.rows), 0)
 
     @classmethod
     def of_pairs(cls, size: int, pairs: Iterable[tuple[int, int]]) -> Matrix:

@@ -25,6 +25,7 @@ from eai.world.relation import Matrix, Relation
 from eai.world.state import Draft, Scene, State, WorldObject
 
 _UNARY = VOCABULARY.unary_slots
+_UNLABELLED = frozenset[str]()
 _BINARY = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
 
 
@@ -33,18 +34,22 @@ class _Graph:
     """A graph of the data set.
 
     Attributes:
-        records: the objects by id, in order.
-        index: the place of each id in that order.
+        things: the objects, in order.
+        labels: those of each object, by id, in that order.
+        index: the place of each id in it.
         unary: the objects of each unary predicate, as masks.
         rows: of each relation the targets of each object, as masks.
         columns: of each relation the sources of each object.
+        ends: of each relation what may be a source, and what may be a target, as masks.
     """
 
-    records: Mapping[int, ObjectRecord]
+    things: Sequence[WorldObject]
+    labels: Mapping[int, frozenset[str]]
     index: Mapping[int, int]
     unary: Sequence[int]
     rows: Sequence[Sequence[int]]
     columns: Sequence[Sequence[int]]
+    ends: Sequence[tuple[int, int]]
 
     def after(self, delta: GraphDelta) -> _Graph:
         """The graph that a delta makes of this one.
@@ -55,34 +60,38 @@ class _Graph:
         if delta.removed_ids:
             raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
         described = (*delta.changed_objects, *delta.added_objects)
-        records = {**self.records, **{record.id: record for record in described}}
-        index = {object_id: i for i, object_id in enumerate(records)}
-        empty = [0] * (len(records) - len(self.records))
+        labels = {**self.labels, **{record.id: record.labels for record in described}}
+        index = {**self.index, **{each.id: i for i, each in enumerate(delta.added_objects, len(self.things))}}
+        empty = [0] * len(delta.added_objects)
+        things = [*self.things, *[_world_object(each.class_name, each.id) for each in delta.added_objects]]
+        for each in delta.changed_objects:
+            things[index[each.id]] = _world_object(each.class_name, each.id)
         rows, columns = ([[*lines, *empty] for lines in each] for each in (self.rows, self.columns))
         for source_id, relation, target_id in delta.removed_edges:
             slot, source, target = _BINARY[relation], index[source_id], index[target_id]
             rows[slot][source] &= ~(1 << target)
             columns[slot][target] &= ~(1 << source)
+        ends = list(self.ends)
         for source_id, relation, target_id in delta.added_edges:
-            slot, source, target = _BINARY[relation], index[source_id], index[target_id]
-            rows[slot][source] |= 1 << target
-            columns[slot][target] |= 1 << source
+            slot, source, target = _BINARY[relation], 1 << index[source_id], 1 << index[target_id]
+            rows[slot][index[source_id]] |= target
+            columns[slot][index[target_id]] |= source
+            ends[slot] = ends[slot][0] | source, ends[slot][1] | target
         unary = list(self.unary)
         self._relabel(unary, described, index)
-        return _Graph(records, index, unary, rows, columns)
+        return _Graph(things, labels, index, unary, rows, columns, ends)
 
     def _relabel(self, unary: list[int], records: Iterable[ObjectRecord], index: Mapping[int, int]) -> None:
         """Change masks of unary predicates to what records say of some objects, which may be new."""
         for record in records:
-            known = self.records.get(record.id)
-            for name in record.labels ^ (known.labels if known is not None else frozenset()):
-                unary[_UNARY[name]] ^= 1 << index[record.id]
+            bit = 1 << index[record.id]
+            for slot in _differing(self.labels.get(record.id, _UNLABELLED), record.labels):
+                unary[slot] ^= bit
 
     def state(self) -> State:
         """The state of its objects, the character among them."""
-        things = [_world_object(each.class_name, each.id) for each in self.records.values()]
-        relations = tuple(map(_relation, self.rows, self.columns))
-        return State(Scene(VOCABULARY, things, self.index[CHARACTER_ID]), tuple(self.unary), relations)
+        relations = tuple(map(_relation, self.rows, self.columns, self.ends))
+        return State(Scene(VOCABULARY, self.things, self.index[CHARACTER_ID]), tuple(self.unary), relations)
 
     def state_after(self, state: State, delta: GraphDelta) -> State:
         """The state of this graph after a small difference.
@@ -114,7 +123,9 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
     """The tasks of the records."""
     nothing = [()] * len(VOCABULARY.binary_slots)
-    base = _Graph({}, {}, [0] * len(_UNARY), nothing, nothing).after(records.base)
+    base = _Graph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing)).after(
+        records.base
+    )
     return TaskSet(records, lambda task_id: _task(records[task_id], base), records.sha256)
 
 
@@ -148,8 +159,14 @@ def open_tasks(source: Source | None = None) -> VirtualHomeTasks:
     return build_tasks(open_virtualhome(source))
 
 
-def _relation(rows: Sequence[int], columns: Sequence[int]) -> Relation:
-    return Relation(Matrix(rows, columns)) if any(rows) else _empty(len(rows))
+@cache
+def _differing(before: frozenset[str], after: frozenset[str]) -> Sequence[int]:
+    """The slots of the labels that one set has and another has not."""
+    return [_UNARY[name] for name in before ^ after]
+
+
+def _relation(rows: Sequence[int], columns: Sequence[int], ends: tuple[int, int]) -> Relation:
+    return Relation(Matrix(rows, columns, *ends)) if ends[0] else _empty(len(rows))
 
 
 @cache
