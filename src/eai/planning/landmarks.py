@@ -58,10 +58,13 @@ class _Relaxation:
     Args:
         flips: says which changes conditions need, and which actions make them.
         initial: where plans begin.
+        goals: what plans are to achieve.
         steps: the steps of a plan, be they about other objects than the actions that flips know.
     """
 
-    def __init__(self, flips: Flips, initial: State, steps: Iterable[Action]) -> None:
+    def __init__(
+        self, flips: Flips, initial: State, goals: Iterable[Subgoal], steps: Iterable[Action]
+    ) -> None:
         self._flips = flips
         self._initial = initial
         self._actions = [*dict.fromkeys(steps)]
@@ -70,7 +73,8 @@ class _Relaxation:
         self._missing = [0, 1]
         self._widths = [0, 0]
         self._above: list[list[int]] = [[], []]
-        self._numbers: dict[object, tuple[int, object]] = {}
+        self._numbers: dict[object, int] = {}
+        self._formulas: list[f.Formula] = []
         self._changes: dict[int, Change] = {}
         self._tried: dict[int, int] = {}
         self._needs: dict[Action, list[int]] = {}
@@ -78,24 +82,21 @@ class _Relaxation:
         self._grouped: dict[int, list[tuple[Sequence[Action], list[int]]]] = {}
         self._made: dict[int, list[tuple[Action, int]]] = {}
         self._open: set[object] = set()
+        self._goal = self._all([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
 
     @property
     def size(self) -> int:
         """The number of conditions in the graph."""
         return len(self._parts)
 
-    def goal(self, goals: Iterable[Subgoal]) -> int:
-        """The number of the condition that all goals are met."""
-        return self._all([self._condition(goal.formula, goal.scope, goal.truth) for goal in goals])
-
-    def cut(self, goal: int, actions: Collection[Action]) -> list[Action] | None:
-        """A cut between some actions and a goal; None if they may reach it."""
+    def cut(self, actions: Collection[Action]) -> list[Action] | None:
+        """A cut between some actions and the goals; None if they may reach them."""
         self._actions += sorted({*actions}.difference(self._actions))
         while True:
             reached = self._reached(actions)
-            if reached[goal]:
+            if reached[self._goal]:
                 return None
-            between = self._between(goal, actions, reached)
+            between = self._between(actions, reached)
             if not self._grow(between):
                 break
         found: dict[Action, None] = {}
@@ -106,12 +107,12 @@ class _Relaxation:
             found.update(dict.fromkeys([a for a in self._others if a in self._makers.get(number, ())]))
         return [action for action in found if action not in actions]
 
-    def _between(self, goal: int, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
-        """The conditions between some actions and a goal, nearest first.
+    def _between(self, actions: Collection[Action], reached: bytearray) -> dict[int, None]:
+        """The conditions between some actions and the goals, nearest first.
 
         Of conditions that are all needed it is one that fails, of those any of which helps it is each.
         """
-        seen = {goal: None}
+        seen = {self._goal: None}
         pending = deque(seen)
         while pending:
             number = pending.popleft()
@@ -194,8 +195,9 @@ class _Relaxation:
         key = id(formula), tuple([scope[name] for name in self._flips.names(formula)]), truth
         known = self._numbers.get(key)
         if known is None:
-            known = self._numbers[key] = self._find(formula, scope, truth), formula
-        return known[0]
+            self._formulas.append(formula)  # so that no other one gets its id
+            known = self._numbers[key] = self._find(formula, scope, truth)
+        return known
 
     def _find(self, formula: f.Formula, scope: Scope, truth: bool) -> int:
         if self._flips.holds(formula, scope, self._initial) == truth or len(self._parts) > _MOST:
@@ -235,8 +237,7 @@ class _Relaxation:
         if known is not None and not truth and key in self._open:  # it may cease to be so with itself
             return self._any_change(self._flips.anything(atom))
         if known is None:  # nothing is so because it is so: what is asked for on the way is this condition
-            number = self._new((), 1, 0)
-            self._numbers[key] = number, None
+            number = self._numbers[key] = self._new((), 1, 0)
             self._open.add(key)
             inner = dict(zip([p.name for p in defined.parameters], arguments, strict=True))
             part = self._condition(defined.definition, inner, truth)
@@ -244,8 +245,8 @@ class _Relaxation:
             self._parts[number] = (part,)
             self._widths[number] = self._widths[part]
             self._above[part].append(number)
-            self._numbers[key] = known = (part if part in (_TRUE, _FALSE) else number), None
-        return known[0]
+            self._numbers[key] = known = part if part in (_TRUE, _FALSE) else number
+        return known
 
     def _any_change(self, changes: Iterable[Change]) -> int:
         return self._any([self._change(change) for change in sorted(changes, key=order)])
@@ -256,15 +257,12 @@ class _Relaxation:
             makers = self._flips.making(change) or [
                 a for a in self._others if self._flips.may_make(a, change)
             ]
-            if not makers:
-                self._numbers[change] = _FALSE, None
-                return _FALSE
-            number = self._new((), 1, len(makers))
-            known = self._numbers[change] = number, None
-            self._changes[number] = change
-            self._makers[number] = {}
-            self._tried[number] = 0
-        return known[0]
+            known = self._numbers[change] = self._new((), 1, len(makers)) if makers else _FALSE
+            if makers:
+                self._changes[known] = change
+                self._makers[known] = {}
+                self._tried[known] = 0
+        return known
 
     def _all(self, parts: Iterable[int]) -> int:
         own = tuple(dict.fromkeys([part for part in parts if part != _TRUE]))
@@ -282,11 +280,9 @@ class _Relaxation:
         known = self._numbers.get(key)
         if known is None:
             widths = [self._widths[part] for part in parts]
-            known = self._numbers[key] = (
-                self._new(parts, needed, min(widths) if needed > 1 else sum(widths)),
-                None,
-            )
-        return known[0]
+            width = min(widths) if needed > 1 else sum(widths)
+            known = self._numbers[key] = self._new(parts, needed, width)
+        return known
 
     def _new(self, parts: tuple[int, ...], needed: int, width: int) -> int:
         number = len(self._parts)
@@ -321,8 +317,7 @@ class Landmarks:
         steps: Iterable[Action],
         cuts: Iterable[Cut] = (),
     ) -> None:
-        self._given = flips, initial, steps
-        self._goals = goals
+        self._given = flips, initial, goals, steps
         self.cuts: list[Cut] = []
         self._hits: dict[Action, int] = {}
         self._fewest: dict[int, tuple[int, tuple[Action, ...]]] = {0: (0, ())}
@@ -333,10 +328,6 @@ class Landmarks:
     @cached_property
     def _relaxation(self) -> _Relaxation:
         return _Relaxation(*self._given)
-
-    @cached_property
-    def _goal(self) -> int:
-        return self._relaxation.goal(self._goals)
 
     def _take(self, cut: Iterable[Action]) -> None:
         bit = 1 << len(self.cuts)
@@ -372,7 +363,7 @@ class Landmarks:
         while own not in self._done and not effort.is_used_up and self.lacking(self.open(own)) == lacked:
             there, number = {*own, *self._hitting(self.open(own))[1]}, len(self.cuts)
             while not effort.is_used_up:
-                cut = self._relaxation.cut(self._goal, there)
+                cut = self._relaxation.cut(there)
                 effort.used += 1 + self._relaxation.size // _AT_ONCE
                 if not cut or (self.cuts and len(cut) > _WIDE):
                     break
