@@ -81,18 +81,13 @@ def resolve(
         objects = tuple([index for index in map(object_of, names) if index is not None])
         if len(objects) != len(names):
             name = next(name for name in names if object_of(name) is None)
-            return _unknown(number, f"{word}: {stranger} {name}", str(name))
+            detail = f"{word}: {stranger} {name}"
+            return ErrorReport(FaultKind.HALLUCINATION, number, detail, "unknown_object", (str(name),))
         if misapplied is None and len(objects) != arity:
             detail = f"{takes(operator, arity, 'object')}, not {len(objects)}"
-            check = "wrong_arity"
-            misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
+            misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, "wrong_arity")
         actions.append(Action(operator, objects))
     return misapplied or tuple(actions)
-
-
-def _unknown(number: int, detail: str, name: str) -> ErrorReport:
-    """A step names an object that there is not."""
-    return ErrorReport(FaultKind.HALLUCINATION, number, detail, "unknown_object", (name,))
 
 
 class Course(NamedTuple):

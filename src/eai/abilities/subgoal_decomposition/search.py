@@ -228,10 +228,11 @@ _NONE = -1
 """The number of no subgoal."""
 
 
-def _refused(branch: Branch, instruction: Do, check: Check) -> Branch:
-    """The branch that ends at a subgoal for which no action is taken."""
-    fault = Fault(check.fault, check)
-    return branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
+def _refused(branch: Branch, subgoal: int, check: Check, earlier: int | None = None) -> Branch:
+    """The branch that ends at a subgoal for which no action is taken, be it that it held earlier."""
+    kind = check.fault if earlier is None else FaultKind.WRONG_ORDER
+    fault = Fault(kind, check, earlier)
+    return branch._replace(errors=branch.errors + 1, subgoal=subgoal, failure=fault)
 
 
 @dataclass(frozen=True, slots=True)
@@ -377,7 +378,7 @@ class _Search:
         found = instruction.plans(branch.state)
         self._effort.used += found.effort
         if found.refused is not None:
-            self._finish(_refused(branch, instruction, found.refused), self._failed)
+            self._finish(_refused(branch, instruction.subgoal, found.refused), self._failed)
         elif not found.plans:
             self._waiting[instruction.then].append(branch)
         for plan in found.plans:
@@ -399,7 +400,7 @@ class _Search:
             outcome = attempt(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
-                    return _refused(branch, instruction, TOO_FAR)
+                    return _refused(branch, subgoal, TOO_FAR)
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
@@ -419,14 +420,10 @@ class _Search:
         if instruction.holds(branch.state):
             self._waiting[instruction.then].append(branch)
             return
-        check, earlier = instruction.check, self._held_before(branch, instruction)
-        if self._is_exhausted():
-            return
-        fault = Fault(check.fault, check)
-        if earlier is not None:
-            fault = Fault(FaultKind.WRONG_ORDER, check, earlier)
-        failed = branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
-        self._finish(failed, self._failed)
+        earlier = self._held_before(branch, instruction)
+        if not self._is_exhausted():
+            failed = _refused(branch, instruction.subgoal, instruction.check, earlier)
+            self._finish(failed, self._failed)
 
     def _held_before(self, branch: Branch, instruction: Require) -> int | None:
         """The number of the latest state in which what is required held; any where that takes too long."""
