@@ -167,7 +167,7 @@ class Refinement:
         for permitted in self._permitted(need):
             search = UniformCostSearch(goal, permitted, budget)
             plans = search.shortest(need.state)
-            effort += search.effort * goal.step_effort
+            effort += search.effort.used * goal.step_effort
             if plans:
                 return Found(plans, effort)
             failed.append(search)

@@ -138,6 +138,7 @@ class UniformCostSearch:
     Attributes:
         goal: what it is for.
         permitted: what may be done.
+        effort: how many actions have been applied to states.
         movement: where movement leads.
         nodes: the states that were reached without what is searched for, the nearest first.
         out_of_reach: what movement does not make possible, and where.
@@ -146,8 +147,8 @@ class UniformCostSearch:
     def __init__(self, goal: SearchGoal, permitted: Permitted, budget: int) -> None:
         self.goal = goal
         self.permitted = permitted
-        self._effort = Effort(budget)
-        self.movement = _Movement(permitted.movement, self._effort)
+        self.effort = Effort(budget)
+        self.movement = _Movement(permitted.movement, self.effort)
         self.nodes: list[PlanNode] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
         self._grounds: Sequence[Ground] = ()
@@ -156,11 +157,6 @@ class UniformCostSearch:
         self._pushed = 0
         self._best = MAX_ACTIONS
         self._found: dict[object, PlanNode] = {}
-
-    @property
-    def effort(self) -> int:
-        """How many actions have been applied to states."""
-        return self._effort.used
 
     def shortest(self, start: State) -> list[Plan]:
         """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot distinguish."""
@@ -187,7 +183,7 @@ class UniformCostSearch:
                         return child
                 elif child.depth < self._lengths.get(child.state, child.depth + 1):
                     self._push(child)
-        return SearchEnd.STATES if self._effort.is_used_up else None
+        return SearchEnd.STATES if self.effort.is_used_up else None
 
     def _keep(self, node: PlanNode) -> None:
         """Keep one of the shortest ways to what is searched for; those that are longer are forgotten."""
@@ -199,7 +195,7 @@ class UniformCostSearch:
 
     def _holds(self, state: State) -> bool:
         """Whether all that is asked for holds; a long formula costs as much as it is long."""
-        self._effort.used += self.goal.effort
+        self.effort.used += self.goal.effort
         return self.goal.holds(state)
 
     def _children(self, node: PlanNode) -> Iterator[PlanNode]:
@@ -215,7 +211,7 @@ class UniformCostSearch:
             way = self._approach(node, ground) if allowed[name] else None
             if way is None:
                 continue
-            self._effort.used += 1
+            self.effort.used += 1
             after = ground.after(way.state)
             touched = ground.touched | (self.permitted.touched if way.depth else 0)
             gained = self.goal.met(after, parts, 0) if is_achiever else 0
