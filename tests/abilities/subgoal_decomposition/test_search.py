@@ -18,7 +18,7 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.errors import InputError
 from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
-from eai.logic.formula import FALSE, Constant, Equals, Formula, Leaf, Term, Then, Variable
+from eai.logic.formula import FALSE, TRUE, Constant, Equals, Formula, Leaf, Term, Then, Variable
 from eai.logic.ltl import parse, read_formula
 from eai.logic.rewriting import rewrite
 from eai.logic.signature import Signature
@@ -171,6 +171,23 @@ def test_choices_that_meet_in_one_state_do_not_multiply() -> None:
     assert outcome.success
     assert outcome.attempts < 40 * 3 * 10
     assert done(outcome) == ["WALK table.12", *["WASH table.12"] * 40]
+
+
+def test_branches_that_meet_stay_apart_where_their_course_matters() -> None:
+    there, back = "WALK table.12", "WALK fridge.10"
+    ways = [(there,), (back,), (there, back), (back, there), (there, back, there), (back, there, back)]
+    wanted = actions(ways[3])
+    asked = []
+
+    def as_wanted(course: Trajectory) -> bool:
+        asked.append(course.executed)
+        return course.executed == wanted
+
+    progress = GoalProgress(TRUE, SCENE, on_course=as_wanted)
+    outcome = search(DOMAIN, START, program([ways, [()]]), progress, ExplorationLimits())
+    assert outcome.success
+    assert outcome.reported.trajectory.executed == wanted
+    assert asked == [*map(actions, ways)]
 
 
 @dataclass(frozen=True)
