@@ -241,7 +241,8 @@ class Flips:
             case f.Exists(variable, body) | f.ForAll(variable, body):
                 if isinstance(formula, f.Exists) == truth:
                     return self._of_any_instance(variable, body, scope, state, truth)
-                values = self._offending(variable, body, scope, state, truth)
+                holding = mask_of(self._readings.witnesses(variable, body, scope, state))
+                values = bits(state.scene.category(variable.category) & ~holding if truth else holding)
                 instances = [(body, {**scope, variable.name: value}) for value in values]
                 return self._of_parts(instances, state, truth, all_needed=True)
             case f.Atom():
@@ -268,13 +269,6 @@ class Flips:
                 if least <= _FEW:
                     break
         return best
-
-    def _offending(
-        self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool
-    ) -> Iterator[int]:
-        """The values of a quantified variable for which the body has another truth."""
-        holding = mask_of(self._readings.witnesses(variable, body, scope, state))
-        return bits(state.scene.category(variable.category) & ~holding if truth else holding)
 
     def _of_any_instance(
         self, variable: f.Variable, body: f.Formula, scope: Scope, state: State, truth: bool

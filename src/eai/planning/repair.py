@@ -190,21 +190,15 @@ class Mender:
         if after is not None:
             return (step,), after
         before = None if effort.is_used_up else self._enabling(moment[0], step)
-        after = None if before is None else self._followed(moment, (*before, step))
-        if before is None or after is None:
+        if before is None:
             return None
+        course = self.course(as_entries((*before, step)), (moment,), 0)
+        if len(course) < len(before) + 2:  # which fails before the step, or there
+            return None
+        after = course[-1]
         effort.used += 2 * len(rest)
         edits = max(0, len(before) - gone) + self.lacks(rest, after)
         return ((*before, step), after) if edits < 1 + self.lacks(rest, moment) else None
-
-    def _followed(self, moment: _Moment, steps: Sequence[Action]) -> _Moment | None:
-        """Where some steps lead; None if one of them is impossible."""
-        for step in steps:
-            after = self.step(moment, step)
-            if after is None:
-                return None
-            moment = after
-        return moment
 
     def _enabling(self, number: int, action: Action) -> tuple[Action, ...] | None:
         """The actions by which the planner makes a step possible, if it finds some; looked for once."""

@@ -220,8 +220,10 @@ class SubgoalDecomposition(Scorer):
     def _explain_refusal(
         self, verdict: SubgoalVerdict, rejected: Rejected, repairs: Sequence[str]
     ) -> Explanation:
-        named = [f"subgoal {n + 1}, {misuse.primitive}: {misuse.detail}" for n, misuse in rejected.offences]
-        wrong = named or [_describe(rejected.error)]
+        wrong = [f"subgoal {n + 1}, {misuse.primitive}: {misuse.detail}" for n, misuse in rejected.offences]
+        if not wrong:
+            error = rejected.error
+            wrong = [error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"]
         left_out = _left_out(rejected)
         if left_out:
             left_out.append("subgoals are numbered without what is left out")
@@ -239,8 +241,3 @@ def executed(branch: Branch) -> Sequence[str]:
 def _left_out(answer: Compiled | Rejected) -> list[str]:
     """The parts of an answer that are no subgoals; the others are numbered without it."""
     return [f"left out, neither carried out nor tested: {text}" for text in answer.left_out]
-
-
-def _describe(error: ErrorReport) -> str:
-    """The fault of an answer as a whole, or of one subgoal of it."""
-    return error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"
