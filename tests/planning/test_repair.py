@@ -121,7 +121,7 @@ def restricted(scorer: ActionSequencing, plan: Plan, actions: Sequence[Action]) 
         planning_goal(task),
         tuple(dict.fromkeys([*task.relevant, *named])),
     )
-    mender.flips.taking = cache(lambda name: tuple([a for a in actions if a.operator == name]))
+    mender.flips.taking = lambda name: tuple([a for a in actions if a.operator == name])  # type: ignore[method-assign]
     return mender
 
 

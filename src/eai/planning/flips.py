@@ -62,9 +62,10 @@ class Flips:
         self._schemas = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
         self._conditions: dict[int, list[tuple[f.Formula, frozenset[str]]]] = {}
         self._unread = {o.name: unread for o in domain.operators if (unread := unread_by(o))}
-        self.making = cache(self._making)
-        self.taking = cache(self._find_taking)
-        self._indexed = cache(self._index)
+        # Kept by hand: a `cache` of a method would keep all of an episode until garbage is collected.
+        self._writers: dict[Change, tuple[Action, ...]] = {}
+        self._taking: dict[str, tuple[Action, ...]] = {}
+        self._indices: dict[tuple[str, int], dict[int, list[Action]]] = {}
         self._open: set[tuple[str, tuple[int, ...], bool]] = set()
         self._by_effect: dict[tuple[str, bool], list[EffectSchema]] = {}
         self._of_operator: dict[tuple[str, str, bool], list[EffectSchema]] = {}
@@ -85,11 +86,14 @@ class Flips:
             action for change in sorted(changes, key=order) for action in self.making(change)
         )
 
-    def _making(self, change: Change) -> tuple[Action, ...]:
+    def making(self, change: Change) -> tuple[Action, ...]:
         """The actions that may make a change, as far as what never changes permits them."""
-        unread = [a for each in self._changing(change) for a in self.taking(each)]
-        makers = [action for _, _, actions in self._by_schema(change) for action in actions]
-        return tuple(dict.fromkeys([*unread, *makers]))
+        found = self._writers.get(change)
+        if found is None:
+            unread = [a for each in self._changing(change) for a in self.taking(each)]
+            makers = [action for _, _, actions in self._by_schema(change) for action in actions]
+            found = self._writers[change] = tuple(dict.fromkeys([*unread, *makers]))
+        return found
 
     def makers(self, change: Change) -> Iterator[tuple[Sequence[Action], list[Part]]]:
         """The actions that may make a change, those together of which the same must hold before."""
@@ -124,24 +128,25 @@ class Flips:
         if not bound:
             return self.taking(name)
         place, thing = bound[0]
-        found = self._indexed(name, place).get(thing, [])
+        by_object = self._indices.get((name, place))
+        if by_object is None:
+            by_object = self._indices[name, place] = {}
+            for action in self.taking(name):
+                by_object.setdefault(action.arguments[place], []).append(action)
+        found = by_object.get(thing, [])
         return [a for a in found if all(a.arguments[i] == o for i, o in bound[1:])] if bound[1:] else found
 
-    def _index(self, name: str, place: int) -> dict[int, list[Action]]:
-        """The actions by an operator, by the object at a place."""
-        by_object: dict[int, list[Action]] = {}
-        for action in self.taking(name):
-            by_object.setdefault(action.arguments[place], []).append(action)
-        return by_object
-
-    def _find_taking(self, name: str) -> tuple[Action, ...]:
+    def taking(self, name: str) -> tuple[Action, ...]:
         """The actions by an operator, as far as what never changes permits them."""
-        found: dict[Action, None] = {}
-        for achiever in self._achievers.taking([name]):
-            partial = achiever.partial(self._initial.scene, {}, fixed=True)
-            for binding in completed(self._initial, partial, self._usable):
-                found[Action(name, achiever.arguments(binding))] = None
-        return tuple(found)
+        found = self._taking.get(name)
+        if found is None:
+            actions: dict[Action, None] = {}
+            for achiever in self._achievers.taking([name]):
+                partial = achiever.partial(self._initial.scene, {}, fixed=True)
+                for binding in completed(self._initial, partial, self._usable):
+                    actions[Action(name, achiever.arguments(binding))] = None
+            found = self._taking[name] = tuple(actions)
+        return found
 
     def may_make(self, action: Action, change: Change) -> bool:
         """Whether an action may make a change."""
