@@ -10,7 +10,6 @@ import json
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
@@ -247,21 +246,31 @@ def settle(
     Raises:
         InputError: the folder cannot be written.
     """
-    whole = _Settlement(obtained, folder, suite, scoring, progressed)
-    of_epochs: list[SuiteResult] = []
-    if obtained.epochs > 1:
-        for epoch in range(1, obtained.epochs + 1):
-            part = f"epoch_{epoch}"
-            why = {place: reason for place, reason in obtained.failures.items() if place[1] == epoch}
-            named = replace(obtained, name=f"{obtained.name}.{part}", failures=why)
-            one = replace(whole, obtained=named, folder=folder / part)
-            given = {place[0]: answer for place, answer in obtained.given.items() if place[1] == epoch}
-            of_epochs.append(one.write(one.records(given)))
+    of_epochs = [
+        settle(_of_epoch(obtained, epoch), folder / f"epoch_{epoch}", suite, scoring, progressed)
+        for epoch in range(1, obtained.epochs + 1)
+        if obtained.epochs > 1
+    ]
     averaged = declaration_of(suite.ability).of_epochs
     if of_epochs and averaged is not None:
         means = averaged_records([one.records for one in of_epochs], averaged)
-        return whole.write([replace(record, model=obtained.name) for record in means], of_epochs)
-    return whole.write(whole.records(_chosen(obtained, suite.ability)), of_epochs)
+        records = [replace(record, model=obtained.name) for record in means]
+    else:
+        records = _records(obtained, folder, suite, scoring, progressed)
+    part = part_of(records)
+    result = SuiteResult(obtained.model, folder, suite, part[1], records, of_epochs)
+    digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
+    told = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
+    write_parts(folder, [part], told, by_attempt(records))
+    return result
+
+
+def _of_epoch(obtained: Obtained, epoch: int) -> Obtained:
+    """The answers of one epoch, as if it were the only one."""
+    given = {place: answer for place, answer in obtained.given.items() if place[1] == epoch}
+    failures = {place: reason for place, reason in obtained.failures.items() if place[1] == epoch}
+    name = f"{obtained.name}.epoch_{epoch}"
+    return replace(obtained, name=name, given=given, failures=failures, epochs=1)
 
 
 def averaged_records(
@@ -285,74 +294,55 @@ def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
     return {i: given[majority([each.text for each in given], ability)] for i, given in by_task.items()}
 
 
-@dataclass(frozen=True)
-class _Settlement:
-    """The scoring of answers, and the writing of their results.
-
-    Attributes:
-        obtained: the answers.
-        folder: where results go.
-        suite: the tasks.
-        scoring: how answers are scored.
-        progressed: shows how far it is.
-    """
-
-    obtained: Obtained
-    folder: Path
-    suite: Suite
-    scoring: ScoringOptions
-    progressed: Progressed | None
-
-    def records(self, answers: Mapping[str, Answer]) -> list[Record]:
-        """The records of one answer a task, in order; the answers are written."""
-        obtained = self.obtained
-        failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
-        lacking = [task_id for task_id in (*obtained.prompts, *failed) if task_id not in answers]
-        why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
-        scored = self._scored if obtained.trials is None else partial(self._tried, obtained.trials)
-        choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
-        return [self._with_origin(record, answers).varied(**choices) for record in scored(answers, why)]
-
-    def _scored(self, answers: Mapping[str, Answer], why: Mapping[str, str]) -> list[Record]:
-        """The records of answers to questions that are asked once."""
-        obtained, believed = self.obtained, self.obtained.believed
+def _records(
+    obtained: Obtained, folder: Path, suite: Suite, scoring: ScoringOptions, progressed: Progressed | None
+) -> list[Record]:
+    """The records of one answer a task, in order; the answers are written."""
+    answers = _chosen(obtained, suite.ability)
+    failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
+    lacking = [task_id for task_id in (*obtained.prompts, *failed) if task_id not in answers]
+    why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
+    if obtained.trials is None:
         given = tuple([Response(i, answers[i].text) for i in obtained.prompts if i in answers])
         file = ResponseFile(obtained.name, given)
-        write_responses(self.folder, file)
-        records = score_run(self.suite, file, why, self.scoring, self.progressed)
-        return records if believed is None else [*map(believed.marked, records)]
+        write_responses(folder, file)
+        records = score_run(suite, file, why, scoring, progressed)
+    else:
+        records = _tried(obtained, obtained.trials, answers, why, scoring)
+        _write_attempts(folder, obtained.name, records)
+    if obtained.believed is not None:
+        records = [*map(obtained.believed.marked, records)]
+    choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
+    return [_with_origin(record, obtained, answers).varied(**choices) for record in records]
 
-    def _tried(self, trials: Trials, answers: Mapping[str, Answer], why: Mapping[str, str]) -> list[Record]:
-        """The records of an experiment; ``answers`` are the last ones of the trials that count."""
-        suite, experiment, name = trials.suite, trials.experiment, self.obtained.name
-        lacking = score_run(suite, ResponseFile(name, ()), why, self.scoring)
-        found = {record.task_id: replace(record, experiment=experiment) for record in lacking}
-        for task_id, answer in answers.items():
-            attempts = self.obtained.tried[task_id, answer.epoch]
-            record = record_of_trial(suite, experiment, name, task_id, attempts)
-            found[task_id] = record if self.scoring.explanations else record.without_explanations()
-        records = [found[task_id] for task_id in suite.task_ids if task_id in found]
-        _write_attempts(self.folder, name, records)
-        return records
 
-    def _with_origin(self, record: Record, answers: Mapping[str, Answer]) -> Record:
-        """The record with where its answer comes from, and what all attempts at it took."""
-        answer, prompt = answers.get(record.task_id), self.obtained.prompts.get(record.task_id)
-        if answer is None:
-            return replace(record, origin=Origin(None if prompt is None else prompt.sha256))
-        spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
-        usage = sum(spent, Usage())
-        told = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
-        return replace(record, origin=Origin(*told))
+def _tried(
+    obtained: Obtained,
+    trials: Trials,
+    answers: Mapping[str, Answer],
+    why: Mapping[str, str],
+    scoring: ScoringOptions,
+) -> list[Record]:
+    """The records of an experiment; ``answers`` are the last ones of the trials that count."""
+    suite, experiment, name = trials.suite, trials.experiment, obtained.name
+    lacking = score_run(suite, ResponseFile(name, ()), why, scoring)
+    found = {record.task_id: replace(record, experiment=experiment) for record in lacking}
+    for task_id, answer in answers.items():
+        attempts = obtained.tried[task_id, answer.epoch]
+        record = record_of_trial(suite, experiment, name, task_id, attempts)
+        found[task_id] = record if scoring.explanations else record.without_explanations()
+    return [found[task_id] for task_id in suite.task_ids if task_id in found]
 
-    def write(self, records: Sequence[Record], of_epochs: Sequence[SuiteResult] = ()) -> SuiteResult:
-        """Write records and their summary."""
-        obtained, part = self.obtained, part_of(records)
-        result = SuiteResult(obtained.model, self.folder, self.suite, part[1], records, of_epochs)
-        digests = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
-        told = {"prompts_sha256": sha256_of(json.dumps(digests)), **result.effort()}
-        write_parts(self.folder, [part], told, by_attempt(records))
-        return result
+
+def _with_origin(record: Record, obtained: Obtained, answers: Mapping[str, Answer]) -> Record:
+    """The record with where its answer comes from, and what all attempts at it took."""
+    answer, prompt = answers.get(record.task_id), obtained.prompts.get(record.task_id)
+    if answer is None:
+        return replace(record, origin=Origin(None if prompt is None else prompt.sha256))
+    spent = [attempt.usage or Usage() for attempt in record.attempts] or [answer.usage]
+    usage = sum(spent, Usage())
+    told = answer.prompt_sha256, answer.stop_reason, answer.truncated, usage, answer.repairs
+    return replace(record, origin=Origin(*told))
 
 
 def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:
