@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 
 from eai.abilities.declaration import declaration_of
@@ -17,11 +17,11 @@ from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.rewriting import rename_objects
-from eai.planning.planner import Planner
-from eai.planning.search import Limits, SearchEnd, SearchResult
+from eai.planning.planner import planner_of
+from eai.planning.search import SearchEnd, SearchResult
 from eai.results.lines import SuiteKey
 from eai.studies.items.study import Flag, TellsFlags
-from eai.tasks.source import Source, TaskSet
+from eai.tasks.source import Source
 from eai.world.execution import Action
 
 
@@ -36,59 +36,44 @@ def item_flags(source: Source) -> TellsFlags:
     """
 
     @cache
-    def opened(name: str) -> _Domain | None:
-        return _Domain(find_benchmark(name), source) if name in registered() else None
+    def tasks_of(domain: str) -> Mapping[str, Task]:
+        return find_benchmark(domain).tasks(source) if domain in registered() else {}
 
-    def flags(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
-        domain = opened(suite.domain)
-        found = None if domain is None else domain.tasks.get(task)
-        if domain is None or found is None or not declaration_of(Ability(suite.ability)).has_plans:
-            if unsolved:
-                yield "unsolved"
-            return
+    @cache
+    def search(domain: str, task_id: str) -> SearchResult[Action]:
+        """Look for a plan of a task, which several suites ask for."""
+        return find_plan(tasks_of(domain)[task_id], planner_of(find_benchmark(domain).domain))
+
+    @cache
+    def opened(key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
+        benchmark, ability = find_benchmark(key.domain), Ability(key.ability)
+        gold = open_answer_book(benchmark, ability, source)
+        planned = open_planned_book(
+            benchmark, ability, source, find=lambda task, *_: search(key.domain, task.id)
+        )
+        return open_suite(benchmark, ability, Protocol(key.protocol), source=source), (gold, planned)
+
+    def of_unsolved(key: SuiteKey, task_id: str) -> Flag:
+        """The flag of a task that no model solves."""
+        suite, books = opened(key)
+        for book in books:
+            answer = book[task_id].text
+            verdict = suite.over([answer]).score(task_id, answer)
+            if isinstance(verdict, PlanVerdict) and verdict.success:
+                return "unsolved: plan exists"
+        is_impossible = search(key.domain, task_id).end is SearchEnd.UNREACHABLE
+        return "unsolved: no plan" if is_impossible else "unsolved"
+
+    def flags(key: SuiteKey, task_id: str, unsolved: bool) -> Iterator[Flag]:
+        task = tasks_of(key.domain).get(task_id)
+        has_plans = task is not None and declaration_of(Ability(key.ability)).has_plans
         if unsolved:
-            yield domain.of_unsolved(suite, found)
-        if _is_ambiguous(found, domain.benchmark):
+            yield of_unsolved(key, task_id) if has_plans else "unsolved"
+        if task is not None and has_plans and _is_ambiguous(task, find_benchmark(key.domain)):
             yield "ambiguous names"
 
     return flags
-
-
-class _Domain:
-    """A benchmark with its tasks, suites and a planner."""
-
-    def __init__(self, benchmark: Benchmark, source: Source) -> None:
-        self.benchmark = benchmark
-        self.tasks: TaskSet[Task] = benchmark.tasks(source)
-        self._source = source
-        self._suite = cache(self._open_suite)
-        self._planner = Planner(benchmark.domain)
-        self._found: dict[str, SearchResult[Action]] = {}
-
-    def of_unsolved(self, key: SuiteKey, task: Task) -> Flag:
-        """The flag of a task that no model solves."""
-        suite, books = self._suite(key)
-        for book in books:
-            answer = book[task.id].text
-            verdict = suite.over([answer]).score(task.id, answer)
-            if isinstance(verdict, PlanVerdict) and verdict.success:
-                return "unsolved: plan exists"
-        end = self._find(task, self._planner).end
-        return "unsolved: no plan" if end is SearchEnd.UNREACHABLE else "unsolved"
-
-    def _open_suite(self, key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
-        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
-        ability, protocol = Ability(key.ability), Protocol(key.protocol)
-        suite = open_suite(self.benchmark, ability, protocol, source=self._source)
-        gold = open_answer_book(self.benchmark, ability, self._source)
-        planned = open_planned_book(self.benchmark, ability, self._source, find=self._find)
-        return suite, (gold, planned)
-
-    def _find(self, task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
-        """The result of the search for a plan of a task, which several suites ask for."""
-        if task.id not in self._found:
-            self._found[task.id] = find_plan(task, planner, limits)
-        return self._found[task.id]
 
 
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
