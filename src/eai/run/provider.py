@@ -155,7 +155,7 @@ class _BuiltInModel(ModelAPI):
             if model_name == "replay" and self._given.path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_BOOKS.get(model_name, open_answer_book))
-        self._episodes: dict[tuple[object, ...], list[str]] = {}
+        self._played = cache(self._commands)
         self._random = cache(open_random_answers)
         self._recorded = cache(self._read_recorded)
 
@@ -181,19 +181,13 @@ class _BuiltInModel(ModelAPI):
             Setting.of_question(about),
         )
         if question.ability is ACTING:
-            commands = await _off_the_loop(partial(self._played, question))
+            commands = await _off_the_loop(partial(self._played, question._replace(text="")))
             taken = sum(message.role == "assistant" for message in input[known[-1] :])
             return self._output(input, commands[taken] if taken < len(commands) else DONE, tools)
         return self._output(input, await _off_the_loop(partial(self._answer, question)))
 
-    def _played(self, asked: _Question) -> list[str]:
-        """The commands of an episode: a recorded one, or the model's answer to action sequencing."""
-        place = (asked.benchmark, asked.source.errata, asked.task_id, asked.epoch, asked.setting)
-        if place not in self._episodes:
-            self._episodes[place] = self._commands(asked)
-        return self._episodes[place]
-
     def _commands(self, asked: _Question) -> list[str]:
+        """The commands of an episode: a recorded one, or the model's answer to action sequencing."""
         task = asked.benchmark.tasks(asked.source)[asked.task_id]
         if self.model_name in AGENTS:
             arena = Arena(asked.benchmark, asked.setting)
