@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 import inspect_ai
@@ -36,8 +36,8 @@ from eai.run.job import ERRATA
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ask_as_published, messages_of
 from eai.run.spec import read_spec, study_of
-from eai.scoring.epochs import SuiteResult
-from eai.scoring.trials import Trials, open_trials
+from eai.scoring.epochs import Believed, SuiteResult
+from eai.scoring.trials import open_trials
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.source import ErrataChoice, Source, suite_name
 
@@ -126,19 +126,21 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             suite = open_suite(find_benchmark(domain), ability, scoring.protocol, source=source)
             library = Library(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
-            asked = _Asked(questions if tasks is None else _only(questions, tasks))
-            stage = spec.variation.stage(library, {suite.domain: asked.prompts}, _ask_nobody)
+            asked = questions if tasks is None else _only(questions, tasks)
+            about: Mapping[str, Mapping[str, str]] = {}
+            solver = ask_as_published(None)
+            stage = spec.variation.stage(library, {suite.domain: asked}, _ask_nobody)
             if ability is ACTING:
-                asked = _Asked(*in_setting(spec.agent, asked.prompts, suite))
+                asked, about = in_setting(spec.agent, asked, suite)
+                experiment, solver = None, player()
             elif stage is not None:
                 spec.variation.abilities([ability])
-                asked = _staged(stage, asked, suite)
+                asked, believed = _staged(stage, asked, suite)
+                experiment, about = believed.experiment, believed.about
             elif experiment is not None:
-                asker = library.asker(suite.benchmark, ability, asked.prompts)
-                trials = open_trials(suite, experiment, asker, asked.prompts)
-                asked = _Asked(asked.prompts, experiment=trials.experiment, trials=trials)
-        solver = player() if ability is ACTING else ask_as_published(asked.trials)
-        task = build_task(suite, asked.prompts, solver, experiment=asked.experiment, about=asked.about)
+                asker = library.asker(suite.benchmark, ability, asked)
+                solver = ask_as_published(open_trials(suite, experiment, asker, asked))
+        task = build_task(suite, asked, solver, experiment=experiment, about=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
         task.setup = enter() if ability is ACTING else None
@@ -168,40 +170,24 @@ def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, di
     return tables
 
 
-class _Asked(NamedTuple):
-    """The tasks.
-
-    Attributes:
-        prompts: the questions by task.
-        about: what the built-in models are to know of them besides, by task.
-        experiment: what they are an experiment of.
-        trials: how answers are carried out in it.
-    """
-
-    prompts: Mapping[str, Prompt]
-    about: Mapping[str, Mapping[str, str]] = {}
-    experiment: Experiment | None = None
-    trials: Trials | None = None
-
-
 def _ask_nobody(*_: object, **__: object) -> SuiteResult:
     raise InputError("goals: in Inspect those of answers that there are; eai run asks for a model's own")
 
 
-def _staged(stage: Stage, asked: _Asked, suite: Suite) -> _Asked:
-    """The same questions stating what came of an earlier stage.
+def _staged(stage: Stage, asked: Mapping[str, Prompt], suite: Suite) -> tuple[Mapping[str, Prompt], Believed]:
+    """The same questions stating what came of an earlier stage, and that.
 
     Raises:
         InputError: there is nothing to state of a task; a log would leave it out of all rates.
     """
-    prompts, believed = stage.second(Endpoint(""), asked.prompts, suite)
-    missing = len(asked.prompts) - len(prompts)
+    prompts, believed = stage.second(Endpoint(""), asked, suite)
+    missing = len(asked) - len(prompts)
     if missing:
         raise InputError(
-            f"{missing} of {len(asked.prompts)} tasks cannot be asked: {believed.lacking}; "
+            f"{missing} of {len(asked)} tasks cannot be asked: {believed.lacking}; "
             "leave them out with -T tasks=, or take eai run, which counts them as failed"
         )
-    return _Asked(prompts, believed.about, believed.experiment)
+    return prompts, believed
 
 
 def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:
