@@ -70,18 +70,13 @@ class _Sitting:
         self._next: Begun | None = None
         self.shown = self._to_json()
 
-    @property
-    def is_over(self) -> bool:
-        """Whether nothing is left to play."""
-        return self._play.game.over and self._next is None
-
     def take(self, line: str, at: str) -> bool:
         """Carry a line out, or leave a task that is over; nothing, and False, if the page is not up to date.
 
         Raises:
             InputError: the episode cannot be kept.
         """
-        if at != self._at:
+        if at != self.shown["at"]:
             return False
         if self._play.game.over and self._next is not None:
             self._go_on(self._next)
@@ -99,10 +94,6 @@ class _Sitting:
             self._next = next(self._tasks, None)
         self.shown = self._to_json()
 
-    @property
-    def _at(self) -> str:
-        return f"{self._number}.{len(self._log)}"
-
     def _to_json(self) -> dict[str, Json]:
         play = self._play
         return {
@@ -113,10 +104,10 @@ class _Sitting:
             "opening": play.game.opening(),
             "pictures": [image.url for image in play.pictures()],
             "log": [*self._log],
-            "at": self._at,
+            "at": f"{self._number}.{len(self._log)}",
             "words": [completions(play, ""), completions(play, "an action")],
             "over": play.game.over,
-            "last": self.is_over,
+            "last": play.game.over and self._next is None,
         }
 
 
@@ -151,7 +142,7 @@ class _Handler(BaseHTTPRequestHandler):
             except EaiError as error:
                 server.error = error
                 self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "it is not kept: the terminal says why")
-            if server.error is not None or server.sitting.is_over:
+            if server.error is not None or server.sitting.shown["last"]:
                 server.shutdown()
 
     def _is_for_us(self) -> bool:
