@@ -286,15 +286,11 @@ def annotate(
         candidates = decisions.get(name, Chosen()).candidates
         for candidate in candidates:
             for pattern in (each for entry in candidate for each in entry):
-                _refuse(name, pattern, domain)
+                with located(f"title {name!r}: {pattern}"):
+                    refuse_unknown_name(pattern, domain)
         for found in (difference(task, domain) for task in tasks):
             number = first_met(candidates, found)
             yield found, number, () if number is None else concrete_goals(found, candidates[number])
-
-
-def _refuse(title: str, pattern: Pattern, domain: Domain) -> None:
-    with located(f"title {title!r}: {pattern}"):
-        refuse_unknown_name(pattern, domain)
 
 
 def check(annotations: Iterable[Annotation]) -> Iterator[Finding]:
