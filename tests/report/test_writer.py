@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from eai.abilities.verdict import PlanVerdict
 from eai.cli import app
 from eai.results.latex import escaped as latex_escaped
 from report.samples import HOSTILE, action_run, all_runs, write_runs
@@ -50,6 +51,15 @@ def test_csv_and_json_say_the_same(tmp_path: Path, runs: Path) -> None:
     strict = next(line for line in lines if line["metric"] == "task_success" and line["model"] == "first")
     assert (strict["numerator"], strict["denominator"]) == ("4", "11")
     assert float(strict["low"]) < float(strict["percent"]) < float(strict["high"])
+
+
+def test_csv_names_its_columns_also_where_no_table_has_a_number(tmp_path: Path, runs: Path) -> None:
+    left_out = PlanVerdict(excluded="left out")
+    excluded = [replace(record, verdict=left_out, explanation=None) for record in action_run()]
+    alone = write_report(tmp_path / "out", write_runs(tmp_path / "excluded", [excluded]), "--no-plots")
+    header = (write_report(tmp_path / "other", runs, "--no-plots") / "tables.csv").read_text().splitlines()[0]
+    assert (alone / "tables.csv").read_text(encoding="utf-8") == f"{header}\n"
+    assert header.startswith("table,protocol,domain,model,source,rank,ability,metric,percent,numerator,")
 
 
 def test_markdown_has_success_by_length_of_plan_and_goals_by_predicate(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from eai.report.run_summary import RunSummary, plain_runs
 from eai.results import latex
 from eai.results.cost import PriceList
 from eai.results.table import Plain
-from eai.results.table_files import rows_csv
+from eai.results.table_files import csv_text
 
 
 def write_tables(
@@ -147,15 +147,23 @@ def rankings_json(tables: Sequence[Ranking]) -> str:
     return json.dumps({"tables": content}, indent=1, ensure_ascii=False) + "\n"
 
 
+_COLUMNS = (
+    *("table", "protocol", "domain", "model", "source", "rank", "ability", "metric"),
+    *("percent", "numerator", "denominator", "low", "high", "low_by_task", "high_by_task"),
+    *("design_effect", "effective_tasks", "answered", "tasks"),
+)
+
+
 def rankings_csv(tables: Sequence[Ranking]) -> str:
-    """All numbers of all tables, one a line."""
-    return rows_csv(
+    """All numbers of all tables, one a line below the names of the columns, which are there without any."""
+    lines = (
         _line(table, row, column, cell)
         for table in tables
         for row in table.rows
         for column, cell in row.cells.items()
         if cell.percent is not None
     )
+    return csv_text(_COLUMNS, ([line[name] for name in _COLUMNS] for line in lines))
 
 
 def _line(table: Ranking, row: Row, column: MetricColumn, cell: Cell) -> dict[str, Plain]:
