@@ -129,40 +129,40 @@ class Worlds:
         Raises:
             InputError: a journal was changed or is of another setting, or the folder cannot be written.
         """
-        begun = dict(self._begun())
-        write_whole(grouped((self._answers(each), self._answer(each, path)) for each, path in begun.items()))
+        begun = self._begun()
+        write_whole(grouped((self._answers(each), self._answer(each)) for each in begun))
         self._written.update(begun)
 
     def _append(self, place: Place) -> None:
         """Add an episode that has ended to the answers, where it is not yet."""
         self._written.add(place)
         with writing_to(self._answers(place)), self._answers(place).open("a", encoding="utf-8") as file:
-            file.write(self._answer(place, journal_in(self._folder, place)))
+            file.write(self._answer(place))
 
     def _answers(self, place: Place) -> Path:
         """The response file that an episode is in; further episodes of a task are another agent's."""
         epoch = place[1]
         return self._folder / f"{self._agent}{'' if epoch == 1 else f'-{epoch}'}{LINES}"
 
-    def _answer(self, place: Place, path: Path) -> str:
+    def _answer(self, place: Place) -> str:
         """An episode as a line of a response file."""
+        path = journal_in(self._folder, place)
         text = read_journal(path, self._key, ended=False)
         if getattr(read_episode(text), "rules", None) != self._arena.rules:
             raise InputError(f"{path}: the episode is of another setting; give another --out")
         return json.dumps(dict(zip(COLUMNS, (place[0], text), strict=True))) + "\n"
 
-    def _begun(self) -> Iterator[tuple[Place, Path]]:
+    def _begun(self) -> list[Place]:
         """All episodes that have begun in the folder, in the order of the tasks."""
         order = {task_id: number for number, task_id in enumerate(self._suite.task_ids)}
-        found = []
+        found: list[Place] = []
         for path in (self._folder / _EPISODES).glob(f"*/*{_ENDING}"):
             task_id = unquote(path.name.removesuffix(_ENDING))
             if task_id not in order:
                 raise InputError(f"{path}: not of a task of {self._suite.domain}; give another --out")
             if is_begun(path):
-                found.append((int(path.parent.name), order[task_id], task_id, path))
-        for epoch, _, task_id, path in sorted(found):
-            yield (task_id, epoch), path
+                found.append((task_id, int(path.parent.name)))
+        return sorted(found, key=lambda place: (place[1], order[place[0]]))
 
     def _journal(self, place: Place) -> Journal:
         """The journal of an episode, which begins if it has not."""

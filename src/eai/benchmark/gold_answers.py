@@ -208,11 +208,7 @@ def no_answer(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
 
 
 def planned_answer(
-    benchmark: Benchmark,
-    task_id: str,
-    done: Sequence[Action],
-    limits: Limits,
-    source: Source,
+    benchmark: Benchmark, task_id: str, done: Sequence[Action], limits: Limits, source: Source
 ) -> WrittenAnswer:
     """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)[task_id]

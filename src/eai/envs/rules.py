@@ -78,11 +78,6 @@ class Rules(Options):
 
 
 STANDARD = Rules(
-    view="scene",
-    observe="partial",
-    until="done",
-    feedback="changes",
-    max_steps=None,
-    budget=2.0,
+    view="scene", observe="partial", until="done", feedback="changes", max_steps=None, budget=2.0
 )
 """The standard setting of acting: the scene is seen from where one is, and won only by `DONE` in time."""

@@ -199,11 +199,7 @@ class Reward:
         return GoalTest(task).reached(task.initial, ())
 
 
-def reward(
-    task: str,
-    text: str,
-    shaping: Shaping | str = Shaping.SUCCESS,
-) -> float | None:
+def reward(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> float | None:
     """The reward of an answer, from 0 to 1; None where nothing is to be earned, whatever the answer.
 
     Suites are opened at first use and kept, so that this may be called for every answer of a training run.

@@ -94,11 +94,7 @@ def _missed(answer: AnswerLine) -> Iterator[str]:
 
 
 def error_tables(
-    answers: Sequence[AnswerLine],
-    clauses: Sequence[ClauseLine],
-    *,
-    examples: int,
-    explorer: str | None,
+    answers: Sequence[AnswerLine], clauses: Sequence[ClauseLine], *, examples: int, explorer: str | None
 ) -> list[Table]:
     """The tables of the analysis.
 
