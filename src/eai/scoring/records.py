@@ -18,7 +18,7 @@ from eai.abilities.codec import SCHEMA, experiment_to_json, record_from_json, re
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json, Verdict
 from eai.data.files import files_below, write_whole
-from eai.errors import InputError
+from eai.errors import InputError, located
 from eai.results.rate import Rate
 from eai.results.totals import Totals
 
@@ -57,7 +57,9 @@ def read_records(path: Path) -> Iterator[Record]:
     """
     for number, line in enumerate(_lines(path), 1):
         if line.strip():
-            yield _parse(f"{path}, line {number}", line)
+            with located(f"{path}, line {number}"):
+                record = _parse(line)
+            yield record
 
 
 def _lines(path: Path) -> Iterator[str]:
@@ -68,20 +70,17 @@ def _lines(path: Path) -> Iterator[str]:
         raise InputError(f"{path}: expected a readable records.jsonl ({error})") from error
 
 
-def _parse(place: str, line: str) -> Record:
+def _parse(line: str) -> Record:
     try:
         values = _loaded(line)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{place}: expected a JSON object ({error})") from error
+        raise InputError(f"expected a JSON object ({error})") from error
     if not isinstance(values, dict):
-        raise InputError(f"{place}: expected a JSON object")
+        raise InputError("expected a JSON object")
     schema = values.get("schema")
     if schema != SCHEMA:
-        raise InputError(f"{place}: schema {schema!r}, expected {SCHEMA}")
-    try:
-        return record_from_json(values)
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from error
+        raise InputError(f"schema {schema!r}, expected {SCHEMA}")
+    return record_from_json(values)
 
 
 def _loaded(line: str) -> Any:
