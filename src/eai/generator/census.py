@@ -8,23 +8,24 @@ operator also asks of each argument that it be usual; operators that no plan use
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import chain, product
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.data.grouping import grouped
 from eai.generator.measures import needed_by
-from eai.generator.prior import Pattern, Patterns, Prior, Theme, Use, kept, kinds_of, narrowed, patterns_of
+from eai.generator.prior import Pattern, Patterns, Prior, Theme, kept, kinds_of, narrowed, patterns_of
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import Action, Trajectory, execute
 from eai.world.listing import Listing
 from eai.world.operator import Operator, Role, affordance
 from eai.world.relation import bits
@@ -87,129 +88,117 @@ _QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _WHERE_ALL_ARE_PLAIN = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
 """How often each shape is proposed where the data set has no quantified goals, which tell nothing of that."""
 
+_GOING = (Role.TAKES, Role.MOVEMENT)
+"""The roles of operators by which a thing is taken or gone to, not used."""
+
 _AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
 """The weights of something that is a goal, is brought about by a plan, or is so in a scene."""
 
 
 def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
     """Count what is usual in the tasks of a benchmark."""
-    census = _Census(benchmark)
+    tasks, domain = list(tasks), benchmark.domain
+    listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
+    states = [task.initial for task in tasks]
+    courses = [execute(domain, task.initial, _sound(task.script, domain)) for task in tasks]
+    done = [(action, course.final.scene) for course in courses for action in course.executed]
+    kinds = frozenset([use for action, scene in done for use in kinds_of(action, scene)])
+    goals = [goal for task in tasks for goal in task.goals]
+    forms = Counter([_form(goal) for goal in goals])
+    is_plain = not any(forms[form] for form in _QUANTIFIED)
+    asked = [(formula, pattern, task.scene) for task in tasks for formula, pattern in _asked(task)]
+    wanted = Counter([(p.predicate, p.truth) for _, p, scene in asked if not _is_of_agent(p, scene)])
+    weights = _weights(tasks, courses, listings)
+    if not kinds:
+        wanted.update(product([each.predicate for each in listings], (True, False)))
+        for pattern in _conceivable(wanted, states):
+            weights[pattern] += _AS_FOUND
+    usual = (((p.predicate, p.truth), (p, weight)) for p, weight in weights.items() if weight > 0)
+    patterns = {key: dict(known) for key, known in grouped(usual).items() if key in wanted}
+    is_odd = benchmark.english.is_odd  # that something odd be not so is sound
+    sound = kept(patterns, lambda p: not (p.truth and is_odd(p.predicate, p.categories)))
+    roles = {operator.name: role_of(operator) for operator in domain.operators}
+    nestings, combinations, needy = _wanted_together(tasks)
+    places, parts = _relations(domain, states)
+    several = {kind for task in tasks for kind, number in _shown(task).items() if number > 1}
+    return Prior(
+        patterns=patterns,
+        wanted=wanted,
+        themes=_themes(tasks, sound),
+        forms=_varied(forms) if is_plain else forms,
+        paired=frozenset([pattern for formula, pattern, _ in asked if isinstance(formula, f.ForPairs)]),
+        nestings=frozenset(nestings),
+        combinations=frozenset(combinations),
+        needy=frozenset(needy),
+        actions=Counter([alternatives(goal) for goal in goals if goal.kind is GoalKind.ACTION]),
+        operators=frozenset([action.operator for action, _ in done]),
+        kinds=kinds,
+        taken=frozenset([kind for operator, _, kind in kinds if roles[operator] is Role.TAKES]),
+        used=frozenset([kind for operator, _, kind in kinds if roles[operator] not in _GOING]),
+        places=places,
+        parts=parts,
+        several=frozenset(several if is_plain else ()),
+        pieces=frozenset(_pieces(states, parts)),
+        holding=frozenset(_holding(domain)),
+    )
+
+
+def _form(goal: Goal) -> str:
+    """The shape of a goal."""
+    return "Occurs" if goal.kind is GoalKind.ACTION else type(goal.formula).__name__
+
+
+def _asked(task: Task) -> Iterator[tuple[f.Formula, Pattern]]:
+    """The goals of a task about states, each with every pattern in it."""
+    for goal in task.goals:
+        if goal.kind is not GoalKind.ACTION:
+            yield from ((goal.formula, pattern) for pattern in patterns_of(goal.formula, task.scene))
+
+
+def _weights(
+    tasks: Sequence[Task], courses: Sequence[Trajectory], listings: Sequence[Listing]
+) -> defaultdict[Pattern, float]:
+    """How usual patterns are, given what each task's plan leads through."""
+    weights: defaultdict[Pattern, float] = defaultdict(float)
+    found: dict[Pattern, None] = {}
+    crowds: Counter[str] = Counter()
+    for task, course in zip(tasks, courses, strict=True):
+        objects = _concerned(task)
+        before = _facts(task.initial, objects, listings)
+        found |= before
+        crowds.update(_crowds(task.initial, objects, listings))
+        afterwards = [course.final, *([] if task.annotated_final is None else [task.annotated_final])]
+        came_about = [_changes(before, _facts(state, objects, listings)) for state in afterwards]
+        for pattern in dict.fromkeys(chain(*came_about)):
+            weights[pattern] += _AS_EFFECT
+        for _, pattern in _asked(task):
+            weights[pattern] += _AS_GOAL
+    for pattern in found:
+        weights[pattern] += _AS_FOUND if crowds[pattern.predicate] <= 0 else 0.0
+    return weights
+
+
+_Triples: TypeAlias = set[tuple[str, str, str]]
+
+
+def _wanted_together(tasks: Iterable[Task]) -> tuple[_Triples, _Triples, set[tuple[str, str]]]:
+    """The nestings, combinations and needy states (`Prior`) of all that the goals of a task want together."""
+    nestings, combinations = _Triples(), _Triples()
+    alone, accompanied = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for task in tasks:
-        census.count(task)
-    return census.prior()
-
-
-class _Census:
-    """The counts, task by task."""
-
-    def __init__(self, benchmark: Benchmark) -> None:
-        self._domain, self._english = benchmark.domain, benchmark.english
-        self._listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
-        self._weights: defaultdict[Pattern, float] = defaultdict(float)
-        self._wanted: Counter[tuple[str, bool]] = Counter()
-        self._forms: Counter[str] = Counter()
-        self._paired: dict[Pattern, None] = {}
-        self._nestings: dict[tuple[str, str, str], None] = {}
-        self._combinations: dict[tuple[str, str, str], None] = {}
-        self._alone: Counter[tuple[str, str]] = Counter()
-        self._accompanied: Counter[tuple[str, str]] = Counter()
-        self._actions: Counter[tuple[str, ...]] = Counter()
-        self._found: dict[Pattern, None] = {}
-        self._crowds: Counter[str] = Counter()
-        self._kinds: dict[Use, None] = {}
-        self._operators: dict[str, None] = {}
-        self._tasks: list[Task] = []
-
-    def count(self, task: Task) -> None:
-        """Take a task into account."""
-        self._tasks.append(task)
-        self._count_plan(task)
-        self._count_pairs({p for goal in task.goals for p in patterns_of(goal.formula, task.scene)})
-        for goal in task.goals:
-            if goal.kind is GoalKind.ACTION:
-                self._actions[alternatives(goal)] += 1
-                self._forms["Occurs"] += 1
-                continue
-            self._forms[type(goal.formula).__name__] += 1
-            wanted = list(patterns_of(goal.formula, task.scene))
-            if isinstance(goal.formula, f.ForPairs):
-                self._paired |= dict.fromkeys(wanted)
-            for pattern in wanted:
-                self._weights[pattern] += _AS_GOAL
-                if not _is_of_agent(pattern, task.scene):
-                    self._wanted[pattern.predicate, pattern.truth] += 1
-
-    def _count_pairs(self, wanted: Collection[Pattern]) -> None:
-        """Take into account what the goals of a task want together."""
+        wanted = {p for goal in task.goals for p in patterns_of(goal.formula, task.scene)}
         states = [p for p in wanted if len(p.categories) == 1]
         relations = [p for p in wanted if len(p.categories) == 2]
         for (relation, (_, thing), _), (place, (moved, _), _) in product(relations, repeat=2):
             if thing == moved:
-                self._nestings[relation, thing, place] = None
+                nestings.add((relation, thing, place))
         for (state, (thing,), _), (relation, (moved, place), _) in product(states, relations):
             if thing == moved:
-                self._combinations[state, relation, place] = None
+                combinations.add((state, relation, place))
         for state, (thing,), _ in (p for p in states if p.truth):
             served = any(thing == place for _, (_, place), _ in relations)
-            (self._accompanied if served else self._alone)[state, thing] += 1
-
-    def _count_plan(self, task: Task) -> None:
-        trajectory = execute(self._domain, task.initial, _sound(task.script, self._domain))
-        objects = _concerned(task)
-        before = _facts(task.initial, objects, self._listings)
-        self._found |= before
-        self._crowds.update(_crowds(task.initial, objects, self._listings))
-        afterwards = [trajectory.final, *([] if task.annotated_final is None else [task.annotated_final])]
-        came_about = [_changes(before, _facts(state, objects, self._listings)) for state in afterwards]
-        for pattern in dict.fromkeys(chain(*came_about)):
-            self._weights[pattern] += _AS_EFFECT
-        for action in trajectory.executed:
-            self._operators[action.operator] = None
-            self._kinds.update(dict.fromkeys(kinds_of(action, task.scene)))
-
-    def _is_odd(self, pattern: Pattern) -> bool:
-        """Whether nobody would ask for it; that something odd be not so is sound."""
-        return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
-
-    def prior(self) -> Prior:
-        """The prior that all tasks so far give."""
-        states = [task.initial for task in self._tasks]
-        several = {kind for task in self._tasks for kind, number in _shown(task).items() if number > 1}
-        for pattern in self._found:
-            self._weights[pattern] += _AS_FOUND if self._crowds[pattern.predicate] <= 0 else 0.0
-        if not self._kinds:
-            self._wanted.update(product([each.predicate for each in self._listings], (True, False)))
-            for pattern in _conceivable(self._wanted, states):
-                self._weights[pattern] += _AS_FOUND
-        places, parts = _relations(self._domain, states)
-        is_plain = not any(self._forms[form] for form in _QUANTIFIED)
-        patterns: dict[tuple[str, bool], dict[Pattern, float]] = {}
-        for pattern, weight in self._weights.items():
-            if weight > 0 and (pattern.predicate, pattern.truth) in self._wanted:
-                patterns.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
-        sound = kept(patterns, lambda pattern: not self._is_odd(pattern))
-        roles = {operator.name: role_of(operator) for operator in self._domain.operators}
-        going = (Role.TAKES, Role.MOVEMENT)
-        return Prior(
-            patterns=patterns,
-            wanted=self._wanted,
-            themes=_themes(self._tasks, sound),
-            forms=_varied(self._forms) if is_plain else self._forms,
-            paired=frozenset(self._paired),
-            nestings=frozenset(self._nestings),
-            combinations=frozenset(self._combinations),
-            needy=frozenset(key for key, n in self._accompanied.items() if n > 1 and not self._alone[key]),
-            actions=self._actions,
-            operators=frozenset(self._operators),
-            kinds=frozenset(self._kinds),
-            taken=frozenset({kind for operator, _, kind in self._kinds if roles[operator] is Role.TAKES}),
-            used=frozenset({kind for operator, _, kind in self._kinds if roles[operator] not in going}),
-            places=places,
-            parts=parts,
-            several=frozenset(several if is_plain else ()),
-            pieces=frozenset(_pieces(states, parts)),
-            holding=frozenset(_holding(self._domain)),
-        )
+            (accompanied if served else alone)[state, thing] += 1
+    return nestings, combinations, {key for key, n in accompanied.items() if n > 1 and not alone[key]}
 
 
 def _shown(task: Task) -> Counter[str]:
