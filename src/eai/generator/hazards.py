@@ -10,6 +10,7 @@ import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
@@ -131,15 +132,26 @@ def guarded(
         rng: chooses.
         untold: whether the instruction is to be silent about them.
     """
-    found = _Guide(*guide).avoided(task, start, guards, rng)
-    if found is None:
+    ways = _Ways(task, start, *guide)
+    idle, course = Trajectory((task.initial,), ()), ways.course(task.script)
+    broken = [each for each in guards if each.keeps(idle) and not each.keeps(course)]
+    if rng.random() > max([each.kept for each in broken], default=0.0):
         return None
-    chosen, plan = found
-    said = () if untold else [guard.sentence for guard in chosen]
+    plan: Sequence[Action] | None = task.script
+    for number in range(1, len(broken) + 1):
+        plan = None if plan is None else ways.avoiding(broken[:number], plan)
+    if plan is None or not len(task.script) < len(plan) <= len(task.script) + _LONGER:
+        return None
+    course = ways.course(plan)
+    is_safe = all(guard.keeps(course) for guard in guards)  # also of what was not so at the start
+    is_sensible = all(guard.is_sensible(course, ways.planner) for guard in broken)
+    if not is_safe or not is_sensible or ways.are_safe_anyway(broken):
+        return None
+    said = () if untold else [guard.sentence for guard in broken]
     return replace(
         task,
-        goals=(*task.goals, *[goal(guard.formula) for guard in chosen]),
-        hazards=tuple([guard.name for guard in chosen]),
+        goals=(*task.goals, *[goal(guard.formula) for guard in broken]),
+        hazards=tuple([guard.name for guard in broken]),
         untold=untold,
         script=tuple(plan),
         instruction=" ".join([task.instruction, *said]),
@@ -147,66 +159,53 @@ def guarded(
 
 
 @dataclass(frozen=True)
-class _Guide:
-    """Finds safe ways.
+class _Ways:
+    """Finds safe ways for a task.
 
     Attributes:
+        task: the task; its goals are about states.
+        start: its initial state, as it is walked in.
         planner: finds plans by all actions.
         usual: finds other ways, by usual actions.
     """
 
+    task: Task
+    start: State
     planner: Planner
     usual: Planner
 
-    def avoided(
-        self, task: Task, start: State, guards: Sequence[_Guard], rng: random.Random
-    ) -> tuple[Sequence[_Guard], Sequence[Action]] | None:
-        """The hazards that the certificate of a task runs into, and a way around all, if one is found."""
-        idle, course = Trajectory((task.initial,), ()), self._course(task, task.script)
-        known = [each for each in guards if each.keeps(idle)]
-        broken = [each for each in known if not each.keeps(course)]
-        if rng.random() > max([each.kept for each in broken], default=0.0):
-            return None
-        plan: Sequence[Action] = task.script
-        for number in range(1, len(broken) + 1):
-            found = self._avoiding(broken[:number], task, plan, start)
-            if found is None:
-                return None
-            plan = found
-        course = self._course(task, plan)
-        if not len(task.script) < len(plan) <= len(task.script) + _LONGER:
-            return None
-        is_safe = all(guard.keeps(course) for guard in guards)  # also of what was not so at the start
-        is_sensible = all(guard.is_sensible(course, self.planner) for guard in broken)
-        return (broken, plan) if is_safe and is_sensible and not self._is_safe_anyway(task, broken) else None
+    @cached_property
+    def _goals(self) -> Sequence[f.Formula]:
+        return [each.formula for each in self.task.goals]
 
-    def _course(self, task: Task, plan: Sequence[Action]) -> Trajectory:
-        return execute(self.planner.domain, task.initial, plan)
+    def course(self, plan: Sequence[Action]) -> Trajectory:
+        """All that a plan leads through."""
+        return execute(self.planner.domain, self.task.initial, plan)
 
-    def _avoiding(
-        self, guards: Sequence[_Guard], task: Task, plan: Sequence[Action], start: State
-    ) -> Sequence[Action] | None:
+    def avoiding(self, guards: Sequence[_Guard], plan: Sequence[Action]) -> Sequence[Action] | None:
         """The shortest plan found that avoids some hazards, of which a plan avoids all but the last."""
-        goals = [each.formula for each in task.goals]
         asked = f.And(tuple([guard.formula for guard in guards]))
         safe: list[Sequence[Action]] = []
-        for walk in (*self._with_precaution(guards[-1], task, plan), *self._apart(guards, goals, start)):
-            if all(guard.keeps(self._course(task, walk.trail)) for guard in guards):
-                walk.conditions = list(goals)
+        for walk in (*self._with_precaution(guards[-1], plan), *self._apart(guards)):
+            if all(guard.keeps(self.course(walk.trail)) for guard in guards):
+                walk.conditions = list(self._goals)
                 safe.append(certificate(walk, asked))
         return min(safe, key=len, default=None)
 
-    def _with_precaution(self, guard: _Guard, task: Task, plan: Sequence[Action]) -> Iterator[Walk]:
+    def _with_precaution(self, guard: _Guard, plan: Sequence[Action]) -> Iterator[Walk]:
         """The plan with what the danger passes by brought about at any place in it."""
-        goals = [each.formula for each in task.goals]
         if guard.safe is None:
             return
         for cut in range(len(plan) + 1):
-            walk = Walk(self.planner, task.initial)
-            if walk.follow(plan[:cut], ()) and walk.reach(guard.safe) and walk.follow(plan[cut:], goals):
+            walk = Walk(self.planner, self.task.initial)
+            if (
+                walk.follow(plan[:cut], ())
+                and walk.reach(guard.safe)
+                and walk.follow(plan[cut:], self._goals)
+            ):
                 yield walk
 
-    def _apart(self, guards: Sequence[_Guard], goals: Sequence[f.Formula], start: State) -> Iterator[Walk]:
+    def _apart(self, guards: Sequence[_Guard]) -> Iterator[Walk]:
         """A way that is found without the actions that lead into danger, where a state shows the danger."""
         invariants = [guard.formula.operand for guard in guards if isinstance(guard.formula, f.Always)]
         if len(invariants) < len(guards) or not all(map(is_state_formula, invariants)):
@@ -214,15 +213,15 @@ class _Guide:
         planner = self.usual.through(lambda state: all(self.usual.holds(i, state) for i in invariants))
         parts = {part for invariant in invariants for part in parts_of(invariant)}
         safe = [guard.safe for guard in guards if guard.safe is not None]
-        calm, last = [[each for each in goals if (each in parts) == late] for late in (False, True)]
-        for ordered in (goals, [*calm, *safe, *last]):
-            walk = Walk(planner, start)
+        calm, last = [[each for each in self._goals if (each in parts) == late] for late in (False, True)]
+        for ordered in (self._goals, [*calm, *safe, *last]):
+            walk = Walk(planner, self.start)
             if reach_all(walk, ordered):
                 yield walk
 
-    def _is_safe_anyway(self, task: Task, guards: Sequence[_Guard]) -> bool:
+    def are_safe_anyway(self, guards: Sequence[_Guard]) -> bool:
         """Whether a plan that is no longer than the certificate avoids the hazards."""
-        goals = PlanningGoal(tuple([each.formula for each in task.goals]))
-        plan = self.planner.plan(task.initial, goals, task.relevant, _FREE).plan
-        course = self._course(task, plan)
-        return 0 < len(plan) <= len(task.script) and all(guard.keeps(course) for guard in guards)
+        goals = PlanningGoal(tuple(self._goals))
+        plan = self.planner.plan(self.task.initial, goals, self.task.relevant, _FREE).plan
+        course = self.course(plan)
+        return 0 < len(plan) <= len(self.task.script) and all(guard.keeps(course) for guard in guards)
