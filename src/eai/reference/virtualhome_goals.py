@@ -51,10 +51,7 @@ class _Notation(VirtualHomeGoals):
             read = [each for kind in GoalKind for each in _entries(kind, value.get(SECTIONS[kind], []))]
         except (TypeError, AttributeError, RecursionError):
             return _OF_ANOTHER_TYPE
-        return WrittenGoals(
-            tuple([each for each in read if isinstance(each, WrittenGoal)]),
-            tuple([each for each in read if not isinstance(each, WrittenGoal)]),
-        )
+        return WrittenGoals.of(read)
 
 
 class ByLargestId(GoalInterpretation):

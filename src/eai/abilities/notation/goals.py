@@ -159,6 +159,12 @@ class WrittenGoals:
     ill_formed: tuple[IllFormed, ...] = ()
     repairs: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, entries: Sequence[WrittenGoal | IllFormed], repairs: tuple[str, ...] = ()) -> WrittenGoals:
+        """The goals among entries, and those that are none."""
+        goals = tuple([each for each in entries if isinstance(each, WrittenGoal)])
+        return cls(goals, tuple([each for each in entries if not isinstance(each, WrittenGoal)]), repairs)
+
 
 Word: TypeAlias = tuple[str, int]
 """A predicate as answers spell it, and of how many objects it is said."""
@@ -274,17 +280,9 @@ class JsonGoals(GoalNotation):
         if found is None:
             return _NO_LISTS
         sections, repairs = found
-        goals: list[WrittenGoal] = []
-        ill_formed: list[IllFormed] = []
-        for key, entries in sections:
-            kind = self._kinds.get(key)
-            for entry in entries:
-                goal = self._goal(kind, entry)
-                if goal is None:
-                    ill_formed.append((kind, str(entry)))
-                else:
-                    goals.append(goal)
-        return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
+        entries = [(self._kinds.get(key), entry) for key, entries in sections for entry in entries]
+        read = [self._goal(kind, entry) or (kind, str(entry)) for kind, entry in entries]
+        return WrittenGoals.of(read, repairs)
 
     def entries(self, text: str) -> list[tuple[GoalKind | None, object]] | None:
         """All entries of an answer with their kinds, states first; None if it cannot be read."""

@@ -50,20 +50,8 @@ class VirtualHomeGoals(GoalNotation):
             keys = ", ".join(f'"{key}"' for key in SECTIONS.values())
             return Unreadable(f"there is no JSON object with {keys}")
         sections, repairs = found
-        goals: list[WrittenGoal] = []
-        ill_formed: list[IllFormed] = []
-        for kind, names in FIELDS.items():
-            section = sections.get(SECTIONS[kind])
-            if isinstance(section, list):
-                for entry in section:
-                    goal = _goal(names, entry)
-                    if goal is not None:
-                        goals.append(goal)
-                    elif entry != _NOTHING:
-                        ill_formed.append((kind, str(entry)))
-            elif section is not None:
-                ill_formed.append((kind, str(section)))
-        return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
+        read = [each for kind in FIELDS for each in _read(kind, sections.get(SECTIONS[kind]))]
+        return WrittenGoals.of(read, repairs)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as an object with its section as key."""
@@ -119,6 +107,13 @@ def _sections(value: object) -> dict[str, object] | None:
     return members if any(key in members for key in SECTIONS.values()) else None
 
 
+def _read(kind: GoalKind, section: object) -> list[WrittenGoal | IllFormed]:
+    """The goals of a section, and the entries that are none."""
+    if not isinstance(section, list):
+        return [] if section is None else [(kind, str(section))]
+    return [_goal(FIELDS[kind], each) or (kind, str(each)) for each in section if each != _NOTHING]
+
+
 def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
     """Return the statement of an entry; None if it lacks a field."""
     if not isinstance(entry, Pairs):
@@ -133,10 +128,9 @@ def _entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
     if goal.is_action:
         entry = {"action": goal.predicate, "description": goal.predicate.lower()}
         return GoalKind.ACTION, entry
-    if len(goal.names) == 1:
-        return GoalKind.STATE, {"name": goal.names[0], "state": goal.predicate}
-    name, other = goal.names
-    return GoalKind.RELATION, {"from_name": name, "relation": goal.predicate, "to_name": other}
+    name, *others = goal.names
+    kind = GoalKind.RELATION if others else GoalKind.STATE
+    return kind, dict(zip(FIELDS[kind], (name, goal.predicate, *others), strict=True))
 
 
 ACTIONS = (
