@@ -124,7 +124,7 @@ class Grounder:
 
         A parameter that nothing is said of takes one object only: any is as good.
         """
-        tests = _tests_by_variable(action, self._never_added(action.precondition))
+        tests = self._tests(action)
         mentioned = free_variables(action.precondition) | m.effect_variables(action.effect)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
@@ -138,12 +138,16 @@ class Grounder:
             ]
         return iter(stack)
 
-    def _never_added(self, precondition: f.Formula) -> list[f.Atom]:
-        conjuncts = f.operands(precondition, f.And)
-        may_become_true = self._added.union(self._axioms)
-        return [
-            part for part in conjuncts if isinstance(part, f.Atom) and part.predicate not in may_become_true
-        ]
+    def _tests(self, action: m.PddlAction) -> dict[str, list[f.Atom]]:
+        """For each parameter the atoms as above whose variables are all bound once it is, in order."""
+        tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
+        order, may_become_true = list(tests), self._added.union(self._axioms)
+        for part in f.operands(action.precondition, f.And):
+            if isinstance(part, f.Atom) and part.predicate not in may_become_true:
+                places = [order.index(term.name) for term in part.arguments if isinstance(term, f.Variable)]
+                if places:
+                    tests[order[max(places)]].append(part)
+        return tests
 
     def _passes(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
         return all(_key(atom, binding) in self._facts for atom in tests)
@@ -261,17 +265,6 @@ def _one_of(parts: Iterable[_Condition | None]) -> _Condition | None:
     if len(options) < 2:
         return options[0] if options else None
     return _Condition(0, 0, (tuple(options),))
-
-
-def _tests_by_variable(action: m.PddlAction, atoms: Sequence[f.Atom]) -> dict[str, list[f.Atom]]:
-    """For each parameter the atoms whose variables are all bound once it is, in order of the parameters."""
-    tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
-    order = list(tests)
-    for atom in atoms:
-        places = [order.index(term.name) for term in atom.arguments if isinstance(term, f.Variable)]
-        if places:
-            tests[order[max(places)]].append(atom)
-    return tests
 
 
 def _key(atom: f.Atom, binding: _Binding) -> _Key:
