@@ -15,7 +15,6 @@ from eai.tasks.source import Source, TaskSet
 if TYPE_CHECKING:
     from eai.abilities.operator_task import TransitionTask
     from eai.abilities.task import Category
-    from eai.pddl.model import OperatorText
 
 Render = Callable[[Source], Mapping[str, str]]
 """Renders prompts of which the data set ships only a template: task id -> question."""
@@ -62,15 +61,20 @@ def open_behavior(source: Source | None = None) -> TransitionTasks:
     return _transition_tasks(packs.open_published(packs.BEHAVIOR_PDDL, source), "behavior_pd.pddl")
 
 
+_PARTS = ("parameters", "preconditions", "effects")
+
+
 def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
     """The tasks of the published files, given the member with the planning domain."""
     from eai.abilities.operator_task import OperatorLibrary, TransitionTask
+    from eai.pddl.model import OperatorText
     from eai.pddl.reader import read_domain
 
     library = OperatorLibrary(
         header=read_domain(pack.read(header).decode() + ")"),
         operators={
-            name: _operator(name, values) for name, values in pack.read_json("gold_action.json").items()
+            name: OperatorText(name, *[values[f"action_{part}"] for part in _PARTS])
+            for name, values in pack.read_json("gold_action.json").items()
         },
         categories={
             name: _category(label) for name, label in pack.read_json("predicates_category.json").items()
@@ -85,13 +89,6 @@ def _transition_tasks(pack: PackFile, header: str) -> TransitionTasks:
 
     tasks = {task_id: build(task_id) for task_id in pack.read_json("success_task.json")}
     return TaskSet(tasks, tasks.__getitem__, pack.sha256)
-
-
-def _operator(name: str, values: Mapping[str, str]) -> OperatorText:
-    from eai.pddl.model import OperatorText
-
-    parts = [values[key] for key in ("action_parameters", "action_preconditions", "action_effects")]
-    return OperatorText(name, *parts)
 
 
 def _category(label: str) -> Category:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from typing import TypeAlias
 
 from eai.data.files import parse_toml
+from eai.data.grouping import grouped
 
 _FILE = "evidence.toml"
 
@@ -56,8 +57,8 @@ class UnpublishedFacts:
 
     initially_open: frozenset[str]
     standing: frozenset[str]
-    added: Mapping[str, tuple[GroundRelation, ...]]
-    removed: Mapping[str, frozenset[tuple[str, str]]]
+    added: Mapping[str, Sequence[GroundRelation]]
+    removed: Mapping[str, Sequence[tuple[str, str]]]
     listed_relations_only: frozenset[str]
     volumes: _Volumes
     sha256: str
@@ -68,20 +69,13 @@ def load_evidence() -> UnpublishedFacts:
     """The table of this package."""
     content = resources.files("eai.households.behavior").joinpath(_FILE).read_bytes()
     table = parse_toml(content.decode())
-    added: dict[str, tuple[GroundRelation, ...]] = {}
-    for entry in table["added_relations"]:
-        added[entry["task"]] = (*added.get(entry["task"], ()), tuple(entry["fact"]))
-    removed: dict[str, frozenset[tuple[str, str]]] = {}
-    for entry in table["removed_relations"]:
-        gone = (entry["predicate"], entry["object"])
-        removed[entry["task"]] = removed.get(entry["task"], frozenset()) | {gone}
-    volume = table["volume"]
+    added, removed, volume = table["added_relations"], table["removed_relations"], table["volume"]
     of_object = {(entry["scene"], entry["object"]): entry["volume"] for entry in volume["of_object"]}
     return UnpublishedFacts(
         initially_open=frozenset(table["initially_open"]["categories"]),
         standing=frozenset(table["stands_on_floor"]["categories"]),
-        added=added,
-        removed=removed,
+        added=grouped((entry["task"], tuple(entry["fact"])) for entry in added),
+        removed=grouped((entry["task"], (entry["predicate"], entry["object"])) for entry in removed),
         listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
         volumes=_Volumes(volume["default"], volume["part"], volume["of_category"], of_object),
         sha256=hashlib.sha256(content).hexdigest(),

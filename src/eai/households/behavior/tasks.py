@@ -101,7 +101,7 @@ def open_tasks(source: Source | None = None) -> BehaviorTasks:
 def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
     """The relations of objects at the start, by name: as listed, as assumed, as found by evidence."""
     listed = listed_relations(record)
-    removed = evidence.removed.get(record.id, frozenset())
+    removed = evidence.removed.get(record.id, ())
     kept = tuple(relation for relation in listed if relation[:2] not in removed)
     return (*kept, *standing_relations(record, evidence), *evidence.added.get(record.id, ()))
 
