@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import cache
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.verdict import Share
 from eai.questions.question import Form, Kind, Question, gold_text, grade
@@ -127,17 +127,8 @@ class Posed(NamedTuple):
     glance: Callable[[str], _Look]
 
 
-class _Trait(NamedTuple):
-    """The trait of a statement that a shortcut goes by; the label tells several of one shortcut apart."""
-
-    shortcut: _Shortcut
-    label: str = ""
-
-
-_NAMES, _LONGEST, _TEXT, _UNCHANGED = map(
-    _Trait, (_Shortcut.NAMES, _Shortcut.LONGEST, _Shortcut.TEXT, _Shortcut.UNCHANGED)
-)
-_SHORTEST, _OFTEN = _Trait(_Shortcut.LONGEST, "not"), _Trait(_Shortcut.TEXT, "all times")
+_Trait: TypeAlias = tuple[_Shortcut, str]
+"""The shortcut that goes by a trait of a statement, and a label that tells several traits of it apart."""
 
 
 class Ledger:
@@ -186,7 +177,7 @@ class Ledger:
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
     def _hit(self, shortcut: _Shortcut, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
-        seen = [next((trait for trait in each if trait.shortcut is shortcut), None) for each in traits]
+        seen = [next((trait for trait in each if trait[0] is shortcut), None) for each in traits]
         if not any(seen):
             return _share(1, _options(posed))
         if len(seen) == 1:
@@ -194,7 +185,7 @@ class Ledger:
             scores, right = [yes, 1 - yes], 1 if posed.right is None else 0
         else:
             learned = shortcut is _Shortcut.OPERATOR
-            alone = _Trait(shortcut)
+            alone = (shortcut, "")
             scores = [
                 self._rate(trait, len(seen)) if learned else alone in each
                 for trait, each in zip(seen, traits, strict=True)
@@ -213,27 +204,26 @@ class Ledger:
         """The traits of each statement, with the part that it has of each."""
         looks = [posed.glance(text) for text in posed.shown]
         found = [
-            dict.fromkeys([_Trait(_Shortcut.OPERATOR, label) for label in look.labels], _WHOLE)
-            for look in looks
+            dict.fromkeys([(_Shortcut.OPERATOR, label) for label in look.labels], _WHOLE) for look in looks
         ]
         if len(looks) == 1:
             (look,) = looks
             found[0] |= {
-                _Trait(_Shortcut.TEXT, f"{look.mentioned} of {len(look.names)}"): _WHOLE,
-                _Trait(_Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
-                _Trait(_Shortcut.LONGEST, self._size(look.length)): _WHOLE,
-                _Trait(_Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
+                (_Shortcut.TEXT, f"{look.mentioned} of {len(look.names)}"): _WHOLE,
+                (_Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
+                (_Shortcut.LONGEST, self._size(look.length)): _WHOLE,
+                (_Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
             }
             return found
         marked: Mapping[_Trait, Sequence[int]] = {
-            _NAMES: [
+            (_Shortcut.NAMES, ""): [
                 sum([len(one.names & other.names) for other in looks]) - len(one.names) for one in looks
             ],
-            _LONGEST: [look.length for look in looks],
-            _SHORTEST: [-look.length for look in looks],
-            _TEXT: [look.mentioned for look in looks],
-            _OFTEN: [look.often for look in looks],
-            _UNCHANGED: [look.holds for look in looks],
+            (_Shortcut.LONGEST, ""): [look.length for look in looks],
+            (_Shortcut.LONGEST, "not"): [-look.length for look in looks],
+            (_Shortcut.TEXT, ""): [look.mentioned for look in looks],
+            (_Shortcut.TEXT, "all times"): [look.often for look in looks],
+            (_Shortcut.UNCHANGED, ""): [look.holds for look in looks],
         }
         for trait, marks in marked.items():
             best = max(marks)
