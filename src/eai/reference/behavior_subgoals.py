@@ -122,15 +122,12 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scen
 
 
 def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[Plan, str]:
-    """The actions after which a hand holds the object, and which: the right one if both are free."""
+    """The actions after which a hand holds the object, and which: the left one if it alone is free."""
     hand = _hand_with(thing, hands, scene)
     if hand is not None:
         return (), hand
-    if hands["RIGHT"] is None:
-        return (Action("RIGHT_GRASP", (thing,)),), "RIGHT"
-    if hands["LEFT"] is None:
-        return (Action("LEFT_GRASP", (thing,)),), "LEFT"
-    return (*_emptied("RIGHT", hands), Action("RIGHT_GRASP", (thing,))), "RIGHT"
+    hand = "LEFT" if hands["LEFT"] is None and hands["RIGHT"] is not None else "RIGHT"
+    return (*_emptied(hand, hands), Action(f"{hand}_GRASP", (thing,))), hand
 
 
 def _hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
@@ -141,15 +138,10 @@ def _hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
 
 def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, GroundAtom] | None:
     """Two literals that are done together: what supports the object, then what is next to it."""
-    if not first.truth or not second.truth:
-        return None
-    if first.predicate in _SUPPORTING and second.predicate == "nextto":
-        on, by = first, second
-    elif first.predicate == "nextto" and second.predicate in _SUPPORTING:
-        on, by = second, first
-    else:
-        return None
-    return (on, by) if on.arguments[0] in by.arguments else None
+    for on, by in ((first, second), (second, first)):
+        if on.predicate in _SUPPORTING and by.predicate == "nextto" and on.truth and by.truth:
+            return (on, by) if on.arguments[0] in by.arguments else None
+    return None
 
 
 def _emptied(hand: str, hands: _Hands) -> Plan:

@@ -134,16 +134,11 @@ class ByLargestId(GoalInterpretation):
 
     def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
         """The predictions about the objects that the names mean; or the first name that means none."""
-        objects = self._objects
         named: list[WrittenGoal | str] = []
-        for predicate, names, positive, is_action in goals.goals:
-            for name in names:
-                if name not in objects:
-                    named.append(name)
-                    break
-            else:
-                meant = tuple([objects[name] for name in names])
-                named.append(WrittenGoal(predicate, meant, positive, is_action))
+        for goal in goals.goals:
+            unknown = [name for name in goal.names if name not in self._objects]
+            meant = tuple([self._objects.get(name, name) for name in goal.names])
+            named.append(unknown[0] if unknown else goal._replace(names=meant))
         return named
 
 
@@ -167,9 +162,8 @@ def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
 
 def _goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
     """Return the statement of an entry; None if it lacks a field."""
-    for name in names:
-        if name not in entry:
-            return None
+    if any(name not in entry for name in names):
+        return None
     return goal_of([_text(name, entry[name]) for name in names])
 
 
