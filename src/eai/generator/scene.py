@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
+from eai.data.grouping import grouped
 from eai.generator.measures import lids
 from eai.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import predicates_of
@@ -144,10 +145,8 @@ def with_guests(closed: State, tasks: Sequence[Task], prior: Prior, rng: random.
         for pattern in known
         if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
     }
-    hosts: dict[frozenset[tuple[str, str]], list[int]] = {}
-    for index in range(len(objects)):
-        if objects[index].category in prior.taken:
-            hosts.setdefault(stance(index, closed, prior), []).append(index)
+    taken = [i for i, thing in enumerate(objects) if thing.category in prior.taken]
+    hosts = grouped((stance(i, closed, prior), i) for i in taken)
     for _ in range(_ASKED * (most - len(objects))):
         if len(objects) >= most:
             break

@@ -11,11 +11,13 @@ from eai.abilities.task import Task
 from eai.abilities.wording import subjects
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import content_of
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.pictures.drawing import Drawing, draw, image_of, png
 from eai.pictures.scene_graph import SceneGraph, SceneWords
 from eai.pictures.tiles import tiles_of
 from eai.prompts.prompt import Image
+from eai.world.relation import bits
 from eai.world.state import State
 
 PNG = "image/png"
@@ -111,12 +113,8 @@ def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, .
         InputError: there is no picture of a task, or a file cannot be read.
     """
     known = list(task_ids)
-    files: dict[str, list[Path]] = {}
-    for file in sorted(folder.glob("*")):
-        is_image = file.suffix.lower() in MEDIA_TYPES and file.is_file()
-        owner = _owner(file.stem, known) if is_image else None
-        if owner is not None:
-            files.setdefault(owner, []).append(file)
+    found = [each for each in sorted(folder.glob("*")) if each.suffix.lower() in MEDIA_TYPES]
+    files = grouped((_owner(file.stem, known), file) for file in found if file.is_file())
     lacking = [task_id for task_id in known if task_id not in files]
     if lacking:
         shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
@@ -137,10 +135,7 @@ def _others(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutte
     """Further objects to show, those first that are in or on what is shown."""
     state, scene = task.initial, task.scene
     said = {index for fact in words.holding(state, range(len(scene.objects))) for index in fact.arguments}
-    near = 0
-    for name in words.supports:
-        relation = state.relation(words.stored[name])
-        for index in shown:
-            near |= relation.column(index)
-    ranked = sorted(said.difference(shown), key=lambda index: (not near >> index & 1, index))
+    supports = [state.relation(words.stored[name]) for name in words.supports]
+    near = {i for relation in supports for index in shown for i in bits(relation.column(index))}
+    ranked = sorted(said.difference(shown), key=lambda index: (index not in near, index))
     return ranked[: _TIMES[clutter] * len(shown)]

@@ -20,6 +20,7 @@ from eai.abilities.reports import action_text, fact_text
 from eai.abilities.rules import Rules
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.wording import subjects
+from eai.data.grouping import grouped
 from eai.generator.scene import with_only
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner
@@ -257,15 +258,13 @@ class Repertoire:
 
     def distances_to(self, goals: Iterable[int]) -> Mapping[int, int]:
         """The fewest actions from each state to one of these; where none lead there a state is left out."""
-        sources: list[list[int]] = [[] for _ in self.states]
-        for n, edges in enumerate(self.edges):
-            for _, target in edges:
-                sources[target].append(n)
+        sources = grouped((target, n) for n, edges in enumerate(self.edges) for _, target in edges)
         level, depth = list(goals), 0
         found = dict.fromkeys(level, depth)
         while level:
             depth += 1
-            level = [n for n in dict.fromkeys([s for t in level for s in sources[t]]) if n not in found]
+            before = dict.fromkeys([source for target in level for source in sources.get(target, ())])
+            level = [n for n in before if n not in found]
             found.update(dict.fromkeys(level, depth))
         return found
 

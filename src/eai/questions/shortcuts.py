@@ -16,6 +16,7 @@ from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.verdict import Share
+from eai.data.grouping import grouped
 from eai.questions.question import Form, Kind, Question, gold_text, grade
 from eai.questions.setting import Item, Setting
 from eai.results.rate import Rate, rate_of
@@ -380,8 +381,6 @@ def best_chance(chances: Mapping[str, Rate]) -> str:
 
 def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
     """The gold answer that most questions in open form of each kind have; of several the first."""
-    answers: dict[Kind, Counter[str]] = {kind: Counter() for kind in Kind}
-    for question in questions:
-        if question.form is Form.OPEN:
-            answers[question.kind][gold_text(question)] += 1
-    return {kind: max(count, key=count.__getitem__, default="") for kind, count in answers.items()}
+    golds = grouped((each.kind, gold_text(each)) for each in questions if each.form is Form.OPEN)
+    counts = {kind: Counter(golds.get(kind, ())) for kind in Kind}
+    return {kind: max(count, key=count.__getitem__, default="") for kind, count in counts.items()}

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import TypeAdapter
+
+from eai.data.grouping import grouped
 
 ACTIVITIES, KINDS, RULES, PLANS = "activities.txt", "kinds.json", "rules.json", "plans.txt"
 """The members of the pack: the first and the last have one line an activity."""
@@ -104,10 +105,7 @@ class _Rules:
     @cached_property
     def makings(self) -> Mapping[str, Sequence[Making]]:
         """All ways to make each kind."""
-        found: defaultdict[str, list[Making]] = defaultdict(list)
-        for made, making in self._makings():
-            found[made].append(making)
-        return found
+        return grouped(self._makings())
 
     def _makings(self) -> Iterator[tuple[str, Making]]:
         for whole, (half, _) in self.slice.items():
