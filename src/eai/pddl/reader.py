@@ -160,9 +160,8 @@ class PddlReader:
         """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if head_of(group) != ":action" or len(group.items) < 2:
             raise self._error(group, "(:action NAME ...)")
-        parts: dict[str, SExpr] = {}
-        for key, value in zip(group.items[2::2], group.items[3::2], strict=False):
-            parts[self._word(key).text] = value
+        pairs = zip(group.items[2::2], group.items[3::2], strict=False)
+        parts = {self._word(key).text: value for key, value in pairs}
         if len(group.items) % 2 or not parts.keys() <= {":parameters", ":precondition", ":effect"}:
             raise self._error(group, "pairs of a keyword and a list")
         return m.PddlAction(

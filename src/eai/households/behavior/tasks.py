@@ -11,7 +11,7 @@ from eai.abilities.task import Goal, GoalKind, Task
 from eai.households.behavior import predicates as p
 from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
 from eai.households.behavior.predicates import VOCABULARY
-from eai.households.behavior.records import BehaviorObject, BehaviorRecord, read_records
+from eai.households.behavior.records import BehaviorRecord, read_records
 from eai.households.packs import BEHAVIOR, open_published
 from eai.logic.formula import And, Formula, operands
 from eai.logic.rewriting import rename_objects
@@ -185,10 +185,10 @@ class _Builder:
 
     def _sizes(self) -> Iterator[Fact]:
         """The comparisons of the volumes of the objects."""
-        volumes = [self._volume(thing) for thing in self._record.objects]
-        halves = self._evidence.volumes.part
+        known, scene = self._evidence.volumes, self._record.scene
+        volumes = [known.of(scene, thing.name, thing.model) for thing in self._record.objects]
         for thing, volume in zip(self._record.objects, tuple(volumes), strict=True):
-            volumes += [halves * volume] * len(thing.parts)
+            volumes += [known.part * volume] * len(thing.parts)
         for i, mine in enumerate(volumes):
             if mine > MAX_GRASPABLE:
                 yield Fact(p.ungraspable.name, (i,))
@@ -197,9 +197,6 @@ class _Builder:
                     yield Fact(p.larger.name, (i, j))
                     if mine > MUCH * other:
                         yield Fact(p.much_larger.name, (i, j))
-
-    def _volume(self, thing: BehaviorObject) -> float:
-        return self._evidence.volumes.of(self._record.scene, thing.name, thing.model)
 
     def _situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
         """States and places at the start."""

@@ -127,7 +127,8 @@ def goal_interpretation_prompts(source: Source) -> dict[str, str]:
     records = open_records(source)
     resources = packs.open_published(packs.RESOURCES, source)
     template = packs.open_published(packs.TEMPLATES, source).read(packs.TEMPLATE_MEMBER).decode()
-    possible = _possible_states(resources.read_json("object_states_full.json"))
+    states = resources.read_json("object_states_full.json")
+    possible = {**states, **{name.replace("_", ""): each for name, each in states.items()}}  # also so written
     pairs = resources.read_json("relation_object_pairs.json")
     base = {record.id: record for record in records.base.added_objects}
     # What is put in later is not searched for what was to be put in earlier: the reference's order.
@@ -158,14 +159,6 @@ def _of_task(
 def _line(record: ObjectRecord, possible: Mapping[str, Sequence[str]]) -> str:
     states = [state.upper() for state in possible.get(record.class_name, ())]
     return f"{record.class_name}, initial states: {list(record.states)}, possible states: {states}\n"
-
-
-def _possible_states(states: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
-    """The possible states by class name, which may be written without its underscores."""
-    table = dict(states)
-    for name in states:
-        table[name.replace("_", "")] = table[name]
-    return table
 
 
 def _set_text(names: Sequence[str]) -> str:
