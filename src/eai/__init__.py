@@ -27,29 +27,19 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _PLACES = {
-    "Ability": "eai.abilities.protocol",
-    "Benchmark": "eai.benchmark.benchmark",
-    "DataError": "eai.errors",
-    "DomainError": "eai.errors",
-    "EaiError": "eai.errors",
-    "Goal": "eai.abilities.task",
-    "GoalKind": "eai.abilities.task",
-    "Grade": "eai.scoring.reward",
-    "InputError": "eai.errors",
-    "ParseError": "eai.errors",
-    "Protocol": "eai.abilities.protocol",
-    "Reward": "eai.scoring.reward",
-    "Scoring": "eai.scoring.batch",
-    "Shaping": "eai.scoring.reward",
-    "Source": "eai.tasks.source",
-    "Suite": "eai.benchmark.suite",
-    "Task": "eai.abilities.task",
-    "find_benchmark": "eai.benchmark.registry",
-    "given": "eai.tasks.source",
-    "goal": "eai.abilities.task",
-    "make_task": "eai.abilities.task",
-    "registered": "eai.benchmark.registry",
-    "reward": "eai.scoring.reward",
+    name: module
+    for module, names in {
+        "eai.abilities.protocol": "Ability Protocol",
+        "eai.abilities.task": "Goal GoalKind Task goal make_task",
+        "eai.benchmark.benchmark": "Benchmark",
+        "eai.benchmark.registry": "find_benchmark registered",
+        "eai.benchmark.suite": "Suite",
+        "eai.errors": "DataError DomainError EaiError InputError ParseError",
+        "eai.scoring.batch": "Scoring",
+        "eai.scoring.reward": "Grade Reward Shaping reward",
+        "eai.tasks.source": "Source given",
+    }.items()
+    for name in names.split()
 }
 """The public names -> the modules that define them."""
 
