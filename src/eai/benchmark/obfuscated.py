@@ -25,6 +25,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Unreadable
 from eai.abilities.wording import Wording, is_property
 from eai.benchmark.benchmark import Benchmark
+from eai.data.grouping import grouped
 from eai.english import PLAIN, English, sentences_of
 from eai.tasks.source import USUAL, TaskSet
 from eai.world.effect import When
@@ -50,21 +51,17 @@ _OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
 def _cipher(benchmark: Benchmark, tasks: Iterable[Task]) -> Mapping[str, str]:
     """The words that the twin of a benchmark has for others, one to one: the same on every machine."""
-    uses: dict[str, dict[str, object]] = {}
-    wording = benchmark.wording(Ability.ACTION_SEQUENCING)
-    for name in (*wording.predicates, *wording.static):
-        uses.setdefault(name, {})["predicate"] = benchmark.domain.vocabulary.arity(name)
-    for operator in benchmark.domain.operators:
-        uses.setdefault(operator.name, {})["operator"] = operator.arity
-    groups: dict[str, list[tuple[str, ...]]] = {}
-    for name, use in uses.items():
-        groups.setdefault(str(sorted(use.items())), []).append((name,))
+    wording, arity = benchmark.wording(Ability.ACTION_SEQUENCING), benchmark.domain.vocabulary.arity
+    used = [(name, ("predicate", arity(name))) for name in (*wording.predicates, *wording.static)]
+    used += [(operator.name, ("operator", operator.arity)) for operator in benchmark.domain.operators]
+    uses = grouped(used)
+    alike: list[tuple[object, tuple[str, ...]]] = [(frozenset(use), (name,)) for name, use in uses.items()]
     for category, stems in _kinds(tasks).items():
         if not {category, *stems} & uses.keys():
-            groups.setdefault(f"{category in stems} {len(stems)}", []).append((category, *stems))
+            alike.append(((category in stems, len(stems)), (category, *stems)))
     digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
     rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
-    for group in groups.values():
+    for group in grouped(alike).values():
         changing = [each for each in group if _KEPT.isdisjoint(each)]
         start = rng.sample(changing, len(changing))
         for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
