@@ -300,15 +300,17 @@ def _records(
     """The records of one answer a task, in order; the answers are written."""
     answers = _chosen(obtained, suite.ability)
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
-    lacking = [task_id for task_id in (*obtained.prompts, *failed) if task_id not in answers]
-    why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
+    why = {i: failed.get(i, "the run ended before") for i in (*obtained.prompts, *failed) if i not in answers}
     if obtained.trials is None:
         given = tuple([Response(i, answers[i].text) for i in obtained.prompts if i in answers])
         file = ResponseFile(obtained.name, given)
         write_responses(folder, file)
         records = score_run(suite, file, why, scoring, progressed)
     else:
-        records = _tried(obtained, obtained.trials, answers, why, scoring)
+        lacking = score_run(obtained.trials.suite, ResponseFile(obtained.name, ()), why, scoring)
+        records = _tried(obtained, obtained.trials, answers, lacking)
+        if not scoring.explanations:
+            records = [record.without_explanations() for record in records]
         _write_attempts(folder, obtained.name, records)
     if obtained.believed is not None:
         records = [*map(obtained.believed.marked, records)]
@@ -317,20 +319,14 @@ def _records(
 
 
 def _tried(
-    obtained: Obtained,
-    trials: Trials,
-    answers: Mapping[str, Answer],
-    why: Mapping[str, str],
-    scoring: ScoringOptions,
+    obtained: Obtained, trials: Trials, answers: Mapping[str, Answer], lacking: Iterable[Record]
 ) -> list[Record]:
     """The records of an experiment; ``answers`` are the last ones of the trials that count."""
-    suite, experiment, name = trials.suite, trials.experiment, obtained.name
-    lacking = score_run(suite, ResponseFile(name, ()), why, scoring)
+    suite, experiment = trials.suite, trials.experiment
     found = {record.task_id: replace(record, experiment=experiment) for record in lacking}
     for task_id, answer in answers.items():
         attempts = obtained.tried[task_id, answer.epoch]
-        record = record_of_trial(suite, experiment, name, task_id, attempts)
-        found[task_id] = record if scoring.explanations else record.without_explanations()
+        found[task_id] = record_of_trial(suite, experiment, obtained.name, task_id, attempts)
     return [found[task_id] for task_id in suite.task_ids if task_id in found]
 
 

@@ -151,6 +151,7 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
     """
     for arm, number in ((each, number) for each in arms for number in range(1, each.attempts + 1)):
         records = [record for record in arm.records(number) if record.verdict.excluded is None]
+        slipped = [r.verdict.error is not None and r.verdict.error.kind is FaultKind.SLIP for r in records]
         cases = [arm.cases(metric, number) for metric in _ERRORS]
         errors = [rate_of(case.share for case in each).percent for each in cases]
         tokens = [
@@ -164,7 +165,7 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
             Estimate.of(arm.cases(SUCCESS, number)),
             Estimate.of(arm.cases(EXECUTION, number)),
             *errors,
-            share_of(records, [_has_slipped(record) for record in records]).value,
+            share_of(records, slipped).value,
             fmean([len(record.attempts) for record in records]) if records else None,
             fmean(tokens) if any(tokens) else None,
         )
@@ -213,11 +214,6 @@ def _mended(arms: Sequence[_Arm]) -> Iterator[Row]:
             other = tried - same - ended[AnswerOutcome.SUCCESS]
             label = kind.value.replace("_", " ")
             yield (arm.name, label, tried, share_of(by_kind[kind], mended), same, other)
-
-
-def _has_slipped(record: Record) -> bool:
-    error = record.verdict.error
-    return error is not None and error.kind is FaultKind.SLIP
 
 
 def _shared(control: _Arm, arm: _Arm, attempts: int) -> tuple[list[Case], list[Case]]:
