@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Lock
@@ -43,72 +43,53 @@ Keep: TypeAlias = Callable[[Play], None]
 """Takes an episode after each line."""
 
 
-class _Sitting:
-    """The tasks that a person plays, as the page shows them, and what becomes of a line that it sends.
+def _sitting(
+    first: Begun, tasks: Iterator[Begun], total: int, keep: Keep
+) -> Generator[dict[str, Json], str, None]:
+    """All that the page shows of the tasks that a person plays; takes each line that it sends.
 
     Args:
         first: the first task that is not over.
-        tasks: the others.
+        tasks: the others; any line after the end of a task leads to the next.
         total: how many tasks there are, those that are over included.
         keep: takes the episode.
 
-    Attributes:
-        shown: all that the page shows.
-
     Raises:
-        EaiError: the task cannot be shown in pictures.
+        EaiError: the task cannot be shown in pictures, or the episode cannot be kept.
     """
+    begun: Begun | None = first
+    while begun is not None:
+        (number, play, before), begun = begun, None
+        said = [turn.said for turn in play.turns]
+        log = [_entry(*turn) for turn in zip(said, before, strict=True)]
+        shown = _shown(number, total, play, log)
+        while begun is None:
+            line = yield shown
+            if line.strip() and not play.game.over:
+                known = len(play.turns)
+                told = enter(play, line)
+                keep(play)
+                turns = [_entry(turn.said, told) for turn in play.turns[known:]]
+                log += turns or [[line, told, "aside"]]
+                begun = next(tasks, None) if play.game.over else None
+                shown = {**_shown(number, total, play, log), "last": play.game.over and begun is None}
+        yield shown
 
-    def __init__(self, first: Begun, tasks: Iterator[Begun], total: int, keep: Keep) -> None:
-        self._tasks, self._total, self._keep = tasks, total, keep
-        self._go_on(first)
 
-    def _go_on(self, begun: Begun) -> None:
-        self._number, self._play, told = begun
-        said = [turn.said for turn in self._play.turns]
-        self._log = [_entry(*turn) for turn in zip(said, told, strict=True)]
-        self._next: Begun | None = None
-        self.shown = self._to_json()
-
-    def take(self, line: str, at: str) -> bool:
-        """Carry a line out, or leave a task that is over; nothing, and False, if the page is not up to date.
-
-        Raises:
-            InputError: the episode cannot be kept.
-        """
-        if at != self.shown["at"]:
-            return False
-        if self._play.game.over and self._next is not None:
-            self._go_on(self._next)
-        elif line.strip() and not self._play.game.over:
-            self._carry_out(line)
-        return True
-
-    def _carry_out(self, line: str) -> None:
-        known = len(self._play.turns)
-        told = enter(self._play, line)
-        self._keep(self._play)
-        turns = [_entry(turn.said, told) for turn in self._play.turns[known:]]
-        self._log += turns or [[line, told, "aside"]]
-        if self._play.game.over:
-            self._next = next(self._tasks, None)
-        self.shown = self._to_json()
-
-    def _to_json(self) -> dict[str, Json]:
-        play = self._play
-        return {
-            "title": play.game.stage.benchmark.title or play.game.stage.benchmark.name,
-            "number": self._number,
-            "total": self._total,
-            "rules": RULES,
-            "opening": play.game.opening(),
-            "pictures": [image.url for image in play.pictures()],
-            "log": [*self._log],
-            "at": f"{self._number}.{len(self._log)}",
-            "words": [completions(play, ""), completions(play, "an action")],
-            "over": play.game.over,
-            "last": play.game.over and self._next is None,
-        }
+def _shown(number: int, total: int, play: Play, log: Sequence[list[str]]) -> dict[str, Json]:
+    return {
+        "title": play.game.stage.benchmark.title or play.game.stage.benchmark.name,
+        "number": number,
+        "total": total,
+        "rules": RULES,
+        "opening": play.game.opening(),
+        "pictures": [image.url for image in play.pictures()],
+        "log": [*log],
+        "at": f"{number}.{len(log)}",
+        "words": [completions(play, ""), completions(play, "an action")],
+        "over": play.game.over,
+        "last": False,
+    }
 
 
 def _entry(said: str, told: str) -> list[str]:
@@ -126,7 +107,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Send the page."""
         if self._is_for_us():
             with self.server.lock:
-                data = for_script(self.server.sitting.shown)
+                data = for_script(self.server.shown)
             self._send("text/html", build_page("eai.acting", "player", ("player.js",), data, sends=True))
 
     def do_POST(self) -> None:
@@ -137,12 +118,14 @@ class _Handler(BaseHTTPRequestHandler):
         server = self.server
         with server.lock:
             try:
-                taken = server.sitting.take(line, self.path.removeprefix("/"))
-                self._send("application/json", json.dumps({**server.sitting.shown, "taken": taken}))
+                taken = server.error is None and self.path.removeprefix("/") == server.shown["at"]
+                if taken:
+                    server.shown = server.sitting.send(line)
+                self._send("application/json", json.dumps({**server.shown, "taken": taken}))
             except EaiError as error:
                 server.error = error
                 self.send_error(HTTPStatus.INTERNAL_SERVER_ERROR, "it is not kept: the terminal says why")
-            if server.error is not None or server.sitting.shown["last"]:
+            if server.error is not None or server.shown["last"]:
                 server.shutdown()
 
     def _is_for_us(self) -> bool:
@@ -177,8 +160,8 @@ class _Handler(BaseHTTPRequestHandler):
 class _Server(ThreadingHTTPServer):
     """Serves a sitting; ``lock`` is for who uses it, and ``error`` why it ended before its end."""
 
-    def __init__(self, port: int, sitting: _Sitting) -> None:
-        self.sitting, self.lock = sitting, Lock()
+    def __init__(self, port: int, sitting: Generator[dict[str, Json], str, None]) -> None:
+        self.sitting, self.shown, self.lock = sitting, next(sitting), Lock()
         self.error: EaiError | None = None
         super().__init__((_HOST, port), _Handler)
 
@@ -207,7 +190,7 @@ def serve_page(
     if first is None:
         return
     try:
-        server = _Server(port, _Sitting(first, tasks, total, keep))
+        server = _Server(port, _sitting(first, tasks, total, keep))
     except OSError as error:
         raise InputError(f"--page {port}: cannot be used ({error.strerror})") from error
     ready(f"http://{_HOST}:{server.server_port}/")
