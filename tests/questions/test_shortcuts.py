@@ -17,9 +17,9 @@ from eai.planning.planner import Planner
 from eai.questions.question import Form, Kind, Question
 from eai.questions.setting import Item, open_setting, with_counterparts
 from eai.questions.shortcuts import (
+    SHORTCUTS,
     Ledger,
     Posed,
-    _Shortcut,
     best_chance,
     chances_of,
     glance_at,
@@ -42,19 +42,19 @@ def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[s
 @pytest.mark.parametrize(
     ("question", "shortcut", "share"),
     [
-        (posed(SHARED, 0), _Shortcut.NAMES, 1),
-        (posed(SHARED, 2), _Shortcut.NAMES, 0),
-        (posed(["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "OPEN(pan)"], 2), _Shortcut.NAMES, 0.25),
-        (posed(["on(cup)", "on(kettle)", "on(pan)", "on(bottle)"], 3), _Shortcut.LONGEST, 0.5),
-        (posed(SHARED, 1, "now a pan is in reach"), _Shortcut.TEXT, 1),
-        (posed(SHARED, 2, "now a cup is in reach"), _Shortcut.TEXT, 1 / 3),
-        (posed(SHARED, 2), _Shortcut.OPERATOR, 0.25),
-        (posed(["on(cup)", "in(cup)", "by(cup)", "up(cup)"], 1, "", ("in(cup)",)), _Shortcut.UNCHANGED, 1),
-        (posed(["on(cup)"], 0), _Shortcut.NAMES, 0.5),
-        (posed(["on(cup)"], None), _Shortcut.OPERATOR, 0.5),
+        (posed(SHARED, 0), "names", 1),
+        (posed(SHARED, 2), "names", 0),
+        (posed(["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "OPEN(pan)"], 2), "names", 0.25),
+        (posed(["on(cup)", "on(kettle)", "on(pan)", "on(bottle)"], 3), "longest", 0.5),
+        (posed(SHARED, 1, "now a pan is in reach"), "text", 1),
+        (posed(SHARED, 2, "now a cup is in reach"), "text", 1 / 3),
+        (posed(SHARED, 2), "operator", 0.25),
+        (posed(["on(cup)", "in(cup)", "by(cup)", "up(cup)"], 1, "", ("in(cup)",)), "unchanged", 1),
+        (posed(["on(cup)"], 0), "names", 0.5),
+        (posed(["on(cup)"], None), "operator", 0.5),
     ],
 )
-def test_what_a_shortcut_gets_right(question: Posed, shortcut: _Shortcut, share: float) -> None:
+def test_what_a_shortcut_gets_right(question: Posed, shortcut: str, share: float) -> None:
     assert Ledger().add(question)[shortcut] == pytest.approx(share)
 
 
@@ -62,12 +62,12 @@ def test_what_was_right_before_is_learned() -> None:
     ledger = Ledger()
     for place in range(4):
         ledger.add(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
-    assert ledger.add(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))[_Shortcut.OPERATOR] == 1
+    assert ledger.add(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))["operator"] == 1
     closed = Ledger()
     for _ in range(3):
         closed.add(posed(["on(cup)"], None, "the cup"))
     hits = closed.add(posed(["on(pan)"], 0, "the pan"))
-    assert (hits[_Shortcut.OPERATOR], hits[_Shortcut.TEXT]) == (0, 0)
+    assert (hits["operator"], hits["text"]) == (0, 0)
 
 
 def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
@@ -77,7 +77,7 @@ def test_a_statement_by_no_operator_is_right_as_often_as_a_guess() -> None:
     for right in (0, 1, 2):
         ledger.add(Posed(shown, right, glance))
     learned = ledger.add(Posed(["A(1)", "nothing", "nothing", "nothing"], 0, glance))
-    assert learned[_Shortcut.OPERATOR] == 1, "one in three was right, and by chance one in four"
+    assert learned["operator"] == 1, "one in three was right, and by chance one in four"
 
 
 def test_a_question_that_evens_out_is_always_welcome() -> None:
@@ -120,7 +120,7 @@ def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
             some = [each for each in questions if (each.kind, each.form) == (kind, form)]
             assert len(some) == EACH
             chances = chances_of(some, guesses)
-            assert set(chances) == {"guess", *_Shortcut}
+            assert set(chances) == {"guess", *SHORTCUTS}
             assert (chances[best_chance(chances)].share or 0) <= (0.3 if form is Form.CHOICE else 0.55)
     choices = [each for each in questions if each.form is Form.CHOICE]
     assert sum(map(most_shared, choices)) == pytest.approx(sum(q.shortcuts["names"] for q in choices))

@@ -11,7 +11,6 @@ import re
 from bisect import bisect_left, bisect_right, insort
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from enum import Enum
 from functools import cache
 from typing import NamedTuple, TypeAlias
 
@@ -45,26 +44,16 @@ _TIMES = 5
 """From how many times on that names of a statement stand in the text it is all the same how often they do."""
 
 
-class _Shortcut(str, Enum):
-    """A way to answer without knowing the world.
+SHORTCUTS = ("names", "longest", "operator", "text", "unchanged")
+"""The names of the shortcuts, ways to answer without knowing the world.
 
-    Of several choices: ``names``: the one that shares most names with the others. ``longest``: the longest.
-    ``text``: the one of which most names stand in the text of the question. ``unchanged``: a fact that holds
-    before. ``operator``: the one whose operator, or predicate, was right most often in the questions before.
+Of several choices: ``names``: the one that shares most names with the others. ``longest``: the longest.
+``text``: the one of which most names stand in the text of the question. ``unchanged``: a fact that holds
+before. ``operator``: the one whose operator, or predicate, was right most often in the questions before.
 
-    Yes or no: what was right more often in the questions before, for statements with this operator, with as
-    many names in the text, longer (or not) than most, or that held before (or not); ``names`` guesses.
-    """
-
-    NAMES = "names"
-    LONGEST = "longest"
-    OPERATOR = "operator"
-    TEXT = "text"
-    UNCHANGED = "unchanged"
-
-
-SHORTCUTS = tuple(shortcut.value for shortcut in _Shortcut)
-"""The names of the shortcuts."""
+Yes or no: what was right more often in the questions before, for statements with this operator, with as many
+names in the text, longer (or not) than most, or that held before (or not); ``names`` guesses.
+"""
 
 
 class _Look(NamedTuple):
@@ -128,7 +117,7 @@ class Posed(NamedTuple):
     glance: Callable[[str], _Look]
 
 
-_Trait: TypeAlias = tuple[_Shortcut, str]
+_Trait: TypeAlias = tuple[str, str]
 """The shortcut that goes by a trait of a statement, and a label that tells several traits of it apart."""
 
 
@@ -162,7 +151,7 @@ class Ledger:
             or a part where it has to guess among several.
         """
         traits = self._traits(posed)
-        hits = {shortcut.value: self._hit(shortcut, posed, traits) for shortcut in _Shortcut}
+        hits = {shortcut: self._hit(shortcut, posed, traits) for shortcut in SHORTCUTS}
         self._imbalance += self._step(posed)
         self._balance.update(_weights(posed, traits))
         for place, each in enumerate(traits):
@@ -177,15 +166,15 @@ class Ledger:
         weights = _weights(posed, self._traits(posed))
         return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
 
-    def _hit(self, shortcut: _Shortcut, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
-        seen = [next((trait for trait in each if trait[0] is shortcut), None) for each in traits]
+    def _hit(self, shortcut: str, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
+        seen = [next((trait for trait in each if trait[0] == shortcut), None) for each in traits]
         if not any(seen):
             return _share(1, _options(posed))
         if len(seen) == 1:
             yes = self._rate(seen[0], 2)
             scores, right = [yes, 1 - yes], 1 if posed.right is None else 0
         else:
-            learned = shortcut is _Shortcut.OPERATOR
+            learned = shortcut == "operator"
             alone = (shortcut, "")
             scores = [
                 self._rate(trait, len(seen)) if learned else alone in each
@@ -204,27 +193,25 @@ class Ledger:
     def _traits(self, posed: Posed) -> list[dict[_Trait, int]]:
         """The traits of each statement, with the part that it has of each."""
         looks = [posed.glance(text) for text in posed.shown]
-        found = [
-            dict.fromkeys([(_Shortcut.OPERATOR, label) for label in look.labels], _WHOLE) for look in looks
-        ]
+        found = [dict.fromkeys([("operator", label) for label in look.labels], _WHOLE) for look in looks]
         if len(looks) == 1:
             (look,) = looks
             found[0] |= {
-                (_Shortcut.TEXT, f"{look.mentioned} of {len(look.names)}"): _WHOLE,
-                (_Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
-                (_Shortcut.LONGEST, self._size(look.length)): _WHOLE,
-                (_Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
+                ("text", f"{look.mentioned} of {len(look.names)}"): _WHOLE,
+                ("text", f"{min(look.often, _TIMES)} times"): _WHOLE,
+                ("longest", self._size(look.length)): _WHOLE,
+                ("unchanged", str(look.holds)): _WHOLE,
             }
             return found
         marked: Mapping[_Trait, Sequence[int]] = {
-            (_Shortcut.NAMES, ""): [
+            ("names", ""): [
                 sum([len(one.names & other.names) for other in looks]) - len(one.names) for one in looks
             ],
-            (_Shortcut.LONGEST, ""): [look.length for look in looks],
-            (_Shortcut.LONGEST, "not"): [-look.length for look in looks],
-            (_Shortcut.TEXT, ""): [look.mentioned for look in looks],
-            (_Shortcut.TEXT, "all times"): [look.often for look in looks],
-            (_Shortcut.UNCHANGED, ""): [look.holds for look in looks],
+            ("longest", ""): [look.length for look in looks],
+            ("longest", "not"): [-look.length for look in looks],
+            ("text", ""): [look.mentioned for look in looks],
+            ("text", "all times"): [look.often for look in looks],
+            ("unchanged", ""): [look.holds for look in looks],
         }
         for trait, marks in marked.items():
             best = max(marks)
