@@ -9,7 +9,7 @@ import math
 import random
 from collections.abc import Iterator, Sequence
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,11 +24,18 @@ _TRIES = 80
 """How many places are drawn before things are packed from the corners."""
 
 
+_Turn: TypeAlias = tuple[float, float, float, float]
+"""How a body is turned, as in a `Pose`."""
+
+_Spot: TypeAlias = tuple[Box, Array, Array]
+"""An area, and the low and the high corners of the boxes that reach into it."""
+
+
 class Pose(NamedTuple):
     """Where the middle of a body is, and how it is turned: a quaternion, its real part first."""
 
     at: Vector
-    turn: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    turn: _Turn = (1.0, 0.0, 0.0, 0.0)
 
     @property
     def axes(self) -> Array:
@@ -52,7 +59,7 @@ class Pose(NamedTuple):
         return np.array([middle - half, middle + half])
 
 
-def turned(quarters: int) -> tuple[float, float, float, float]:
+def turned(quarters: int) -> _Turn:
     """The turn by so many quarters to the left, seen from above."""
     return (math.cos(quarters * math.pi / 4), 0.0, 0.0, math.sin(quarters * math.pi / 4))
 
@@ -180,45 +187,34 @@ class Placing:
         return np.array([self._low[own].min(0), self._high[own].max(0)])
 
     def _place(
-        self,
-        thing: int,
-        areas: Sequence[Box],
-        turns: Sequence[tuple[float, float, float, float]],
-        where: str,
-        piled_in: int | None = None,
+        self, thing: int, areas: Sequence[Box], turns: Sequence[_Turn], where: str, within: int | None = None
     ) -> Pose:
         """A free pose in one of some areas; with a container, on top of what is in it."""
         size = np.array(self.bodies[thing].size) / 2
         others = self._owner != thing
-        near = [_reached(self._low[others], self._high[others], area) for area in areas]
-        found = self._drawn(size, areas, turns, near, piled_in) or _packed(size, areas, turns, near)
+        spots = [_spot(area, self._low[others], self._high[others]) for area in areas]
+        found = self._drawn(size, spots, turns, within) or _packed(size, spots, turns)
         if found is None:
             raise InputError(f"{self.names[thing]} finds no place {where}")
         return found
 
     def _drawn(
-        self,
-        size: Array,
-        areas: Sequence[Box],
-        turns: Sequence[tuple[float, float, float, float]],
-        near: Sequence[tuple[Array, Array]],
-        piled_in: int | None,
+        self, size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn], within: int | None
     ) -> Pose | None:
         """The first of some poses drawn at random that is free."""
         draw = self._random
         for number in range(_TRIES):
-            which = 0 if number < _TRIES // 3 else draw.randrange(len(areas)) if areas else 0
+            which = 0 if number < _TRIES // 3 else draw.randrange(len(spots)) if spots else 0
             turn = draw.choice(turns[:4] if number < _TRIES // 2 else turns)
-            if not areas:
+            if not spots:
                 return None
-            half, area = np.abs(Pose((0, 0, 0), turn).axes) @ size, areas[which]
+            half, (area, low, high) = np.abs(Pose((0, 0, 0), turn).axes) @ size, spots[which]
             spare = (area[1] - area[0])[:2] / 2 - half[:2] - _GAP
             if (spare < 0).any():
                 continue
             x, y = area.mean(0)[:2] + spare * [draw.uniform(-1, 1), draw.uniform(-1, 1)]
-            low, high = near[which]
             base = area[0, 2]
-            if piled_in is not None:
+            if within is not None:
                 below = _crossing(low, high, (x, y), half)
                 inner = below & (high[:, 2] < area[1, 2])
                 base = max([base, *high[inner, 2]])
@@ -228,14 +224,9 @@ class Placing:
         return None
 
 
-def _packed(
-    size: Array,
-    areas: Sequence[Box],
-    turns: Sequence[tuple[float, float, float, float]],
-    near: Sequence[tuple[Array, Array]],
-) -> Pose | None:
+def _packed(size: Array, spots: Sequence[_Spot], turns: Sequence[_Turn]) -> Pose | None:
     """A free pose against the sides of an area or of what is in it."""
-    for (area, (low, high)), turn in product(zip(areas, near, strict=True), turns):
+    for (area, low, high), turn in product(spots, turns):
         half = np.abs(Pose((0, 0, 0), turn).axes) @ size
         z = area[0, 2] + half[2] + _GAP
         if z + half[2] > area[1, 2]:
@@ -266,10 +257,10 @@ def _crossing(low: Array, high: Array, at: tuple[float, float], half: Array) -> 
     return ((low[:, :2] < middle + half[:2]) & (high[:, :2] > middle - half[:2])).all(1)
 
 
-def _reached(low: Array, high: Array, area: Box) -> tuple[Array, Array]:
-    """The boxes that reach into an area, or near it."""
+def _spot(area: Box, low: Array, high: Array) -> _Spot:
+    """An area, with those of some boxes that reach into it, or near it."""
     near = ((low < area[1] + 0.01) & (high > area[0] - 0.01)).all(1)
-    return low[near], high[near]
+    return area, low[near], high[near]
 
 
 def _common(first: Box, second: Box) -> Box:
