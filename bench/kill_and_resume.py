@@ -34,8 +34,8 @@ from eai.acting.setting import ACTING
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
-from eai.run.evaluation import obtain_answers
 from eai.run.job import Job, Pace
+from eai.run.tasks import obtain_answers
 from eai.scoring.epochs import Believed, settle
 from eai.scoring.options import ScoringOptions
 from eai.scoring.trials import open_trials

@@ -23,9 +23,8 @@ from typing import get_args
 from eai.abilities.notation.goal_lexicon import GoalLexicon
 from eai.abilities.notation.goals import WrittenGoal
 from eai.abilities.protocol import FOUR, Ability
-from eai.benchmark.copied_answers import open_copy_book, open_empty_book
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.gold_answers import AnswerBook, join_operators
-from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.suite import Suite, open_suite

@@ -33,9 +33,8 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
-from eai.run.evaluation import obtain_answers
 from eai.run.job import Job
-from eai.run.tasks import build_task
+from eai.run.tasks import build_task, obtain_answers
 from eai.scoring.batch import Scoring
 from eai.scoring.collector import collect_seldom
 from eai.studies.variation import Endpoint

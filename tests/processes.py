@@ -39,7 +39,7 @@ _SERVER = ForkServer()
 _SERVER.set_forkserver_preload(
     [
         "eai.cli.run",
-        "eai.run.evaluation",
+        "eai.run.tasks",
         "eai.run.registry",
         "eai.households.behavior.benchmark",
         "eai.households.virtualhome.benchmark",

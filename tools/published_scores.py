@@ -30,8 +30,7 @@ from eai.abilities.protocol import DEFAULT_PROTOCOL, FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.copied_answers import open_copy_book, open_empty_book
-from eai.benchmark.lookup import open_lookup_book
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import FIRST
 from eai.benchmark.suite import Suite, open_suite

@@ -13,8 +13,7 @@ from eai.abilities.operator_task import OperatorLibrary, TransitionTask
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.copied_answers import mentions, open_copy_book, open_empty_book
-from eai.benchmark.lookup import open_lookup_book
+from eai.benchmark.copied_answers import mentions, open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite

@@ -10,7 +10,7 @@ from eai import make_task
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.lookup import LookupTable, open_lookup_book
+from eai.benchmark.copied_answers import LookupTable, open_lookup_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

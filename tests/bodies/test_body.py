@@ -8,7 +8,7 @@ import pytest
 from bodies import installed  # noqa: F401 - skips all of this where MuJoCo is not installed
 from eai.bodies.arranging import _ORDER
 from eai.bodies.body import body_of, kind_of, kinds
-from eai.bodies.model import _TYPES
+from eai.bodies.scene import _TYPES
 
 
 def test_every_kind_has_a_body_whose_parts_are_near_its_size() -> None:

@@ -6,8 +6,7 @@ import pytest
 
 from eai.pddl.execute import Executor
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.relevance import relevant
-from eai.pddl.search import search
+from eai.pddl.search import relevant, search
 from eai.planning.search import Limits, SearchEnd
 
 NAMES = "abcdefghijkl"

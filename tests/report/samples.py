@@ -22,7 +22,7 @@ from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.pddl.check import Offence, PddlFinding
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
-from eai.report.ranking import Cell, Row
+from eai.report.rankings import Cell, Row
 from eai.world.fault import FaultKind
 from record_files import write_records
 from results.verdicts import goals, record, whole

@@ -10,8 +10,7 @@ from typer.testing import CliRunner
 from eai.abilities.protocol import Protocol
 from eai.cli import app
 from eai.report import plot_summary
-from eai.report.ranking import Ranking
-from eai.report.rankings import rankings
+from eai.report.rankings import Ranking, rankings
 from eai.report.run_summary import summary_of
 from eai.results.plots import PAGE
 from eai.scoring.runs import read_runs

@@ -11,8 +11,7 @@ from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, Sub
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.planning import PlannerOutcome
-from eai.report.ranking import Ranking
-from eai.report.rankings import cells_by_model, make_ranking
+from eai.report.rankings import Ranking, cells_by_model, make_ranking
 from eai.report.run_summary import summary_of
 from eai.report.table_specs import tables_of
 from eai.results.paper_tables import NULL_MODELS, null_scores, published_scores

@@ -7,7 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
-from eai.report.ranking import Ranking
+from eai.report.rankings import Ranking
 from eai.report.rankings import besides as rankings_besides
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.table_specs import place_of_column

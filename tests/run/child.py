@@ -17,10 +17,10 @@ from eai.abilities.verdict import Json
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.results.rate import Rate
-from eai.run.evaluation import obtain_answers, write_scores
 from eai.run.job import Job
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
+from eai.run.tasks import obtain_answers, write_scores
 from eai.scoring.epochs import Obtained, settle
 from eai.scoring.options import ScoringOptions
 from eai.studies.variation import Endpoint

@@ -20,8 +20,8 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.run.acting import command_in
-from eai.run.evaluation import read_answers
 from eai.run.registry import TASKS
+from eai.run.tasks import read_answers
 from eai.scoring.records import read_records
 from eai.scoring.runs import read_runs
 from processes import Command, eai

@@ -18,8 +18,8 @@ from eai.data.store import Store
 from eai.errors import EaiError
 from eai.questions.question import questions_content
 from eai.questions.writer import Writer
-from eai.run.evaluation import obtain_answers
 from eai.run.job import Job
+from eai.run.tasks import obtain_answers
 from eai.studies.variation import Endpoint
 from eai.tasks.source import Source
 from processes import Command, eai

@@ -22,7 +22,7 @@ from eai.benchmark.suite import Suite
 from eai.data.store import Store
 from eai.results.rate import Rate
 from eai.results.summary import outcome, summarise
-from eai.run.evaluation import read_answers
+from eai.run.tasks import read_answers
 from eai.scoring.batch import Scoring
 from eai.tasks.source import ErrataChoice, Source
 from processes import own_process

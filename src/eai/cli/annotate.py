@@ -27,8 +27,7 @@ from eai.pddl.model import PddlDomain
 from eai.pddl.planners import make_planner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.studies.annotation import decisions as annotation
-from eai.studies.annotation.decisions import Annotation, Chosen, Listing
-from eai.studies.annotation.demonstration import Difference, difference, frequencies, is_met
+from eai.studies.annotation.decisions import Annotation, Chosen, Difference, Listing
 from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.tasks.source import ErrataChoice, Source
 from eai.tasks.task_files import write_task_file
@@ -107,7 +106,10 @@ def show_differences(
         everything: With --count, show also what is rare.
     """
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    found = {name: [difference(task, benchmark.domain) for task in tasks] for name, tasks in titles.items()}
+    found = {
+        name: [annotation.difference(task, benchmark.domain) for task in tasks]
+        for name, tasks in titles.items()
+    }
     if count:
         _count(found, without or (), everything=everything, as_json=as_json)
         return
@@ -127,7 +129,7 @@ def _count(
 ) -> None:
     lines, counts = list[str](), dict[str, Json]()
     for name, of_title in found.items():
-        table = frequencies(of_title, without)
+        table = annotation.frequencies(of_title, without)
         counts[name] = {str(pattern): times for pattern, times in table.items()}
         rows = table.most_common(None if everything else _SHOWN)
         lines.append(f"{name}: {counted(len(of_title), 'demonstration')}")
@@ -160,7 +162,7 @@ def choose(
     if without:
         not_counted = tuple(dict.fromkeys((*not_counted, *without)))
     benchmark, titles = _open(domain, title, demonstrations, data, without or ())
-    found = [difference(task, benchmark.domain) for task in titles[title]]
+    found = [annotation.difference(task, benchmark.domain) for task in titles[title]]
     listing = Listing(found, benchmark.domain, not_counted)
     say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
     say(annotation.HELP)
@@ -214,7 +216,7 @@ def _show(listing: Listing, chosen: Chosen) -> None:
     """Show the candidates that are decided, and the patterns that are not."""
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate]
-        met = sum(is_met(candidate, each) for each in listing.differences)
+        met = sum(annotation.is_met(candidate, each) for each in listing.differences)
         say(f"candidate {number}, met by {met}:")
         for text in texts:
             say(f"    {text}")

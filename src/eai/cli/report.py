@@ -33,8 +33,7 @@ from eai.report.document import unnamed_remark
 from eai.report.explorer import Background, ExplorerData, explorer_html
 from eai.report.plots import add_plots
 from eai.report.publication import published_files
-from eai.report.ranking import Ranking
-from eai.report.rankings import rankings
+from eai.report.rankings import Ranking, rankings
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.writer import rankings_json, tables_tex, write_tables
 from eai.results.cost import PriceList

@@ -230,7 +230,7 @@ def _obtain_and_score(
     task without a first stage has no second one. There are as many answers to each task as the order asks
     for, or ``epochs``.
     """
-    from eai.run.evaluation import obtain_answers, write_scores
+    from eai.run.tasks import obtain_answers, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)

@@ -318,7 +318,7 @@ def _read(file: Path, suite: Suite) -> ResponseFile:
     if file.suffix != LOG_SUFFIX:
         return read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True)
     with inspect_needed():
-        from eai.run.evaluation import read_answers
+        from eai.run.tasks import read_answers
     return read_answers(file, suite)
 
 

@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task, goal, make_task
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.lookup import LookupTable
+from eai.benchmark.copied_answers import LookupTable
 from eai.errors import InputError
 from eai.generator import sets
 from eai.generator.census import Usage, prior_of

@@ -15,7 +15,7 @@ from typing import Any
 import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmark.lookup import LookupTable
+from eai.benchmark.copied_answers import LookupTable
 from eai.data.files import content_of, write_whole
 from eai.errors import InputError
 from eai.generator.measures import spoken_of

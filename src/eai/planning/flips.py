@@ -13,14 +13,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achievers, completed
-from eai.planning.effect_schema import (
-    Change,
-    EffectSchema,
-    changes_towards,
-    effect_schemas,
-    match,
-    unread_by,
-)
+from eai.planning.effect_schema import Change, EffectSchema, changes_towards, effect_schemas, match, unread_by
 from eai.planning.subgoal import arguments_of
 from eai.world.condition import Readings, Scope
 from eai.world.derived import meaning, stored_sources

@@ -32,8 +32,7 @@ from eai.data.files import files_below, read_toml
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
-from eai.report.ranking import Ranking, Row
-from eai.report.rankings import rankings
+from eai.report.rankings import Ranking, Row, rankings
 from eai.report.run_summary import RunSummary, summary_of
 from eai.results.page import build_page
 from eai.results.paper_tables import is_null_model

@@ -10,7 +10,7 @@ from eai.abilities.declaration import GRAMMAR, RUNTIME, MetricColumn
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import title_of
 from eai.data.grouping import grouped
-from eai.report.ranking import Ranking, Row
+from eai.report.rankings import Ranking, Row
 from eai.report.table_specs import ability_title
 from eai.results.plots import LINES, MUTED, PAGE, RULE, clipped, sheet
 

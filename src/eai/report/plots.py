@@ -21,7 +21,7 @@ from eai.benchmark.registry import title_of
 from eai.data.files import write_whole
 from eai.data.grouping import grouped
 from eai.report import plot_summary
-from eai.report.ranking import Ranking
+from eai.report.rankings import Ranking
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
 from eai.results import plots

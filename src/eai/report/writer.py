@@ -18,8 +18,7 @@ from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
 from eai.report.cost import cost_csv, cost_section
 from eai.report.document import report_markdown
-from eai.report.ranking import Cell, Ranking, Row, ranks_of, with_best_marked
-from eai.report.rankings import besides, experiments
+from eai.report.rankings import Cell, Ranking, Row, besides, experiments, ranks_of, with_best_marked
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.results import latex
 from eai.results.cost import PriceList

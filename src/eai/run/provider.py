@@ -25,7 +25,7 @@ from eai.acting.play import Arena, commands_of
 from eai.acting.setting import ACTING, STANDARD, Setting
 from eai.benchmark.answer_files import recorded_file
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.copied_answers import open_copy_book, open_empty_book
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book, open_lookup_book
 from eai.benchmark.gold_answers import (
     AnswerBook,
     WrittenAnswer,
@@ -37,7 +37,6 @@ from eai.benchmark.gold_answers import (
     open_planned_book,
     planned_answer,
 )
-from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.envs.agents import AGENTS

@@ -14,23 +14,21 @@ from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.planning import PlannerChoice
 from eai.studies.annotation.decisions import (
+    Candidate,
     Chosen,
     Listing,
+    _Kind,
     annotate,
     by_title,
     check,
     decide,
     decisions_text,
-    read_decisions,
-    write_decisions,
-)
-from eai.studies.annotation.demonstration import (
-    Candidate,
-    _Kind,
     difference,
     first_met,
     frequencies,
+    read_decisions,
     read_pattern,
+    write_decisions,
 )
 from eai.tasks.source import Source, given
 from studies.annotation.demonstrated import CUP, DOMAIN, JAR, LAMP, shelves, shown

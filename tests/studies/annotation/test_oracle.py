@@ -20,7 +20,7 @@ from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import And
 from eai.logic.rewriting import rename_objects
-from eai.studies.annotation.demonstration import (
+from eai.studies.annotation.decisions import (
     Candidate,
     Difference,
     Entry,
