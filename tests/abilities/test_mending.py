@@ -187,7 +187,7 @@ import eai
 from eai.abilities.repair import EFFORT
 from suites import answer_book
 for name, step in (("virtualhome", 60), ("behavior", 50)):
-    suite, book = eai.open(name, "action_sequencing"), answer_book(name, "action_sequencing")
+    suite, book = eai.open(name, "action_sequencing"), answer_book(name, eai.Ability.ACTION_SEQUENCING)
     told = []
     for task_id in list(suite.task_ids[::step])[:: int(sys.argv[1])]:
         gold = book[task_id]
