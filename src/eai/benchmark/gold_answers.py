@@ -10,13 +10,12 @@ import json
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.notation.goal_lexicon import read_stated, write_goals
 from eai.abilities.notation.plans import QUESTION, refusal
-from eai.abilities.operator_task import TransitionTask
 from eai.abilities.planning import FindPlan, find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -27,6 +26,9 @@ from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
 from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.execution import Action, execute
+
+if TYPE_CHECKING:
+    from eai.abilities.operator_task import TransitionTask
 
 _Segment: TypeAlias = tuple[tuple[str, ...], tuple[str, ...]]
 """Parts of a gold answer that belong together, and those that stand in their place."""

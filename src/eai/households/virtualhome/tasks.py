@@ -73,10 +73,10 @@ class _Graph:
             columns[slot][target] &= ~(1 << source)
         ends = list(self.ends)
         for source_id, relation, target_id in delta.added_edges:
-            slot, source, target = _BINARY[relation], 1 << index[source_id], 1 << index[target_id]
-            rows[slot][index[source_id]] |= target
-            columns[slot][index[target_id]] |= source
-            ends[slot] = ends[slot][0] | source, ends[slot][1] | target
+            slot, source, target = _BINARY[relation], index[source_id], index[target_id]
+            rows[slot][source] |= 1 << target
+            columns[slot][target] |= 1 << source
+            ends[slot] = ends[slot][0] | 1 << source, ends[slot][1] | 1 << target
         unary = list(self.unary)
         self._relabel(unary, described, index)
         return _Graph(things, labels, index, unary, rows, columns, ends)
@@ -123,9 +123,8 @@ VirtualHomeTasks: TypeAlias = TaskSet[VirtualHomeTask]
 def build_tasks(records: VirtualHome) -> VirtualHomeTasks:
     """The tasks of the records."""
     nothing = [()] * len(VOCABULARY.binary_slots)
-    base = _Graph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing)).after(
-        records.base
-    )
+    empty = _Graph((), {}, {}, [0] * len(_UNARY), nothing, nothing, [(0, 0)] * len(nothing))
+    base = empty.after(records.base)
     return TaskSet(records, lambda task_id: _task(records[task_id], base), records.sha256)
 
 
