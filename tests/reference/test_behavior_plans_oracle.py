@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
@@ -11,7 +12,7 @@ from eai.abilities.notation.plans import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.households.behavior.tasks import BehaviorTasks
-from oracle import MODELS, Oracle
+from oracle import MODELS, Oracle, read_shared
 
 SETS = (*MODELS, "gt", "perturb")
 
@@ -66,6 +67,28 @@ def test_every_row_has_the_references_verdict(
         if ours != theirs:
             differing.append(task.title)
     assert differing == []
+
+
+def test_the_simulator_met_the_same_goals_as_the_symbolic_state(behavior_tasks: BehaviorTasks) -> None:
+    """The authors' own log of iGibson: twenty plans of Claude-3 Haiku, goal by goal."""
+    log = read_shared("oracle", "behavior", "igibson_run.claude-3-haiku-20240307.json.gz")
+    met_by_physics = {
+        row["identifier"]: (row["error_type"]["execution_success"], row["satisfication_info"]["satisfied"])
+        for row in log
+    }
+    verdicts = {
+        row["identifier"]: behavior_scorer(behavior_tasks[row["identifier"]], Protocol("eai-1.0.5")).score(
+            json.dumps(row["parsed_actions"])
+        )
+        for row in log
+    }
+    assert len(met_by_physics) == 20
+    assert {
+        task_id: (v.executable, [number for number, met in enumerate(v.goals_satisfied) if met])
+        for task_id, v in verdicts.items()
+        if isinstance(v, PlanVerdict)
+    } == met_by_physics
+    assert sum(bool(met) for _, met in met_by_physics.values()) >= 10
 
 
 def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:

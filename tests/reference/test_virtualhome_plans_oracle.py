@@ -19,6 +19,7 @@ from eai.results.rate import Rate
 from eai.results.summary import summarise
 from eai.tasks.source import Source
 from oracle import MODELS, Oracle, read_shared
+from sweeps import first_of
 
 REFERENCE = Protocol("eai-1.0.5")
 ROOT = Path(__file__).parents[2]
@@ -178,6 +179,23 @@ def test_a_summary_takes_action_goals_in_data_set_order(name: str, score: Score)
     assert rounded(rates["task_success"], 2) == known[name]["dataset_order"]
     assert rates["action_goal"].numerator == known[name]["action_goal_dataset"]
     assert rates["task_success"].denominator == known[name]["n"] == 305
+
+
+@pytest.mark.parametrize("name", first_of(MODELS))
+def test_a_third_party_got_the_same_verdicts_and_rates_from_the_paper_s_package(
+    name: str, score: Score
+) -> None:
+    """Their run lists no plan that equals the data set's script."""
+    run = read_shared("oracle", "virtualhome", "action_sequencing", "third_party_run.json.gz")[name]
+    verdicts = {row["id"]: v for row, v in zip(score(name).rows, score(name).verdicts, strict=True)}
+    ours = {task_id: of_ours(verdicts[task_id]) for task_id in run["rows"]}
+    assert {task_id: (row["executable"], row["kind"]) for task_id, row in ours.items()} == {
+        task_id: (executable, KINDS[kind]) for task_id, (executable, kind) in run["rows"].items()
+    }
+    assert len(ours) >= 300
+    rates = summary(score(name).verdicts)
+    printed = {"execution_success": 1}
+    assert {rate: rounded(rates[rate], printed.get(rate, 4)) for rate in run["rates"]} == run["rates"]
 
 
 def test_row_verdicts_and_summaries_differ_in_the_order_of_action_goals(score: Score) -> None:

@@ -19,6 +19,7 @@ from eai.households.behavior_1k.conventions import HEADING
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.tasks import left_out
 from eai.households.packs import BEHAVIOR_1K
+from eai.logic import formula as f
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.planning import PlannerOutcome
@@ -76,6 +77,19 @@ def test_an_activity_has_a_plan_or_is_left_out_with_a_reason(activities: TaskSet
     assert len(planned) == PLANNED
     assert planned.isdisjoint(reasons)
     assert planned | set(reasons) == set(activities)
+
+
+def test_the_goal_of_stacking_wood_counts_four_of_six_logs(activities: TaskSet[Task]) -> None:
+    task = activities["stacking_wood"]
+    each, on_the_table, on_a_log = (goal.formula for goal in task.goals)
+    assert isinstance(each, f.ForAll)
+    assert isinstance(on_the_table, f.Exactly)
+    assert isinstance(on_a_log, f.Exactly)
+    assert isinstance(each.body, f.Or)
+    assert each.body.operands == (on_the_table.body, on_a_log.body)
+    logs = len(task.scene.names(task.scene.category("log")))
+    assert on_the_table.count + on_a_log.count < logs
+    assert "contradicts itself" in left_out()["stacking_wood"]
 
 
 @every(50)
