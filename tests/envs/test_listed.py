@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -69,6 +70,11 @@ def test_facts_in_short_say_the_same(chosen: list[Fact], sign: str) -> None:
     assert sorted(told) == sorted(
         f"{sign}{write(fact.predicate, [NAMES[i] for i in fact.arguments])}" for fact in chosen
     )
+
+
+@pytest.mark.parametrize("name", ["jar..3", "jar_0..999999999", f"jar_0..{'9' * 5000}"])
+def test_a_name_that_looks_like_a_range_is_not_spelled_out(name: str) -> None:
+    assert spelled_out(f"clean({name})") == f"clean({name})"
 
 
 def test_objects_of_a_kind_are_spelled_out() -> None:

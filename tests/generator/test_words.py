@@ -147,6 +147,8 @@ def test_several_goals_are_joined(number: int) -> None:
         "Make sure that the lamp is blue.",
         "Make sure that every lamb is clean.",
         "Make sure that exactly two cup are clean.",
+        "Make sure that exactly ² cups are clean.",
+        f"Make sure that exactly {'9' * 5000} cups are clean.",
         "Make sure that the cup is clean.",
         "Make sure that switch the lamp on.",
         "Please the lamp is switched on.",

@@ -113,6 +113,13 @@ def test_numbers_and_pairs_are_chosen_cheaply() -> None:
     assert [(each.scope["x"], each.scope["y"]) for each in pairs] == list(zip(boxes, places, strict=True))
 
 
+@pytest.mark.parametrize("count", [3, 999_999_999])
+def test_no_action_makes_a_condition_true_of_more_things_than_there_are(count: int) -> None:
+    estimates = Estimates(HEURISTIC, START, EVERYTHING)
+    for goal in (Exactly(count, BOX, holding(X)), ForPairs(BOX, PLACE, at(X, Y), count)):
+        assert estimates.to(subgoal(goal)) == INFINITE
+
+
 def chain(length: int) -> tuple[Domain, State, Formula]:
     """A domain in which each thing but the first is made of the one before; all are wanted to the last."""
     made, following = Predicate("made", 1), Predicate("following", 2, static=True)

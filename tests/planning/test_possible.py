@@ -42,6 +42,17 @@ def test_a_box_never_shines(lamps: Benchmark) -> None:
     assert proved(lamps, f.And((INSIDE, shut))) == [], "that both are never so at once is not looked at"
 
 
+@pytest.mark.parametrize(
+    ("count", "is_possible"), [(None, False), (0, True), (1, False), (999_999_999, False)]
+)
+def test_no_more_pairs_are_possible_than_there_are_things(
+    lamps: Benchmark, count: int | None, is_possible: bool
+) -> None:
+    x, y = f.Variable("x"), f.Variable("y")
+    pairs = f.ForPairs(x, y, f.And((LIT, f.Atom("inside", (x, y)))), count)
+    assert proved(lamps, pairs) == ([] if is_possible else [pairs])
+
+
 def test_without_what_it_takes_nothing_is_reached(lamps: Benchmark) -> None:
     task = lamps.tasks(Source())["pack"]
     robot, ball, box = (task.scene.index[name] for name in ("robot", "ball", "box"))

@@ -131,6 +131,19 @@ def test_truncated_options_are_those_of_the_reference(oracle: Any) -> None:
         assert found == expected[task], task
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(forn (999999999) (?y - b) (open ?y))",
+        "(fornpairs (999999999) (?x - a) (?y - b) (in ?x ?y))",
+        "(fornpairs (3) (?x - a) (?y - b) (in ?x ?y))",
+        "(fornpairs (3) (?y - b) (?x - a) (in ?x ?y))",
+    ],
+)
+def test_more_things_than_there_are_give_no_truncated_option(text: str) -> None:
+    assert truncated_options(read_condition(text), universe(a=2, b=5).objects) == []
+
+
 def test_truncation_loses_options_of_large_pairings() -> None:
     formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
     assert len(truncated_options(formula, universe(a=4, b=4).objects)) == 10

@@ -23,8 +23,11 @@ HOW_TO_READ = (
 _LEAST = 3
 """How many names make a range."""
 
-_NUMBERED = re.compile(r"(.*?)(0|[1-9]\d*)", re.DOTALL)
-_RANGE = re.compile(r"([^\s,()]+)\.\.(\d+)")
+_MAX_RANGE = 100_000
+"""Maximum number of names in a range that is spelled out."""
+
+_NUMBERED = re.compile(r"(.*?)(0|[1-9][0-9]{0,8})", re.DOTALL)
+_RANGE = re.compile(r"([^\s,()]+)\.\.([0-9]{1,9})(?![0-9])")
 _FACTS = re.compile(r"^(.*\([^()\n]*)\*([^()\n]*\)): (.+)$", re.MULTILINE)
 _THINGS = re.compile(r"^([^\[\n]+)( \[[^\]\n]*\]: .*)$", re.MULTILINE)
 
@@ -97,7 +100,10 @@ def spelled_out(text: str) -> str:
 
 def _each_of_range(found: re.Match[str]) -> str:
     stem, first = _split(found[1])
-    return ", ".join([f"{stem}{number}" for number in range(first, int(found[2]) + 1)])
+    last = int(found[2])
+    if first < 0 or last - first >= _MAX_RANGE:
+        return found[0]
+    return ", ".join([f"{stem}{number}" for number in range(first, last + 1)])
 
 
 def _each(names: str, before: str, after: str) -> str:

@@ -16,6 +16,7 @@ import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
+from eai.logic.traversal import MAX_COUNT_DIGITS
 from eai.world.state import Fact, Scene, State
 from eai.world.vocabulary import parameters
 
@@ -24,6 +25,7 @@ _EVERY, _EXACTLY = "|".join(e.EVERY), "|".join(e.EXACTLY)
 _QUANTIFIED = re.compile(
     rf"(?:(?P<every>{_EVERY})|(?P<no>{e.NO})|{e.AT_LEAST_ONE}|(?:{_EXACTLY}) (?P<number>\w+)) (?P<noun>.+)"
 )
+_NUMBER = re.compile(f"[0-9]{{1,{MAX_COUNT_DIGITS}}}")
 _INNER = re.compile("|".join([rf"{e.SOME} (.+)", *(own.format(a="an?", noun="(.+)") for own in e.OWN)]))
 _TAKEN = re.compile(r"the action (\w+) has been taken on (.+)")
 _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
@@ -354,7 +356,7 @@ class _Reader:
         if found is None:
             return
         number = found["number"] or ""
-        count = self._counts.get(number) or (int(number) if number.isdigit() else None)
+        count = self._counts.get(number) or (int(number) if _NUMBER.fullmatch(number) else None)
         category = (self._plurals if several else self._categories).get(found["noun"])
         if category is None or several != (count not in (None, 1)):
             return

@@ -196,8 +196,8 @@ def choice_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(choice_options, parts))
         case Choose(count, parts):
-            for chosen in combinations(parts, count):
-                yield from _product(chosen)
+            if count <= len(parts):  # `combinations` reserves a place for each of `count` parts at once
+                yield from chain.from_iterable(map(_product, combinations(parts, count)))
         case Pairing(count, cells):
             for pairs in _pairings(count, cells):
                 yield from _product(pairs)
@@ -236,6 +236,8 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
     """All sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
     lines = cells if len(cells) < (len(cells[0]) if cells else 0) else list(zip(*cells, strict=True))
     across = len(lines[0]) if lines else 0
+    if count > min(len(lines), across):  # as in `choice_options`
+        return
     for some in combinations(lines, count):
         for others in permutations(range(across), count):
             pairs = [cell for line, i in zip(some, others, strict=True) if (cell := line[i]) is not None]

@@ -303,6 +303,8 @@ class ConditionWriter:
 
     def _exactly(self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope) -> f.Formula:
         """There are so many different ones, and every one is one of them."""
+        if self._scene is not None and count > self._scene.category(variable.category).bit_count():
+            return f.FALSE
         chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
         terms: list[f.Term] = [f.Variable(each.name) for each in chosen]
         met = [self.convert(body, {**scope, variable.name: term}) for term in terms]

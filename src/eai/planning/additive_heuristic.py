@@ -28,8 +28,10 @@ Cost: TypeAlias = Callable[[Subgoal], float]
 """The cost of bringing a condition about."""
 
 
-def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal]:
-    """Exactly so many of the conditions, and the opposite of the others, as cheaply as can be."""
+def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal] | None:
+    """Return the cheapest `number` conditions and the opposites of the others, or None if there are fewer."""
+    if number > len(conditions):
+        return None
     opposites = [each.negated for each in conditions]
 
     def loss(i: int) -> tuple[bool, float]:

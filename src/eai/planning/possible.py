@@ -96,7 +96,8 @@ class Possible:
             case f.ForPairs(first, second, body):
                 rows = [list(self._instances(second, row)) for row in self._instances(first, scope)]
                 met = sum(any(self.holds(body, inner) for inner in row) for row in rows)
-                return not truth or met >= (formula.count or min(len(rows), len(rows[0]) if rows else 0))
+                smaller = min(len(rows), len(rows[0]) if rows else 0)
+                return not truth or met >= (smaller if formula.count is None else formula.count)
         raise TypeError(f"expected a formula about one state, found {type(formula).__name__}")
 
     def _instances(self, variable: f.Variable, scope: Scope) -> Iterator[Scope]:

@@ -279,6 +279,8 @@ class _Truncation:
         height, width = len(cells), len(cells[0]) if cells else 0
         small, large = sorted((height, width))
         count = small if formula.count is None else formula.count
+        if count > small:
+            return []
         fixed = tuple(range(count))
         if formula.count is not None or height < width:
             orders = [(fixed, order) for order in _first_orders(width, count)]

@@ -145,6 +145,7 @@ def test_conditions(entry: list[Any], condition: str) -> None:
         *(["forall", JAR], ["forall", OPEN_JAR], ["forall", 1, OPEN_JAR], ["forall", JAR, JAR, OPEN_JAR]),
         *(["forn", JAR, OPEN_JAR], ["forn", "two", JAR, OPEN_JAR], ["forn", True, JAR, OPEN_JAR]),
         *(["forn", -1, JAR, OPEN_JAR], ["forn", "9" * 10, JAR, OPEN_JAR], ["fornpairs", 1, JAR, OPEN_JAR]),
+        *(["forn", 10**9, JAR, OPEN_JAR], ["fornpairs", [10**4000], JAR, JAR, OPEN_JAR]),
         ["forpairs", JAR, OPEN_JAR],
     ],
 )  # fmt: skip

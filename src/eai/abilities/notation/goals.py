@@ -98,7 +98,7 @@ def _count(part: object) -> int | None:
     match part:
         case bool():
             return None
-        case int(number) | [int(number)] if number >= 0:
+        case int(number) | [int(number)] if 0 <= number < 10**MAX_COUNT_DIGITS:
             return number
         case str(digits) | [str(digits)] if digits.isdecimal() and len(digits) <= MAX_COUNT_DIGITS:
             return int(digits)
