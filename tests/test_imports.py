@@ -25,11 +25,11 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
     frozenset(row.split())
     for row in (
         "errors",
+        "data",
         "logic",
         "world",
         "planning",
         "pddl",
-        "data",
         "abilities",
         "prompts",
         "english tasks",

@@ -10,9 +10,13 @@ EaiError
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
+from typing import TypeVar
+
+S = TypeVar("S")
+T = TypeVar("T")
 
 
 class EaiError(Exception):
@@ -80,6 +84,26 @@ def located(place: object, kind: type[InputError] = InputError) -> Iterator[None
         yield
     except kind as error:
         raise kind(f"{place}: {error}") from error
+
+
+def read_all(items: Iterable[S], read: Callable[[S], T]) -> list[T]:
+    """Return what a function reads from each item.
+
+    Raises:
+        InputError: an item cannot be read; the message has a line for each such item.
+    """
+    values: list[T] = []
+    errors: list[InputError] = []
+    for item in items:
+        try:
+            values.append(read(item))
+        except InputError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise InputError("\n".join(map(str, errors)))
+    return values
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -118,6 +118,16 @@ def test_a_problem_of_ones_own_has_objects_like_those_of_the_data_set(behavior_t
             "inroom chair.n.01_1 kitchen",
             "line 13, column 13: expected a declared obj",
         ),
+        (
+            "(nextto ?rag.n.01 ?sink.n.01_1)",
+            "(nextto ?rag.n.01 ?zink.n.01_1)",
+            "line 18, column 54: expected a declared object, not zink.n.01_1 (goal); did you mean sink",
+        ),
+        (
+            "(not (dusty ?table.n.02_1))\n    (f",
+            "(dusty ?rag.n.01_1 ?table.n.02_1)\n    (f",
+            "line 17, column 6: expected dusty with as many arguments",
+        ),
         ("(not (dusty", "(not dusty", "line 17, column 10: expected "),
         (
             "(not (soaked rag.n.01_1))",
@@ -226,7 +236,7 @@ def exported(task: Task, domain: str) -> str:
 def test_the_command_writes_a_sound_task_file(eai: Command) -> None:
     Path("problems").mkdir()
     Path("problems/evening.pddl").write_text(LAMP)
-    Path("problems/domain.pddl").write_text("(define (domain lamps))")
+    Path("problems/domain_lamps.pddl").write_text("(define (domain lamps))")
     outcome = eai("export", "tasks", "problems", "--domain", "lamps:lamps", "--out", "t.jsonl")
     assert (outcome.status, outcome.out) == (0, "1 task written to t.jsonl\n")
     assert eai("check", "t.jsonl").status == 0
@@ -245,6 +255,52 @@ def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
     Path("more/one.pddl").write_text(LAMP)
     with pytest.raises(InputError, match="expected another name than 'one'"):
         read_problems(problem_files_in([tmp_path]), lamps, Source())
+
+
+ACTIVITY = """\
+(define (problem mine-0)
+ (:domain igibson)
+ (:objects
+  apple.n.01_1 - apple.n.01
+  floor.n.01_1 - floor.n.01
+  cabinet.n.01_1 - cabinet.n.01
+  agent.n.01_1 - agent.n.01
+ )
+ (:init
+  (onfloor apple.n.01_1 floor.n.01_1)
+  (inroom floor.n.01_1 kitchen)
+  (inroom cabinet.n.01_1 kitchen)
+  (onfloor agent.n.01_1 floor.n.01_1)
+ )
+ (:goal (and (inside ?apple.n.01_1 ?cabinet.n.01_1)))
+)
+"""
+
+
+@pytest.mark.usefixtures("behavior_tasks")
+def test_a_domain_file_in_a_folder_of_activities_is_passed_over(eai: Command) -> None:
+    Path("activities/mine").mkdir(parents=True)
+    domain = "; no problem\n(define (domain igibson) (:requirements :strips) (:predicates (cooked ?x)))"
+    Path("activities/domain_igibson.bddl").write_text(domain)
+    Path("activities/mine/problem0.bddl").write_text(ACTIVITY)
+    outcome = eai("export", "tasks", "activities", "--domain", "behavior", "--out", "t.jsonl")
+    assert (outcome.status, outcome.out) == (0, "1 task written to t.jsonl\n")
+
+
+@pytest.mark.usefixtures("behavior_tasks")
+def test_all_bad_files_of_a_folder_are_named_with_their_places(eai: Command) -> None:
+    Path("typo").mkdir()
+    Path("typo/a.bddl").write_text(ACTIVITY.replace("?apple", "?aple"))
+    Path("typo/b.bddl").write_text(ACTIVITY)
+    Path("typo/c.bddl").write_text(ACTIVITY + ")")
+    outcome = eai("export", "tasks", "typo", "--domain", "behavior", "--out", "t.jsonl")
+    wrong = "expected a declared object, not aple.n.01_1 (goal); did you mean apple.n.01_1?"
+    lines = [
+        f"eai: typo/a.bddl: line 15, column 22: {wrong}",
+        "typo/c.bddl: line 17, column 1: expected the end",
+    ]
+    assert (outcome.status, outcome.err.splitlines()) == (2, lines)
+    assert not Path("t.jsonl").exists()
 
 
 def test_what_holds_no_problems_is_refused(eai: Command) -> None:

@@ -139,7 +139,13 @@ def test_errors_in_conditions(text: str, line: int, column: int, expected: str) 
 @pytest.mark.parametrize(
     ("old", "new", "line", "expected"),
     [
-        ("(:init", "(:inits", 8, "':domain', ':objects', ':init' or ':goal'"),
+        ("(:init", "(:inits", 8, "':domain', ':objects', ':init' or ':goal'; did you mean :init?"),
+        (
+            "agent.n.01_1 - agent",
+            "agent.n.01_1- agent",
+            6,
+            "a space before the hyphen, as in agent.n.01_1 - CATEGORY",
+        ),
         ("- agent.n.01\n", "\n", 7, "a name or '-'"),
         ("(:domain igibson)", "", 20, "exactly one ':domain' section"),
         ("(:init", "(:init) (:init", 20, "exactly one ':init' section"),
@@ -152,6 +158,17 @@ def test_errors_in_problems(old: str, new: str, line: int, expected: str) -> Non
     with pytest.raises(ParseError) as caught:
         parse_problem(PROBLEM.replace(old, new))
     assert (caught.value.line, caught.value.expected) == (line, expected)
+
+
+def test_the_hyphen_before_a_category_needs_no_space_behind_it() -> None:
+    joined = PROBLEM.replace("agent.n.01_1 - agent", "agent.n.01_1 -agent")
+    assert joined != PROBLEM
+    assert parse_problem(joined) == parse_problem(PROBLEM)
+
+
+def test_a_domain_that_is_given_as_a_problem_is_named() -> None:
+    with pytest.raises(ParseError, match="expected 'problem', as this is a domain"):
+        parse_problem("(define (domain igibson) (:requirements :strips))")
 
 
 @pytest.mark.parametrize("levels", [MAX_DEPTH, 1000, 16_000])

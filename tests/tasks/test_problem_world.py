@@ -271,14 +271,6 @@ def test_an_error_in_a_problem_has_its_place_too(tmp_path: Path, old: str, new: 
     assert message in str(error.value)
 
 
-def test_a_constant_that_a_problem_declares_again_is_refused_with_its_place(tmp_path: Path) -> None:
-    domain, problem = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
-    domain.write_text(f"{HEAD}(:constants home)\n (:predicates (at ?x)))")
-    problem.write_text("(define (problem p) (:domain d)\n (:objects home) (:init) (:goal (at home)))")
-    with pytest.raises(InputError, match=r"problem.pddl: line 2, column 12: expected home once only"):
-        open_pddl(domain, problem)
-
-
 def test_a_mark_of_the_byte_order_and_a_length_are_read_over(tmp_path: Path) -> None:
     domain, path = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
     domain.write_text((FOLDER / "blocksworld" / "domain.pddl").read_text(), encoding="utf-8-sig")

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from eai.abilities.protocol import Ability, registered_abilities
 from eai.data.entry_points import entry_points_of
+from eai.data.files import files_below
 from eai.errors import EaiError, InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ ALFWORLD = "alfworld"
 """The word before the colon in a reference to a folder with games of ALFWorld."""
 
 REFERENCES = (
-    "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:FILE,DIR, "
+    "virtualhome, behavior, behavior-1k, another one by its name, module:object, pddl:DIR, pddl:FILE,DIR, "
     "alfworld:DIR, or task files, FILE.jsonl or DIR/"
 )
 """How a benchmark is named, in words."""
@@ -84,10 +85,11 @@ def of_the_paper() -> tuple[str, ...]:
 def find_benchmark(reference: str) -> Benchmark:
     """The benchmark that a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or the path of task files means.
 
-    A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
-    or a folder of them, ``alfworld:FOLDER`` with games of ALFWorld; a task file ends in ``.jsonl`` or
-    ``.jsonl.gz``, or is in a folder, which is known by having a slash in its name. ``obfuscated:`` before any
-    of them is its twin in other words, ``rules:`` the same prompts in its own words.
+    A module is also looked for in the working directory. The problems of a domain in PDDL are in a file or a
+    folder; ``pddl:FOLDER`` has the domain and its problems below it. ``alfworld:FOLDER`` has games of
+    ALFWorld. A task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by having a
+    slash in its name. ``obfuscated:`` before any of them is its twin in other words, ``rules:`` the same
+    prompts in its own words.
 
     It is loaded once, and again after its files of PDDL or tasks have changed.
 
@@ -100,8 +102,9 @@ def find_benchmark(reference: str) -> Benchmark:
 def _versions(reference: str) -> Iterator[tuple[str, int, int]]:
     """The files of PDDL or tasks that a reference names, with what changes where their content does."""
     named = [] if reference in _entry_points() else re.split("[:,]", reference)
+    is_pddl = PDDL in named[:-1]
     for path in map(Path, named):
-        inside = path.iterdir() if path.is_dir() else ()
+        inside = (files_below(path, "*.pddl") if is_pddl else path.iterdir()) if path.is_dir() else ()
         for file in (path, *sorted(file for file in inside if file.suffix in _SUFFIXES)):
             if file.is_file():
                 status = file.stat()
@@ -119,19 +122,28 @@ def title_of(name: str) -> str:
 def _find(reference: str, versions: tuple[tuple[str, int, int], ...]) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
-    from eai.tasks.task_files import ENDINGS
-
     module, separator, name = reference.partition(":")
     if module in _OPENERS:
         return replace(_OPENERS[module](name), reference=reference)
-    if reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir():
+    if is_task_files(reference):
         own = None if Path(reference).is_dir() else _open_own(Path(reference))
         return replace(own or _open_tasks(Path(reference)), reference=reference)
     if separator:
         return _as_benchmark(loaded(reference), reference)
     known = registered()
-    expected = f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS or a folder of task files"
+    expected = (
+        f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS, pddl:FOLDER or a folder of task files"
+    )
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
+
+
+def is_task_files(reference: str) -> bool:
+    """Whether a reference is the path of a task file, or of a folder of them."""
+    from eai.tasks.task_files import ENDINGS
+
+    if reference.partition(":")[0] in _OPENERS and ":" in reference:
+        return False
+    return reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
 
 
 def _open_obfuscated(name: str) -> Benchmark:
@@ -147,15 +159,17 @@ def _open_with_rules(name: str) -> Benchmark:
 
 
 def _open_pddl(files: str) -> Benchmark:
-    """The benchmark of ``DOMAIN,PROBLEMS``: a file, and a file or a folder."""
+    """The benchmark of ``DOMAIN,PROBLEMS``, a file and a file or a folder, or of a folder that has both."""
     domain, separator, problems = files.partition(",")
-    if not separator:
-        raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
+    if not separator and not Path(domain).is_dir():
+        expected = f"{PDDL}:DOMAIN,PROBLEMS, a file and a file or folder, or {PDDL}:FOLDER with both in it"
+        raise InputError(f"{PDDL}:{files}: expected {expected}")
     from eai.abilities.notation.plans import PddlPlans
     from eai.benchmark.benchmark import Benchmark
-    from eai.tasks.problem_world import open_pddl
+    from eai.tasks.problem_world import open_folder, open_pddl
 
-    declared, tasks = open_pddl(Path(domain), Path(problems))
+    paths = Path(domain), Path(problems)
+    declared, tasks = open_pddl(*paths) if separator else open_folder(paths[0])
     copied = {
         Ability.GOAL_INTERPRETATION: "its instructions are the goals in PDDL, which need only be copied"
     }

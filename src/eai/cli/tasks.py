@@ -12,7 +12,7 @@ import typer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmark.check import check_benchmark
-from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, of_the_paper
+from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, is_task_files, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
 from eai.errors import InputError
@@ -21,7 +21,7 @@ from eai.generator.sets import overlap_of, unproven
 from eai.households.croissant import write_croissant
 from eai.planning.search import SearchEnd
 from eai.tasks.source import Finding
-from eai.tasks.task_files import ENDINGS, check_task_files, write_task_file
+from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
 
 
@@ -63,7 +63,7 @@ def check(
         folder = Path(path)
         findings = [Finding(str(folder / split), problem) for problem in unproven(folder, split, secret)]
         tell_findings(findings, "the set was made with this secret", as_json=as_json)
-    elif path.endswith((*ENDINGS, "/")) or Path(path).is_dir():
+    elif is_task_files(path):
         findings = list(check_task_files(Path(path), lambda base: find_benchmark(base).domain))
         tell_findings(findings, "all tasks are as they say", as_json=as_json)
     else:

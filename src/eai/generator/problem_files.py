@@ -13,13 +13,14 @@ from eai.abilities.goal_text import check_goal
 from eai.abilities.task import Task, make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import files_below
-from eai.errors import InputError, located
+from eai.errors import InputError, located, read_all
 from eai.generator.words import Words
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.bddl import parse_problem
-from eai.pddl.check import check_problem
-from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
+from eai.pddl.check import Declarations, check_problem
+from eai.pddl.files import ProblemFile, is_domain_file, read_problem_file, read_text, refuse
 from eai.pddl.model import PddlDomain
+from eai.pddl.reader import read_group
 from eai.tasks.problem_world import ProblemWorld, declared_in_bddl, declared_in_pddl
 from eai.tasks.source import Source
 from eai.world.condition import Readings
@@ -28,15 +29,14 @@ from eai.world.state import State
 BDDL, PDDL = ".bddl", ".pddl"
 """How the names of files of problems end."""
 
-_DOMAIN_FILE = "domain.pddl"
-"""The name of the file of the domain beside problems in a folder."""
-
 _GAP = r"(?:\s|;[^\n]*)"
 """A space, or a comment, between two words."""
 
 
 def problem_files_in(paths: Iterable[Path]) -> list[Path]:
-    """The files of problems that paths name, and those in the folders they name, by name.
+    """Return the files of problems among some paths and below folders among them, each once.
+
+    The files of a folder are sorted by name. A file in a folder that defines a domain is passed over.
 
     Raises:
         InputError: a folder has none, or a file ends otherwise.
@@ -45,7 +45,7 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
     for path in paths:
         if path.is_dir():
             inside = files_below(path, f"*{BDDL}", f"*{PDDL}")
-            files = [each for each in inside if each.name != _DOMAIN_FILE]
+            files = [each for each in inside if not is_domain_file(each)]
             if not files:
                 raise InputError(f"{path}: expected problems in files *{BDDL} or *{PDDL}")
             found += files
@@ -69,7 +69,7 @@ def read_problems(paths: Sequence[Path], benchmark: Benchmark, source: Source) -
     """
     endings = dict.fromkeys(path.suffix for path in paths)
     worlds = {ending: _world(ending, benchmark, source) for ending in endings}
-    files = [_read(path, worlds[path.suffix][0]) for path in paths]
+    files = read_all(paths, lambda path: _read(path, worlds[path.suffix][0]))
     times = Counter(file.problem.name for file in files)
     tasks: dict[str, Path] = {}
     made = []
@@ -132,7 +132,8 @@ def _read(path: Path, header: PddlDomain) -> ProblemFile:
     text = read_text(path)
     with located(path):
         problem = parse_problem(text)
-        refuse(text, check_problem(problem, header))
+        vocabulary = Declarations.of(header, problem.objects)
+        refuse(text, read_group(text), check_problem(problem, header), vocabulary)
     return ProblemFile(problem, path, text)
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Final
 
 import eai.logic.formula as f
-from eai.errors import InputError, ParseError
+from eai.errors import InputError, ParseError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import error_at, place, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
@@ -64,8 +64,9 @@ class _BddlReader:
         objects: list[tuple[TypedName, ...]] = []
         facts: list[tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]] = []
         goals: list[f.Formula] = []
-        for token in ("(", "define", "(", "problem"):
+        for token in ("(", "define", "("):
             self._take(token)
+        self._take("problem", "'problem', as this is a domain" if self._next_is("domain") else "")
         name = self._word()
         self._take(")")
         while self._opens():
@@ -94,22 +95,42 @@ class _BddlReader:
         self._take("(")
         keyword = self._tokens[self._next]
         if keyword not in _SECTIONS:
-            raise self._expected("':domain', ':objects', ':init' or ':goal'")
+            raise self._expected(
+                f"':domain', ':objects', ':init' or ':goal'{did_you_mean(keyword, _SECTIONS)}"
+            )
         self._next += 1
         return keyword
 
     def _declarations(self) -> tuple[TypedName, ...]:
         """Names, a hyphen and their category, any number of times; the parenthesis behind is taken."""
         found: list[TypedName] = []
-        while self._tokens[self._next] != ")":
-            names = [self._word("a name or ')'")]
-            while self._tokens[self._next] != "-":
-                names.append(self._word("a name or '-'"))
-            self._take("-")
-            category = self._word()
+        while not self._next_is(")"):
+            names = [self._declared("a name or ')'")]
+            while not self._tokens[self._next].startswith("-"):
+                names.append(self._declared("a name or '-'"))
+            category = self._category()
             found += [TypedName(name, category) for name in names]
         self._take(")")
         return tuple(found)
+
+    def _declared(self, expected: str) -> str:
+        word = self._word(expected)
+        if word.endswith("-"):
+            self._next -= 1
+            raise self._expected(f"a space before the hyphen, as in {word[:-1]} - CATEGORY")
+        return word
+
+    def _category(self) -> str:
+        """The category behind a hyphen; there need be no space between them."""
+        token = self._tokens[self._next]
+        if len(token) > 1 and token.startswith("-"):
+            self._next += 1
+            return _plain(token[1:])
+        self._take("-")
+        return self._word()
+
+    def _next_is(self, token: str) -> bool:
+        return self._tokens[self._next] == token
 
     def _facts(self) -> tuple[tuple[f.Atom, ...], tuple[f.Atom, ...]]:
         """Any number of facts, those that hold and those that do not; the parenthesis behind is taken."""
@@ -186,8 +207,7 @@ class _BddlReader:
     def _variable(self) -> f.Variable:
         self._take("(")
         name = self._word()
-        self._take("-")
-        category = self._word()
+        category = self._category()
         self._take(")")
         return f.Variable(name, category)
 

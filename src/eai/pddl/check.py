@@ -133,6 +133,7 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a domain: in its declarations, then operator by operator."""
     vocabulary = Declarations.of(domain)
     findings = [
+        *_duplicates([item.name for item in domain.constants], ":constants"),
         *_duplicates([predicate.name for predicate in domain.predicates], "predicates"),
         *_duplicates([action.name for action in domain.actions], "operators"),
     ]

@@ -5,22 +5,61 @@ Costs of actions are left out, which is remarked; numbers otherwise, time and pr
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from eai.errors import InputError, located
-from eai.pddl.check import OF_PROBLEMS, Offence, PddlFinding, check_domain, check_problem
-from eai.pddl.model import PddlDomain, PddlProblem
-from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, head_of, read_group
+from eai.data.files import content_of
+from eai.errors import InputError, did_you_mean, located
+from eai.logic.signature import place
+from eai.pddl.check import (
+    OF_PROBLEMS,
+    Declarations,
+    Offence,
+    PddlError,
+    PddlFinding,
+    check_domain,
+    check_problem,
+)
+from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName
+from eai.pddl.places import offset_of
+from eai.pddl.reader import (
+    CONNECTIVES,
+    Group,
+    PddlReader,
+    SExpr,
+    Symbol,
+    error_at,
+    head_of,
+    read_group,
+    unclosed_section,
+)
 
-_DOMAIN = frozenset(
-    ["domain", ":requirements", ":types", ":constants", ":predicates", ":functions", ":derived", ":action"]
-)
-_PROBLEM = frozenset(
-    {"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric", ":length"}
-)
+_BLANK = re.compile(r"(?:\s|;[^\n]*)*")
+_COMMENT = re.compile(r";[^\n]*")
+_DEFINITION = re.compile(rf"\({_BLANK.pattern}define{_BLANK.pattern}\({_BLANK.pattern}(\w+)", re.IGNORECASE)
+_UNDECODED = re.compile("[\udc80-\udcff]")
+"""A byte that is not in UTF-8, as Python's `surrogateescape` stands for it."""
+
+_SECTIONS_OF = {
+    "domain": frozenset(
+        {
+            "domain",
+            ":requirements",
+            ":types",
+            ":constants",
+            ":predicates",
+            ":functions",
+            ":derived",
+            ":action",
+        }
+    ),
+    "problem": frozenset(
+        {"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric", ":length"}
+    ),
+}
 _NUMBERS = "numbers or object fluents, but for costs of actions"
 _NUMBERED = frozenset({":init", ":metric", ":functions"})
 _REFUSED = {
@@ -64,65 +103,162 @@ def domain_in(text: str, path: Path) -> PddlDomain:
         InputError: it is no sound domain of a fragment that is understood.
     """
     with located(path):
-        group = _read_group(text)
-        _check(text, group, _DOMAIN, _declared(group))
-        domain = PddlReader(text, either=True).domain(_without_costs(group))
-        refuse(text, [each for each in check_domain(domain) if each.offence is not OF_PROBLEMS])
+        group = _read_definition(text, "domain")
+        _check(text, group, "domain", _declared(group))
+        domain = PddlReader(text, is_file=True).domain(_without_costs(group))
+        findings = [each for each in check_domain(domain) if each.offence is not OF_PROBLEMS]
+        refuse(text, group, findings, Declarations.of(domain))
     return domain
 
 
-def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
-    """The problem in a file, which must be one of the domain.
+def read_problem_file(
+    path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
+) -> ProblemFile:
+    """Read the problem in a file, which must be one of the domain.
 
-    The names of domains are not compared where all else fits, as planners do.
+    Another name of the domain is an error only if something else does not fit. A constant of the domain may
+    be declared again with its type.
+
+    Args:
+        path: the file of the problem.
+        domain: the domain.
+        declared: file and text of the domain, to which messages refer; None if they are unknown.
 
     Raises:
         InputError: it cannot be read, or is no sound problem of the domain.
     """
-    return problem_in(read_text(path), path, domain)
+    return problem_in(read_text(path), path, domain, declared)
 
 
-def problem_in(text: str, path: Path, domain: PddlDomain) -> ProblemFile:
-    """The problem in a text that was found in a file; raises likewise."""
+def problem_in(
+    text: str, path: Path, domain: PddlDomain, declared: tuple[Path, str] | None = None
+) -> ProblemFile:
+    """Read the problem in a text that was found in a file; raises as `read_problem_file`."""
     with located(path):
-        group = _read_group(text)
-        _check(text, group, _PROBLEM, [each.name for each in domain.predicates])
-        problem = PddlReader(text, either=True).problem(_without_costs(group))
-        again = {each.name for each in domain.constants} & {each.name for each in problem.objects}
-        twice = [PddlFinding(Offence.DUPLICATE, name, ":objects") for name in sorted(again)]
-        findings = (*twice, *check_problem(problem, domain))
-        if problem.domain != domain.name and any(each.offence.stops_planner for each in findings):
-            place = _offset(text, ":domain", 0)
-            raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
-        refuse(text, findings)
+        group = _read_definition(text, "problem")
+        _check(text, group, "problem", [each.name for each in domain.predicates])
+        problem = PddlReader(text, is_file=True).problem(_without_costs(group))
+        vocabulary = Declarations.of(domain, problem.objects)
+        if problem.domain != domain.name:
+            findings = check_problem(problem, domain)
+            if any(each.offence.stops_planner for each in findings):
+                offset = next((each.items[0].offset for each in _sections(group, ":domain")), group.offset)
+                named = f", as in {declared[0]}" if declared is not None else ""
+                expected = f"(:domain {domain.name}){named}, not (:domain {problem.domain})"
+                raise error_at(text, offset, Offence.MALFORMED, expected)
+        again = [each for each in problem.objects if each in domain.constants]
+        _refuse_other_types(text, group, problem, domain, declared)
+        problem = replace(problem, objects=tuple([each for each in problem.objects if each not in again]))
+        refuse(text, group, check_problem(problem, domain), vocabulary)
     return ProblemFile(problem, path, text)
+
+
+def _refuse_other_types(
+    text: str, group: Group, problem: PddlProblem, domain: PddlDomain, declared: tuple[Path, str] | None
+) -> None:
+    """Refuse objects that the domain declares as constants of another type."""
+    constants = {each.name: each for each in domain.constants}
+    for item in problem.objects:
+        constant = constants.get(item.name, item)
+        if constant.type != item.type:
+            where = "of the domain"
+            if declared is not None:
+                finding = PddlFinding(OF_PROBLEMS, item.name, ":constants")
+                offset = offset_of(finding, _read_group(declared[1]), Declarations.of(domain))
+                where = f"of {declared[0]}, line {place(declared[1], offset)[0]}"
+            expected = f"{_typed(constant)}, as among the constants {where}, not {_typed(item)}"
+            finding = PddlFinding(OF_PROBLEMS, item.name, ":objects")
+            raise error_at(
+                text, offset_of(finding, group, Declarations.of(domain)), Offence.DUPLICATE, expected
+            )
+
+
+def _typed(item: TypedName) -> str:
+    return item.name if item.type == OBJECT else f"{item.name} - {item.type}"
 
 
 def _read_group(text: str) -> Group:
     """The definition in a text, in which commas may stand between names."""
-    return read_group(text.replace(",", " "))
+    text = text.replace(",", " ")
+    try:
+        return read_group(text)
+    except PddlError as error:
+        offset = unclosed_section(text) if error.offence is Offence.UNBALANCED else None
+        if offset is None:
+            raise
+        expected = "a closing parenthesis before this section"
+        raise error_at(text, offset, Offence.UNBALANCED, expected) from error
+
+
+def _read_definition(text: str, kind: str) -> Group:
+    """Read the definition in a text, which has nothing else.
+
+    Args:
+        text: the text.
+        kind: the kind of definition: ``domain`` or ``problem``.
+    """
+    group = _read_group(text)
+    rest = _BLANK.match(text, group.end)
+    offset = len(text) if rest is None else rest.end()
+    if offset < len(text):
+        line, column = place(text, group.end - 1)
+        expected = f"the end of the file, as the definition ends at line {line}, column {column}"
+        if (second := _DEFINITION.match(text, offset)) is not None:
+            expected = f"one definition in a file; put this {second[1].lower()} into a file of its own"
+        raise error_at(text, offset, Offence.MALFORMED, expected)
+    match group.items[:2]:
+        case (Symbol("define"), Group((Symbol(other), Symbol(name)))) if other in _SECTIONS_OF:
+            if other != kind:
+                expected = f"the definition of a {kind}, not of the {other} {name}"
+                order = "; the file of the domain comes first, then the problems"
+                raise error_at(text, group.items[1].offset, Offence.MALFORMED, f"{expected}{order}")
+    return group
+
+
+def is_domain_file(path: Path) -> bool:
+    """Whether a file in PDDL or BDDL defines a domain, and nothing else."""
+    return _definitions(path) == ["domain"]
+
+
+def begins_with_domain(path: Path) -> bool:
+    """Whether the first definition in a file defines a domain."""
+    return _definitions(path)[:1] == ["domain"]
+
+
+def _definitions(path: Path) -> list[str]:
+    """The kinds of the definitions in a file; none if it cannot be read."""
+    try:
+        text = read_text(path)
+    except InputError:
+        return []
+    return [match[1].lower() for match in _DEFINITION.finditer(_COMMENT.sub("", text))]
 
 
 def read_text(path: Path) -> str:
-    """The text of a file.
+    """Return the text of a file in UTF-8, whose comments may be in Latin-1.
 
     Raises:
-        InputError: it cannot be read.
+        InputError: it cannot be read, or something else than a comment is not in UTF-8.
     """
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
-        raise InputError(f"{path}: cannot be read ({reason})") from error
+    content = io.BytesIO(content_of(path))
+    text = io.TextIOWrapper(content, encoding="utf-8-sig", errors="surrogateescape").read()
+    text = _COMMENT.sub(lambda match: _UNDECODED.sub(lambda byte: chr(ord(byte[0]) - 0xDC00), match[0]), text)
+    if (undecoded := _UNDECODED.search(text)) is not None:
+        line, column = place(text, undecoded.start())
+        byte = ord(undecoded[0]) - 0xDC00
+        raise InputError(f"{path}: line {line}, column {column}: expected UTF-8, found the byte 0x{byte:02x}")
+    return text
 
 
-def _check(text: str, group: Group, known: frozenset[str], predicates: Collection[str]) -> None:
-    """Refuse what is not understood; costs, which are ignored, are."""
+def _check(text: str, group: Group, kind: str, predicates: Collection[str]) -> None:
+    """Refuse sections and expressions that cannot be read. Costs of actions are ignored."""
+    known = _SECTIONS_OF[kind]
     for section in group.items[1:]:
         if not isinstance(section, Group) or not (head := head_of(section)):
             raise error_at(text, section.offset, Offence.MALFORMED, "a section such as (:action ...)")
         if head not in known and head not in _REFUSED:
-            raise error_at(text, section.offset, Offence.UNSUPPORTED, f"no section ({head} ...)")
+            expected = f"a section of a {kind}, not ({head} ...){did_you_mean(head, sorted(known))}"
+            raise error_at(text, section.offset, Offence.UNSUPPORTED, expected)
         for inner in _groups(section):
             refused = _refusal(inner, numbers=head in _NUMBERED)
             if refused is not None and head_of(inner) not in predicates:
@@ -167,8 +303,12 @@ def _is_cost(group: Group) -> bool:
 
 def _declared(group: Group) -> list[str]:
     """The names of the predicates that a domain declares."""
-    sections = [each for each in group.items if isinstance(each, Group) and head_of(each) == ":predicates"]
+    sections = _sections(group, ":predicates")
     return [head_of(item) for each in sections for item in each.items[1:] if isinstance(item, Group)]
+
+
+def _sections(group: Group, head: str) -> list[Group]:
+    return [each for each in group.items if isinstance(each, Group) and head_of(each) == head]
 
 
 def _groups(group: Group) -> Iterator[Group]:
@@ -178,21 +318,29 @@ def _groups(group: Group) -> Iterator[Group]:
             yield from _groups(item)
 
 
-def refuse(text: str, findings: Sequence[PddlFinding]) -> None:
-    """Refuse a text for what was found in it.
+def refuse(text: str, definition: Group, findings: Sequence[PddlFinding], vocabulary: Declarations) -> None:
+    """Refuse a text because of findings.
+
+    Args:
+        text: the text.
+        definition: the expression ``(define ...)`` in it.
+        findings: the findings.
+        vocabulary: the names that it may use.
 
     Raises:
         PddlError: for the first finding that a planner would not accept, at its place in the text.
     """
+    names = {
+        Offence.UNKNOWN_PREDICATE: (*vocabulary.predicates, *sorted(CONNECTIVES)),
+        Offence.UNKNOWN_TYPE: vocabulary.parents,
+        Offence.UNDECLARED_CONSTANT: vocabulary.constants,
+    }
     for finding in findings:
         if finding.offence.stops_planner:
-            operator = finding.place.rpartition(" of ")[2] if " of " in finding.place else ""
-            start = _offset(text, operator, 0) if operator else _offset(text, finding.place, 0)
-            variable = finding.offence is Offence.UNBOUND_VARIABLE
-            name = f"?{finding.name}" if variable else finding.name
             expected = _EXPECTED.get(finding.offence, "{}").format(finding.name)
-            place = _offset(text, name, start)
-            raise error_at(text, place, finding.offence, f"{expected} ({finding.place})")
+            hint = did_you_mean(finding.name, names.get(finding.offence, ()))
+            offset = offset_of(finding, definition, vocabulary)
+            raise error_at(text, offset, finding.offence, f"{expected} ({finding.place}){hint}")
 
 
 def line_of(text: str, word: str) -> int:

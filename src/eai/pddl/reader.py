@@ -12,11 +12,13 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TypeAlias
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.signature import place
+from eai.errors import did_you_mean
+from eai.logic.signature import either, place
 from eai.logic.traversal import quantified
 from eai.pddl.check import Offence, PddlError
 
@@ -93,6 +95,22 @@ def _read(text: str, offset: int) -> SExpr | None:
     return None
 
 
+def unclosed_section(text: str) -> int | None:
+    """Return the offset of the first section inside another section, or None if no section is."""
+    depth, before = 0, ""
+    for match in _WORD.finditer(text):
+        word = match.group()
+        if word.startswith(";"):
+            continue
+        if before == "(" and word.startswith(":") and depth > _DEPTH_OF_SECTIONS:
+            return text.rindex("(", 0, match.start())
+        depth += (word == "(") - (word == ")")
+        before = word
+    return None
+
+
+_DEPTH_OF_SECTIONS = 2
+
 CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when", "="})
 
 
@@ -116,12 +134,12 @@ class PddlReader:
 
     Args:
         text: serves to point at the place of an error.
-        either: whether a variable may be of one of several types.
+        is_file: accept what files may have: variables of one of several types, and ``-t`` for ``- t``.
     """
 
-    def __init__(self, text: str, *, either: bool = False) -> None:
+    def __init__(self, text: str, *, is_file: bool = False) -> None:
         self._text = text
-        self._either = either
+        self._is_file = is_file
 
     def _error(self, node: SExpr, expected: str, offence: Offence = Offence.MALFORMED) -> PddlError:
         return error_at(self._text, node.offset, offence, expected)
@@ -160,16 +178,30 @@ class PddlReader:
         """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if head_of(group) != ":action" or len(group.items) < 2:
             raise self._error(group, "(:action NAME ...)")
-        pairs = zip(group.items[2::2], group.items[3::2], strict=False)
-        parts = {self._word(key).text: value for key, value in pairs}
-        if len(group.items) % 2 or not parts.keys() <= {":parameters", ":precondition", ":effect"}:
-            raise self._error(group, "pairs of a keyword and a list")
+        name = self._word(group.items[1])
+        if name.text.startswith(":"):
+            raise self._error(name, f"the name of an action, not {name.text}")
+        parts = self._parts_of_action(group.items[2:])
         return m.PddlAction(
-            name=self._word(group.items[1]).text,
+            name=name.text,
             parameters=self.variables(parts.get(":parameters", _EMPTY)),
             precondition=self.condition(parts.get(":precondition", _EMPTY)),
             effect=self.whole_effect(parts.get(":effect", _EMPTY)),
         )
+
+    def _parts_of_action(self, items: Sequence[SExpr]) -> dict[str, SExpr]:
+        parts: dict[str, SExpr] = {}
+        for key, value in zip_longest(items[::2], items[1::2]):
+            word = self._word(key).text
+            if word not in _PARTS_OF_ACTION:
+                expected = f"{either(_PARTS_OF_ACTION)}, not {word}{did_you_mean(word, _PARTS_OF_ACTION)}"
+                raise self._error(key, expected)
+            if word in parts:
+                raise self._error(key, f"{word} once only")
+            if value is None or (isinstance(value, Symbol) and value.text in _PARTS_OF_ACTION):
+                raise self._error(key, f"a list behind {word}")
+            parts[word] = value
+        return parts
 
     def condition(self, expression: SExpr) -> f.Formula:
         """A whole condition: as `formula`, and ``()`` is true."""
@@ -265,6 +297,10 @@ class PddlReader:
         raise self._error(expression, "an atom or a negated atom in :init", Offence.UNSUPPORTED)
 
     def _atom(self, group: Group) -> f.Atom:
+        if self._is_file and any(isinstance(item, Group) for item in group.items[1:]):
+            head = self._word(group.items[0])
+            expected = f"a connective or a predicate of names, not ({head.text} ...)"
+            raise self._error(head, expected + did_you_mean(head.text, sorted(CONNECTIVES)))
         return f.Atom(self._word(group.items[0]).text, tuple(map(self._term, group.items[1:])))
 
     def _term(self, expression: SExpr) -> f.Term:
@@ -283,10 +319,13 @@ class PddlReader:
         rest = iter(items)
         for item in rest:
             symbol = self._word(item)
-            if symbol.text != "-":
+            is_joined = self._is_file and symbol.text.startswith("-") and symbol.text != "-"
+            if symbol.text != "-" and not is_joined:
+                if self._is_file and symbol.text.endswith("-"):
+                    raise self._error(symbol, f"a space before the hyphen, as in {symbol.text[:-1]} - TYPE")
                 waiting.append(symbol)
                 continue
-            category = next(rest, None)
+            category = Symbol(symbol.text[1:], symbol.offset + 1) if is_joined else next(rest, None)
             if category is None:
                 raise self._error(symbol, "a type behind the hyphen")
             kind = self._type(category, of_variables=any(_is_variable(name.text) for name in waiting))
@@ -298,7 +337,7 @@ class PddlReader:
         match category:
             case Symbol(name):
                 return name
-            case Group((Symbol("either"), *types)) if self._either and of_variables and types:
+            case Group((Symbol("either"), *types)) if self._is_file and of_variables and types:
                 return m.either([self._word(each).text for each in types])
             case _:
                 raise self._error(category, "one type name (no either)", Offence.UNSUPPORTED)
@@ -329,6 +368,7 @@ def _with_supertypes(types: tuple[m.TypedName, ...]) -> tuple[m.TypedName, ...]:
 
 
 _EMPTY = Group((), 0, 0)
+_PARTS_OF_ACTION = (":parameters", ":precondition", ":effect")
 
 
 def _is_variable(name: str) -> bool:

@@ -20,11 +20,12 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.abilities.notation.plans import PddlPlans, PlanNotation, WrittenStep
 from eai.abilities.task import Task, goal
+from eai.data.files import content_of
 from eai.errors import InputError
 from eai.logic.rewriting import rename_objects, substitute, with_terms
 from eai.logic.traversal import free_variables, objects, with_parts
 from eai.pddl.declaration import DeclaredDomain, conjuncts
-from eai.pddl.files import domain_in, problem_in, read_text
+from eai.pddl.files import domain_in, problem_in
 from eai.tasks.source import TaskSet
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -80,7 +81,7 @@ def open_games(folder: Path) -> tuple[Domain, TaskSet[Task], PlanNotation, str]:
 def _read(path: Path) -> Mapping[str, Any]:
     """The object in the file of a game."""
     try:
-        game: Mapping[str, Any] = json.loads(read_text(path))
+        game: Mapping[str, Any] = json.loads(content_of(path))
     except ValueError as error:
         raise InputError(f"{path}: expected JSON ({error})") from error
     for key in ("pddl_domain", "pddl_problem", "grammar"):

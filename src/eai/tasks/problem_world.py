@@ -11,12 +11,21 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
-from eai.errors import DomainError, InputError
+from eai.data.files import files_below
+from eai.errors import DomainError, InputError, read_all
 from eai.logic.rewriting import with_terms
 from eai.logic.traversal import with_parts
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
-from eai.pddl.files import ProblemFile, domain_in, line_of, read_problem_file, read_text
+from eai.pddl.files import (
+    ProblemFile,
+    begins_with_domain,
+    domain_in,
+    is_domain_file,
+    line_of,
+    read_problem_file,
+    read_text,
+)
 from eai.pddl.glossary import Glossary, PddlNames
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
 from eai.pddl.writer import write_formula
@@ -26,6 +35,25 @@ from eai.world.domain import Domain
 from eai.world.frame import AGENT
 from eai.world.state import Fact, Scene, State, WorldObject
 
+_SUFFIX = ".pddl"
+
+
+def open_folder(folder: Path) -> tuple[Domain, TaskSet[Task]]:
+    """Read the only domain below a folder, and all other ``.pddl`` files as its problems.
+
+    Raises:
+        InputError: not exactly one file begins with a domain, or a file cannot be read, as in `open_pddl`.
+    """
+    files = files_below(folder, f"*{_SUFFIX}")
+    domains = [file for file in files if begins_with_domain(file)]
+    if len(domains) != 1:
+        listed = f"{len(domains)} of them: {', '.join(map(str, domains))}" if domains else "none"
+        raise InputError(f"{folder}: expected one file *{_SUFFIX} that defines a domain, found {listed}")
+    problems = [file for file in files if file not in domains]
+    if not problems:
+        raise InputError(f"{folder}: expected problems in files *{_SUFFIX}, beside the domain {domains[0]}")
+    return _open(domains[0], lambda: problems)
+
 
 def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
     """The domain in a file, and the problems in another or in all ``.pddl`` files of a folder, by name.
@@ -33,8 +61,12 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
     A task is known by the name of its problem, or by that of the file where problems share one.
 
     Raises:
-        InputError: a file cannot be read; the message names it, the line and what was expected.
+        InputError: a file cannot be read; the message names each, the line and what was expected.
     """
+    return _open(domain_file, lambda: _problem_paths(domain_file, problems))
+
+
+def _open(domain_file: Path, problems: Callable[[], Sequence[Path]]) -> tuple[Domain, TaskSet[Task]]:
     text = read_text(domain_file)
     domain = domain_in(text, domain_file)
     try:
@@ -42,7 +74,8 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
     except DomainError as error:
         named = next((p.name for p in domain.predicates if f" {p.name} " in str(error)), "")
         raise InputError(f"{domain_file}: line {line_of(text, f'({named}')}: {error}") from error
-    files = [read_problem_file(path, domain) for path in _problem_paths(domain_file, problems)]
+    declared = (domain_file, text)
+    files = read_all(problems(), lambda path: read_problem_file(path, domain, declared))
     names = Counter(file.problem.name for file in files)
     tasks: dict[str, Task] = {}
     for file in files:
@@ -56,10 +89,11 @@ def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]
 def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
     if not problems.is_dir():
         return (problems,)
-    inside = (path for path in problems.glob("*.pddl") if path.is_file())
+    inside = (path for path in problems.glob(f"*{_SUFFIX}") if path.is_file())
     found = sorted(path for path in inside if path.resolve() != domain_file.resolve())
+    found = [path for path in found if not is_domain_file(path)]
     if not found:
-        raise InputError(f"{problems}: expected problems in files *.pddl")
+        raise InputError(f"{problems}: expected problems in files *{_SUFFIX}")
     return found
 
 

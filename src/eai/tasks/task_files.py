@@ -189,7 +189,8 @@ def task_files_in(path: Path) -> list[Path]:
     if path.is_dir():
         found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS) and file.is_file())
         if not found:
-            raise InputError(f"{path}: expected task files, *.jsonl or *.jsonl.gz")
+            hint = f"; its files of PDDL are pddl:{path}" if next(path.rglob("*.pddl"), None) else ""
+            raise InputError(f"{path}: expected task files, *.jsonl or *.jsonl.gz{hint}")
         return found
     return [path]
 

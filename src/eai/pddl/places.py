@@ -1,0 +1,131 @@
+"""Places of mistakes: the offset in a text of PDDL or BDDL at which the name of a finding stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import islice
+from typing import Final
+
+import eai.pddl.model as m
+from eai.pddl.check import Declarations, Offence, PddlFinding
+from eai.pddl.reader import Group, SExpr, Symbol, head_of
+
+_SECTIONS: Final[Mapping[str, str]] = {
+    "objects": ":objects",
+    "initial state": ":init",
+    "goal": ":goal",
+    "predicates": ":predicates",
+    "predicate": ":predicates",
+    "operators": ":action",
+    "parameters": ":action",
+    "precondition": ":action",
+    "effect": ":action",
+    "condition": ":derived",
+    "derived predicate": ":derived",
+}
+"""The section of each place that `eai.pddl.check` names."""
+
+_NAMED: Final = frozenset({":action", ":derived"})
+"""The sections of which there are several, each with a name."""
+
+_QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
+
+
+def offset_of(finding: PddlFinding, definition: Group, vocabulary: Declarations) -> int:
+    """Return the offset at which the mistake of a finding stands in a definition.
+
+    If the mistake stands nowhere, as a name that is missing, it is the offset of the section.
+
+    Args:
+        finding: the finding.
+        definition: the expression ``(define ...)`` of the text.
+        vocabulary: the names that the text may use.
+    """
+    sections = list(_sections(definition, finding.place))
+    offsets = (offset for section in sections for offset in _mistakes(section, finding, vocabulary))
+    allowed = 1 if finding.offence is Offence.DUPLICATE else 0
+    return next(islice(offsets, allowed, None), sections[0].offset if sections else definition.offset)
+
+
+def _sections(definition: Group, place: str) -> Iterator[SExpr]:
+    """The expressions that a place in words means, such as ``effect of move``."""
+    kind, _, name = place.partition(" of ")
+    if not name and place not in _SECTIONS:
+        kind, _, name = place.rpartition(" ")
+    wanted = _SECTIONS.get(kind, place)
+    for section in definition.items:
+        if not isinstance(section, Group) or head_of(section) != wanted:
+            continue
+        if wanted not in _NAMED or not name:
+            yield section
+        elif _names(section.items[1:2]) == [name]:
+            parts = zip(section.items, section.items[1:], strict=False)
+            values = [value for key, value in parts if _names([key]) == [f":{kind}"]]
+            yield from values or [section]
+
+
+def _names(items: tuple[SExpr, ...] | list[SExpr]) -> list[str]:
+    """The words of some items, of lists the first ones."""
+    return [item.text if isinstance(item, Symbol) else head_of(item) for item in items]
+
+
+def _mistakes(section: SExpr, finding: PddlFinding, vocabulary: Declarations) -> Iterator[int]:
+    """The offsets at which a section has the mistake of a finding, in the order of the text."""
+    name = finding.name
+    declared = vocabulary.predicates.get(name)
+    arity = None if declared is None else len(declared.parameters)
+    unknown = {each for each in m.alternatives(name) if each not in vocabulary.parents}
+    for group, bound in _groups(section, frozenset()):
+        head, arguments = head_of(group), group.items[1:]
+        match finding.offence:
+            case Offence.UNKNOWN_PREDICATE if head == name:
+                yield group.items[0].offset
+            case Offence.WRONG_ARITY if head == name and len(arguments) != arity:
+                yield group.items[0].offset
+            case Offence.UNDECLARED_CONSTANT | Offence.UNBOUND_VARIABLE:
+                spelt = {name} if finding.offence is Offence.UNDECLARED_CONSTANT else set[str]()
+                spelt |= {f"?{name}"} - bound
+                symbols = (each for each in arguments if isinstance(each, Symbol))
+                yield from (each.offset for each in symbols if each.text in spelt)
+            case Offence.UNKNOWN_TYPE:
+                yield from (each.offset for each in _types(group) if each.text.removeprefix("-") in unknown)
+            case Offence.DUPLICATE | Offence.MALFORMED:
+                yield from _declarations(group, name)
+
+
+def _groups(expression: SExpr, bound: frozenset[str]) -> Iterator[tuple[Group, frozenset[str]]]:
+    """All lists in an expression, each with the variables that quantifiers around it bind."""
+    if isinstance(expression, Group):
+        yield expression, bound
+        inner = bound
+        if head_of(expression) in _QUANTIFIERS:
+            lists = [item for item in expression.items[:-1] if isinstance(item, Group)]
+            inner = bound.union(*(_names(each.items) for each in lists))
+        for item in expression.items:
+            yield from _groups(item, inner)
+
+
+def _types(group: Group) -> Iterator[Symbol]:
+    """The names of types in a typed list: behind a hyphen, or alternatives."""
+    if head_of(group) == "either":
+        yield from (item for item in group.items[1:] if isinstance(item, Symbol))
+    for before, item in zip(group.items, group.items[1:], strict=False):
+        if isinstance(item, Symbol) and (_names([before]) == ["-"] or item.text.startswith("-")):
+            yield item
+
+
+def _declarations(group: Group, name: str) -> Iterator[int]:
+    """The offsets at which a list declares a name: an operator, a predicate, a parameter or an object."""
+    words = (name, f"?{name}")
+    match group.items:
+        case (Symbol(":action"), Symbol(word) as symbol, *_):
+            if word == name:
+                yield symbol.offset
+        case (Symbol(":predicates"), *predicates):
+            yield from (each.offset for each in predicates if _names([each]) == [name])
+        case _:
+            pairs = zip((None, *group.items), group.items, strict=False)
+            for before, item in pairs:
+                is_type = before is not None and _names([before]) == ["-"]
+                if isinstance(item, Symbol) and item.text in words and not is_type:
+                    yield item.offset
