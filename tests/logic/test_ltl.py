@@ -13,6 +13,7 @@ from eai.errors import ParseError
 from eai.logic.formula import (
     FALSE,
     TRUE,
+    Always,
     And,
     Atom,
     Constant,
@@ -147,6 +148,31 @@ def test_words_are_not_reserved(text: str, release: Formula, here: Formula) -> N
 def test_the_release_knows_only_the_papers_formulas(text: str) -> None:
     with pytest.raises(ParseError):
         parse(text, dialect="release")
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("not (true)", Not(TRUE)),
+        ("not(false)", Not(FALSE)),
+        ("always ( false )", Always(FALSE)),
+        ("next (true)", Next(TRUE)),
+        ("eventually(true) and p(a)", And((Eventually(TRUE), P))),
+        ("not (not (true))", Not(Not(TRUE))),
+        ("not ((true))", Not(TRUE)),
+        ("forall x. (always (true))", ForAll(Variable("x"), Always(TRUE))),
+        ("not(true, a)", Atom("not", (Constant("true"), Constant("a")))),
+        ("not(true_north)", Atom("not", (Constant("true_north"),))),
+        ("forall(true)", Atom("forall", (Constant("true"),))),
+    ],
+)
+def test_a_constant_may_stand_in_brackets_behind_a_prefix(text: str, formula: Formula) -> None:
+    assert read(text, "ltlf") == formula
+    assert parse(print_ltl(formula)) == formula
+
+
+def test_the_release_has_no_constants() -> None:
+    assert read("not (true)", "release") == Atom("not", (Constant("true"),))
 
 
 def test_variables_are_what_a_quantifier_binds() -> None:

@@ -120,6 +120,10 @@ def test_what_is_no_task_is_refused_with_file_and_line(eai: Command, line: objec
             "line 2: missing: expected",
         ),
         ((LINE, {**LINE, "id": "two", "missing": [], "plan": []}), "line 2: missing: expected a plan"),
+        (
+            (LINE, {**LINE, "id": "two", "goals": ["lit(lamp_1)", "always not is_open(box)"], "plan": []}),
+            "line 2: goals.1: no plan reaches it: the start already breaks always not is_open(box)",
+        ),
     ],
 )
 def test_check_tells_what_is_not_as_it_says(eai: Command, lines: tuple[object, ...], message: str) -> None:

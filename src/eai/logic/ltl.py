@@ -2,7 +2,8 @@
 
 Precedence, loosest first: then, implies, or, and, until, and the prefixes not, next, eventually, always.
 Blanks may stand between any two words and are needed nowhere: ``p(x)thenq(y)`` is a formula. No word is
-reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is no formula.
+reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is no formula. ``not(true)`` is a
+negation, because ``true`` is one.
 """
 
 from __future__ import annotations
@@ -86,13 +87,16 @@ _OBJECT = rf"{_NAME}(?:\.[0-9]+)?"
 _CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
 _PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
 
+_CONSTANT_PART = rf"(?:not|next|eventually|always){_BLANK}\({_BLANK}(?:true|false){_BLANK}\)"
+"""A prefix before a constant in brackets, which looks like a primitive."""
+
 _OPERANDS: Final[Mapping[Dialect, re.Pattern[str]]] = {
     "release": re.compile(
         rf"{_BLANK}(?:(?P<primitive>(?!not[a-zA-Z_\-]){_PRIMITIVE})|(?P<bracket>\()"
         r"|(?P<word>not|forall|exists|forn))"
     ),
     "ltlf": re.compile(
-        rf"{_BLANK}(?:(?P<primitive>{_PRIMITIVE})|(?P<bracket>\()"
+        rf"{_BLANK}(?:(?P<primitive>(?!{_CONSTANT_PART}){_PRIMITIVE})|(?P<bracket>\()"
         r"|(?P<word>(?:not|forall|exists|forn|next|eventually|always|true|false|forpairs|fornpairs)\b)"
         rf"|(?P<equation>{_OBJECT}{_BLANK}={_BLANK}{_OBJECT}))"
     ),

@@ -17,10 +17,12 @@ from eai.abilities.planning import is_impossible
 from eai.abilities.task import Task
 from eai.data.files import lines, write_whole
 from eai.errors import InputError, located
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.start import is_broken
 from eai.tasks.source import Finding, TaskSet
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
-from eai.world.execution import describe, execute
+from eai.world.execution import Trajectory, describe, execute, timeline
 
 ENDINGS = (".jsonl", ".jsonl.gz")
 """How the names of task files end."""
@@ -145,6 +147,8 @@ def problems_of(task: Task, domain: Domain) -> Iterator[str]:
     if all(test.reached(task.initial, ())):
         yield "goals: expected a goal that does not hold at the start"
     yield from _problems_of_missing(task, domain)
+    if not task.missing:
+        yield from _broken_goals(task)
     if not task.script:
         return
     trajectory = execute(domain, task.initial, task.script)
@@ -159,6 +163,14 @@ def problems_of(task: Task, domain: Domain) -> Iterator[str]:
         yield from (
             f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
         )
+
+
+def _broken_goals(task: Task) -> Iterator[str]:
+    """The goals over time that no plan can reach, because the state at the start breaks them."""
+    start = timeline(Trajectory((task.initial,), ()))
+    for number, goal in enumerate(task.goals):
+        if goal.is_over_time and is_broken(goal.formula, start):
+            yield f"goals.{number}: no plan reaches it: the start already breaks {print_ltl(goal.formula)}"
 
 
 def _problems_of_missing(task: Task, domain: Domain) -> Iterator[str]:

@@ -1,0 +1,64 @@
+"""Formulas that the first state of a trace breaks, whatever comes after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import eai.logic.formula as f
+from eai.logic.semantics import holds
+from eai.logic.trace import Trace
+from eai.logic.traversal import is_state_formula, walk
+
+
+def is_broken(formula: f.Formula, start: Trace) -> bool:
+    """Whether a closed formula is false on all traces that begin with a state.
+
+    True is a proof. False is none: only the first state is looked at, not what actions can change.
+
+    Args:
+        formula: the formula; temporal operators stand outside of its quantifiers.
+        start: the trace that has only this state.
+    """
+    return _truth(formula, start, is_top=True) is False
+
+
+def _truth(formula: f.Formula, start: Trace, *, is_top: bool) -> bool | None:
+    """The truth of a formula on all traces with this start, or None if it depends on what comes.
+
+    At the top, outside of all temporal operators, a state formula may hold at any position.
+    """
+    if is_state_formula(formula):
+        if any(isinstance(part, f.Occurs) for part in walk(formula)):
+            return None
+        is_true = holds(formula, start)
+        return None if is_top and not is_true else is_true
+    match formula:
+        case f.Not(operand):
+            return _negated(_truth(operand, start, is_top=is_top))
+        case f.And(operands):
+            return _all(_truth(each, start, is_top=is_top) for each in operands)
+        case f.Or(operands):
+            return _negated(_all(_negated(_truth(each, start, is_top=is_top)) for each in operands))
+        case f.Implies(premise, conclusion):
+            denied = _negated(_truth(conclusion, start, is_top=is_top))
+            return _negated(_all([_truth(premise, start, is_top=is_top), denied]))
+        case f.Always(operand):
+            return False if _truth(operand, start, is_top=False) is False else None
+        case f.Eventually(operand):
+            return True if _truth(operand, start, is_top=False) is True else None
+        case f.Until(left, right):
+            now = _truth(right, start, is_top=False)
+            return now if now or (now is False and _truth(left, start, is_top=False) is False) else None
+        case f.Then((first, *_)):
+            return False if _truth(first, start, is_top=True) is False else None
+        case _:
+            return None
+
+
+def _negated(truth: bool | None) -> bool | None:
+    return None if truth is None else not truth
+
+
+def _all(truths: Iterable[bool | None]) -> bool | None:
+    found = list(truths)
+    return False if False in found else None if None in found else True
