@@ -1,10 +1,13 @@
 from __future__ import annotations
 
+import ast
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+import eai
 from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.declaration import OperatorVerdict
@@ -31,6 +34,25 @@ def test_verdicts_of_every_class_come_back_from_workers_as_they_are(verdict: Ver
     back = pickle.loads(pickle.dumps(verdict))  # noqa: S301 - our own
     assert (type(back), back) == (type(verdict), verdict)
     assert repr(back) == repr(verdict)  # numbers and enums are of the same types
+
+
+EXCLUDING = {
+    "abilities/task.py": "a task that is left out, whatever is answered",
+    "abilities/record.py": "a task without an answer, if the user asks for it; the run is not ranked",
+    "reference/operator_rules.py": "the one rule of a published package that excludes by the answer",
+}
+"""The modules that make a reason for excluding a task."""
+
+
+def test_only_tasks_and_the_rules_of_a_published_package_exclude() -> None:
+    source = Path(eai.__file__).parent
+    made = [
+        path.relative_to(source).as_posix()
+        for path in sorted(source.rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] == "TaskExclusion"
+    ]
+    assert sorted(made) == sorted(EXCLUDING)
 
 
 def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models() -> None:

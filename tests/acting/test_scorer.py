@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from eai import Benchmark, InputError, Reward, given, make_task
 from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.mending import PlanMender
 from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
 from eai.abilities.responses import Response
 from eai.acting.declaration import ActingVerdict, Turn, contributions
 from eai.acting.play import Arena, Play
@@ -17,10 +20,12 @@ from eai.acting.scorer import NO_REFERENCE
 from eai.acting.setting import ACTING, Setting
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.envs.game import Stage
-from eai.envs.rules import Rules
+from eai.envs.agents import Reference, reference_of
+from eai.envs.game import Game, Stage, staged
+from eai.envs.rules import STANDARD, Rules
 from eai.logic.formula import Atom, Constant, Not
 from eai.scoring.batch import Scoring
+from eai.scoring.reward import Shaping
 from eai.world.fault import FaultKind
 from envs.switches import DOMAIN, SWITCHES, WON, initial
 
@@ -43,6 +48,12 @@ def verdict_of(suite: Suite, text: str) -> ActingVerdict:
     verdict = suite.score(suite.task_ids[0], text)
     assert isinstance(verdict, ActingVerdict)
     return verdict
+
+
+def record_of(suite: Suite, text: str) -> Record:
+    """The record of an episode, written and read again."""
+    (record,) = Scoring().records(suite, "model", [Response(suite.task_ids[0], text)])
+    return record_from_json(json.loads(json.dumps(record_to_json(record))))
 
 
 def reference(suite: Suite) -> list[str]:
@@ -111,17 +122,95 @@ def test_no_text_of_a_model_makes_an_episode_unreadable(suite: Suite) -> None:
     assert (verdict.error, verdict.turns[0].said) == (None, "GO(?)")
 
 
-def test_what_does_not_replay_is_called_so(suite: Suite) -> None:
-    text = episode(SWITCHES, suite.task_ids[0], [*reference(suite), "DONE"])
-    told = json.loads(text)["turns"][0]["told"]
-    other = verdict_of(suite, text.replace(told, "0" * 64))
-    assert str(other.excluded).startswith("unreplayable: turn 1: the observation is another one")
-    after = json.loads(text)
+def test_an_episode_that_does_not_replay_fails_and_is_counted(suite: Suite) -> None:
+    won = json.loads(episode(SWITCHES, suite.task_ids[0], [*reference(suite), "DONE"]))
+    other, first, after = (json.loads(json.dumps(won)) for _ in range(3))
+    other["turns"][1]["told"] = "0" * 64
+    first["opening"] = "0" * 64
     after["turns"].append({"said": "DONE"})
-    assert str(verdict_of(suite, json.dumps(after)).excluded).endswith("the episode is over")
+    wanted = {
+        "turn 2: the observation is another one": other,
+        "the first observation: the observation is another one": first,
+        f"turn {len(won['turns']) + 1}: the episode is over": after,
+    }
+    for place, changed in wanted.items():
+        verdict = verdict_of(suite, json.dumps(changed))
+        assert verdict.error is not None
+        assert verdict.error.detail.startswith(f"unreplayable: {place}")
+        assert (verdict.excluded, verdict.success, verdict.executable, verdict.declared) == (
+            None,
+            *[False] * 3,
+        )
+        shares = contributions(verdict)
+        assert shares["unreplayable"] == (1, 1)
+        lost = ("success", "spl", "undeclared", "declared_early", *(f"within_{k}" for k in ("1x", "2x")))
+        assert {name: shares[name] for name in lost} == dict.fromkeys(lost, (0, 1))
+        assert shares["total_goal"] == (0, contributions(verdict_of(suite, "DONE"))["total_goal"][1])
+        assert record_of(suite, json.dumps(changed)).verdict == verdict
+    assert contributions(verdict_of(suite, json.dumps(won)))["unreplayable"] == (0, 1)
+
+
+def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:
+    text = json.loads(episode(SWITCHES, suite.task_ids[0], ["FLY(box)", "FLY(box)", "DONE"]))
+    text["turns"][1]["told"] = "0" * 64
+    verdict = verdict_of(suite, json.dumps(text))
+    assert (len(verdict.turns), contributions(verdict)["impossible"]) == (2, (2, 2))
+    outlook = suite.scorer(suite.task_ids[0]).assess(json.dumps(text)).look_back
+    assert outlook is not None
+    assert contributions(outlook(100))["outlook_unknown"] == (1, 1)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        *({"rules": {"budget": number}} for number in (1e308, -1, 101, "1e400", "nan")),
+        *({"rules": {"max_steps": number}} for number in (0, 10**9, 10**400, 1.5)),
+        *({"rules": {name: number}} for name in ("slip", "gamma") for number in (-0.1, 2, "inf", "nan")),
+        *({name: number} for name in ("seed", "epoch", "begun") for number in (2**64, 10**4000, 0.5, "x")),
+        *({name: -1} for name in ("epoch", "begun")),
+        *({"harness": name} for name in ("...", "x" * 101, 3)),
+        {"turns": [{"said": "DONE"}] * 100_001},
+        {"rules": {"observe": "partial", "feedback": "outcome"}},
+        {"oppening": "0" * 64},
+        {"turns": [{"said": "DONE", "tolled": "0" * 64}]},
+    ],
+    ids=lambda changed: str(changed)[:40],
+)
+def test_an_episode_with_a_value_out_of_bounds_is_a_parsing_error(
+    suite: Suite, changed: dict[str, Any]
+) -> None:
+    verdict = verdict_of(suite, json.dumps({"turns": [{"said": "DONE"}], **changed}))
+    assert verdict.error is not None
+    assert (verdict.excluded, verdict.error.kind, verdict.success) == (None, FaultKind.PARSING, False)
+    assert verdict.error.detail.startswith(f"{next(iter(changed))}")
+    assert contributions(verdict)["success"] == (0, 1)
+
+
+def test_constants_that_are_not_json_make_an_episode_a_parsing_error(suite: Suite) -> None:
+    for number in ("NaN", "Infinity", "-Infinity", "1e999"):
+        text = f'{{"turns": [{{"said": "DONE"}}], "rules": {{"budget": {number}}}}}'
+        assert getattr(verdict_of(suite, text).error, "kind", None) is FaultKind.PARSING
     broken = verdict_of(suite, '{"turns": 3}')
-    assert broken.error is not None
-    assert (broken.excluded, broken.error.kind, broken.success) == (None, FaultKind.PARSING, False)
+    assert getattr(broken.error, "kind", None) is FaultKind.PARSING
+    many = verdict_of(suite, "LOOK\n" * 100_001)
+    assert "at most 100,000 turns" in getattr(many.error, "detail", "")
+
+
+def test_a_replay_pays_nothing_and_lists_no_possible_actions(
+    suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rules = Rules(reward=Shaping.REPAIR, gamma=0.5, admissible=True, until="done")
+    play = Play(Stage(suite.tasks[suite.task_ids[0]], SWITCHES, rules), seed=0, epoch=1)
+    for command in [*reference(suite), "DONE"]:
+        play.act(command)
+
+    def refuse(self: object, *_: object) -> None:
+        raise AssertionError("only the player needs this")
+
+    monkeypatch.setattr(PlanMender, "nearness", refuse)
+    monkeypatch.setattr(Game, "admissible_commands", refuse)
+    verdict = verdict_of(suite, play.text("stopped"))
+    assert (verdict.error, verdict.success, len(verdict.turns)) == (None, True, len(play.turns))
 
 
 def test_faults_are_counted_by_kind_and_turn(suite: Suite) -> None:
@@ -178,9 +267,25 @@ def test_a_played_plan_has_the_verdict_of_the_plan(name: str) -> None:
                 assert as_plan.error.kind in faults
 
 
+def test_the_rules_that_an_episode_names_do_not_exclude_its_task(
+    suite: Suite, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def without_commands(stage: Stage) -> Reference:
+        known = reference_of(stage)
+        return known if stage.rules == STANDARD else known._replace(commands=None)
+
+    monkeypatch.setattr("eai.envs.agents.reference_of", without_commands)
+    staged.cache_clear()
+    text = '{"turns": [{"said": "DONE"}], "rules": {"view": "task", "observe": "full"}}'
+    verdict = verdict_of(suite, text)
+    staged.cache_clear()
+    assert (verdict.excluded, verdict.success) == (None, False)
+
+
 def test_a_task_that_nobody_is_known_to_win_is_excluded_however_it_ends() -> None:
     shut, lit = (Atom(name, (Constant(thing),)) for name, thing in (("shut", "box"), ("lit", "lamp")))
     both = make_task("both", "Have it both ways.", initial(), shut, Not(shut), lit)
     suite = open_suite(Benchmark("both", DOMAIN, given(both)), ACTING)
-    for text in ("PRESS(lamp)\nDONE", "{"):
+    easy = '{"turns": [{"said": "DONE"}], "rules": {"view": "task", "until": "goal", "budget": null}}'
+    for text in ("PRESS(lamp)\nDONE", "{", easy, '{"turns": [{"said": "DONE"}], "opening": "0"}'):
         assert suite.score("both", text).excluded == NO_REFERENCE

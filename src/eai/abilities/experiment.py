@@ -33,6 +33,16 @@ Until: TypeAlias = Literal["goal", "done"]
 """When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
 
 
+MAX_BUDGET = 100.0
+"""Largest budget of actions, in multiples of the shortest plan known."""
+
+MAX_STEPS = 1_000_000
+"""Largest number of actions after which an episode may be cut off."""
+
+MAX_SEED = 2**63 - 1
+"""Largest seed of slips."""
+
+
 @dataclass(frozen=True, slots=True)
 class Experiment:
     """How a run differs from asking each question once in a world where every action works.

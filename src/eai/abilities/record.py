@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Confusion, PlanVerdict, Verdict
+from eai.abilities.verdict import Confusion, PlanVerdict, TaskExclusion, Verdict
 
 if TYPE_CHECKING:
     from eai.abilities.task import Task
@@ -59,8 +59,8 @@ class Perceived:
     unreadable: bool = False
 
 
-NOT_ANSWERED = "not answered"
-"""Why a task is left out of all statistics that would be a failure, had the user not asked otherwise."""
+NOT_ANSWERED = TaskExclusion("not answered")
+"""The reason for excluding a task without an answer, if the user asks for it; the run is not ranked then."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from eai.abilities.verdict import TaskExclusion
 from eai.errors import located
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import is_state_formula, objects, walk
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from eai.world.state import Scene, State
 
 NO_GOALS = "the task has no goals"
-"""Why a task is in no statistics: no answer to it can fail."""
+"""The reason for excluding a task without goals: no answer to it can fail."""
 
 
 class GoalKind(str, Enum):
@@ -142,10 +143,15 @@ class Task:
                 goals.pop()
         return replace(self, goals=tuple(goals), hazards=(), untold=False)
 
+    def exclusion(self, reason: str) -> TaskExclusion:
+        """Return the reason for leaving this task out of all statistics, whatever is answered."""
+        return TaskExclusion(reason)
+
     @property
-    def left_out(self) -> str | None:
-        """Why it is in no statistics of plans, to which every answer would be right or none; else None."""
-        return self.unsolvable if self.goals else NO_GOALS
+    def left_out(self) -> TaskExclusion | None:
+        """Why no statistics of plans count the task, since every plan would be right or none; else None."""
+        reason = self.unsolvable if self.goals else NO_GOALS
+        return None if reason is None else self.exclusion(reason)
 
     def named_by(self, goals: Iterable[Goal]) -> set[int]:
         """The objects that some of its goals name, by index."""

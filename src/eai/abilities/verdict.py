@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, NewType, TypeAlias
 
 from typing_extensions import Self
 
@@ -20,6 +20,9 @@ from eai.world.fault import FaultKind
 
 ALL = "all"
 """The key of all goals, or clauses, in counts by kind: each once, those of several kinds and of none too."""
+
+TaskExclusion = NewType("TaskExclusion", str)
+"""Reason for leaving a task out of all statistics. A task makes it (`Task.exclusion`), never an answer."""
 
 Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
 
@@ -56,7 +59,8 @@ class ErrorReport:
         step: the step or subgoal, counted from 0, if it is one in particular.
         detail: the reason in words.
         check: the id of the declared check that failed (`Check.id`), or of the test of names
-            (``unknown_action``, or a value of `MisuseKind`); None for an answer that cannot be read.
+            (``unknown_action``, or a value of `MisuseKind`), or `UNREPLAYABLE` or `RAISED`; None for an
+            answer that cannot be read.
         objects: the names of the objects that the reason speaks of, in the order of its words.
     """
 
@@ -65,6 +69,13 @@ class ErrorReport:
     detail: str
     check: str | None = None
     objects: tuple[str, ...] = ()
+
+
+UNREPLAYABLE = "unreplayable"
+"""The check that an episode fails if its observations differ from those of its replay."""
+
+RAISED = "raised"
+"""The check that an answer fails if its scorer raises an exception."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +166,7 @@ class Verdict:
         repair: the fewest edits that make the answer right; None where they were not looked for.
     """
 
-    excluded: str | None = None
+    excluded: TaskExclusion | None = None
     error: ErrorReport | None = None
     repairs: tuple[str, ...] = ()
     repair: Repair | None = None

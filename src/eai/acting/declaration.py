@@ -26,15 +26,12 @@ from eai.abilities.declaration import (
     plan_outcome,
 )
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import NOTHING, PlanVerdict, Share, Verdict, is_question, of_all
+from eai.abilities.verdict import NOTHING, UNREPLAYABLE, PlanVerdict, Share, Verdict, is_question, of_all
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
-
-UNREPLAYABLE = "unreplayable"
-"""How the reason begins why an episode is excluded whose observations are not those of its replay."""
 
 WITHIN = {"within_1x": 1.0, "within_1.5x": 1.5, "within_2x": 2.0, "within_4x": 4.0}
 """Successes within so many times the actions of the shortest known plan."""
@@ -112,6 +109,11 @@ class ActingVerdict(PlanVerdict):
     """None: an episode is paid while it is played. Its text could choose rules by which it is won."""
 
     @property
+    def is_unreplayable(self) -> bool:
+        """Whether a replay of the commands gave other observations than the episode says."""
+        return self.error is not None and self.error.check == UNREPLAYABLE
+
+    @property
     def actions(self) -> tuple[Turn, ...]:
         """The turns at which an action was tried."""
         return tuple([turn for turn in self.turns if turn.is_action])
@@ -162,6 +164,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
         "loops": Share(sum(turn.same_as is not None for turn in actions), tried),
         "undeclared": of_all(verdict.reached and not won),
         "declared_early": of_all(verdict.declared and not verdict.reached),
+        UNREPLAYABLE: of_all(verdict.is_unreplayable),
         "lost_for_good": of_all(verdict.outlook == "lost") if is_known else NOTHING,
         "outlook_unknown": NOTHING if verdict.outlook is None else of_all(not is_known),
         **goal_shares(verdict.goals),
@@ -226,17 +229,18 @@ ACTING = AbilityDeclaration(
         MetricColumn("recovered", "After a fault", "Recovered"),
         MetricColumn("undeclared", "The end", "Undeclared", False),
         MetricColumn("declared_early", "The end", "Declared early", False),
+        MetricColumn(UNREPLAYABLE, "The end", "Unreplayable", False),
         MetricColumn("lost_for_good", "The end", "Lost for good", False),
         MetricColumn("outlook_unknown", "The end", "Outlook unknown", False),
         *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
     ),
     terminal=(
         *("success", *WITHIN, "spl", "impossible", "recovered", "loops", "undeclared", "declared_early"),
-        *("lost_for_good", "total_goal"),
+        *(UNREPLAYABLE, "lost_for_good", "total_goal"),
     ),
     main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
     averaged=(),
-    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", "lost_for_good"}),
+    yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}),
     of_epochs=averaged,
     harness=_harness,
 )

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from eai.abilities.codec import sha256_of
+from eai.abilities.experiment import MAX_SEED
 from eai.abilities.notation.plans import resolve
 from eai.abilities.options import misfit
 from eai.abilities.task import Task
@@ -134,6 +135,19 @@ def commands_of(task: Task, benchmark: Benchmark, answer: str) -> list[str]:
     return [*map(Commands(task, benchmark).write, actions), DONE]
 
 
+_MAX_TURNS = 100_000
+"""Largest number of turns of an episode that is replayed."""
+
+_MAX_NAME = 100
+"""Largest number of characters of a harness's name."""
+
+
+_Count = Annotated[int, Field(ge=0, le=MAX_SEED)]
+_Seed = Annotated[int, Field(ge=-MAX_SEED, le=MAX_SEED)]
+_Harness = Annotated[str, Field(max_length=_MAX_NAME, pattern=r"^$|[^.]")]
+"""A name that may be part of a file's name (`eai.abilities.responses.file_name`), or empty."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Command:
     """A command of an episode.
@@ -143,6 +157,8 @@ class _Command:
         told: digest of the observation after it, where that is known.
         thought: the agent's words beside it, as far as they are not those beside the command before.
     """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
 
     said: str
     told: str | None = None
@@ -164,12 +180,14 @@ class Episode:
         ended: why it ended, as whoever played it says.
     """
 
-    turns: tuple[_Command, ...]
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
+
+    turns: Annotated[tuple[_Command, ...], Field(max_length=_MAX_TURNS)]
     rules: Rules | None = None
-    seed: int = 0
-    epoch: int = 1
-    harness: str = ""
-    begun: int = 1
+    seed: _Seed = 0
+    epoch: _Count = 1
+    harness: _Harness = ""
+    begun: _Count = 1
     opening: str | None = None
     ended: str = "stopped"
 
@@ -182,13 +200,19 @@ def _adapter() -> TypeAdapter[Episode]:
 def read_episode(text: str) -> Episode | Unreadable:
     """The episode in a text: a JSON object as `Play.text` writes it, or commands, one a line."""
     if not text.lstrip().startswith("{") or '"turns"' not in text:
-        return Episode(tuple([_Command(line.strip()) for line in text.splitlines() if line.strip()]))
+        return _episode_of_lines([line.strip() for line in text.splitlines() if line.strip()])
     try:
         return _adapter().validate_json(text)
     except ValidationError as error:
         return Unreadable(misfit(error, whole="the episode"))
     except InputError as error:
-        return Unreadable(str(error))
+        return Unreadable(f"rules: {error}")
+
+
+def _episode_of_lines(lines: Sequence[str]) -> Episode | Unreadable:
+    if len(lines) > _MAX_TURNS:
+        return Unreadable(f"an episode has at most {_MAX_TURNS:,} turns, and this one {len(lines):,}")
+    return Episode(tuple(map(_Command, lines)))
 
 
 def _encodable(text: str) -> str:

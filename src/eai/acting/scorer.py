@@ -10,7 +10,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from eai.abilities.codec import sha256_of
@@ -21,8 +21,8 @@ from eai.abilities.planning import find_plan
 from eai.abilities.reports import call_of, goal_reports
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, Unreadable
-from eai.acting.declaration import UNREPLAYABLE, ActingVerdict, Outlook, Turn
+from eai.abilities.verdict import UNREPLAYABLE, ErrorReport, TaskExclusion, Unreadable
+from eai.acting.declaration import ActingVerdict, Outlook, Turn
 from eai.acting.play import Arena, Episode, read_episode, rules_of
 from eai.acting.setting import STANDARD
 from eai.benchmark.benchmark import Benchmark
@@ -60,12 +60,8 @@ def pose(world: AskedWorld, task: Task) -> Posed:
     return arena.prompt(task).user, "\n".join([*(commands or ()), *end])
 
 
-NO_REFERENCE = "nobody is known to win the task with what is seen in this setting"
-"""Why an episode is excluded, however it ended, of a task without a reference that can be played."""
-
-
-class _UnreplayableError(Exception):
-    """An episode is not what its replay is."""
+NO_REFERENCE = "nobody is known to win the task with what is seen in the standard setting"
+"""The reason for excluding a task without a reference that can be played, in all settings alike."""
 
 
 class _ActingScorer(Scorer):
@@ -82,24 +78,26 @@ class _ActingScorer(Scorer):
         self.domain = benchmark.domain  # in which pictures carry out what an episode did
         self.goals = GoalTest(task)
 
-    def why_excluded(self) -> str | None:
-        """Why the task is not played, which takes no reference to say."""
+    def why_excluded(self) -> TaskExclusion | None:
+        """Return why the task is not played. This does not compute the reference."""
         return self.task.left_out
 
-    def assess(self, text: str) -> Assessment:
-        """The verdict on an episode; one that does not replay is excluded, and says where it differs."""
+    @cached_property
+    def _excluded(self) -> TaskExclusion | None:
         if self.task.left_out is not None:
-            return Assessment(ActingVerdict(excluded=self.task.left_out), Explanation)
+            return self.task.left_out
+        stage = staged(self.task, self.benchmark, rules_of(STANDARD).of_replay)
+        return self.task.exclusion(NO_REFERENCE) if stage.reference.commands is None else None
+
+    def assess(self, text: str) -> Assessment:
+        """Return the verdict on an episode, which fails if it does not replay; the verdict names the turn."""
+        excluded = self._excluded
+        if excluded is not None:
+            return Assessment(ActingVerdict(excluded=excluded), lambda: Explanation((excluded,)))
         read = read_episode(text)
         episode = Episode(()) if isinstance(read, Unreadable) else read
-        stage = staged(self.task, self.benchmark, episode.rules or rules_of(STANDARD))
-        if stage.reference.commands is None:
-            return Assessment(ActingVerdict(excluded=NO_REFERENCE), lambda: Explanation((NO_REFERENCE,)))
-        try:
-            verdict, steps, moments = self._replay(stage, episode)
-        except _UnreplayableError as error:
-            reason = f"{UNREPLAYABLE}: {error}"
-            return Assessment(ActingVerdict(excluded=reason), lambda: Explanation((reason,)))
+        rules = episode.rules or rules_of(STANDARD)
+        verdict, steps, moments = self._replay(staged(self.task, self.benchmark, rules.of_replay), episode)
         if isinstance(read, Unreadable):
             unread = ErrorReport(FaultKind.PARSING, None, read.reason)
             verdict = replace(verdict, error=unread, executable=False)
@@ -107,16 +105,19 @@ class _ActingScorer(Scorer):
 
     def _replay(self, stage: Stage, episode: Episode) -> tuple[ActingVerdict, list[StepReport], list[Moment]]:
         game = Game(stage, episode.seed, episode.epoch)
-        _compare("the first observation", episode.opening, game.opening())
+        difference = _difference("the first observation", episode.opening, game.opening())
         states: dict[Any, int] = {(game.state, game.reached): 0}
         turns, steps = [], []
         moments: list[Moment] = [(game.state, ())]
         for number, command in enumerate(episode.turns, 1):
+            if difference is not None:
+                break
             if game.over:
-                raise _UnreplayableError(f"turn {number}: the episode is over")
+                difference = f"turn {number}: the episode is over"
+                break
             tried_before = game.tried
             told, _, _, _, info = game.act(command.said)
-            _compare(f"turn {number}", command.told, told)
+            difference = _difference(f"turn {number}", command.told, told)
             first = states.setdefault((game.state, game.reached), number)
             turns.append(
                 Turn(
@@ -132,7 +133,24 @@ class _ActingScorer(Scorer):
             steps.append(_step(turns[-1], told, game))
             moments.append((game.state, tuple(game.taken)))
         claimed = episode.ended if episode.ended in _ENDS else "stopped"
-        return self._verdict(game, episode, tuple(turns), game.ended or claimed), steps, moments
+        verdict = self._verdict(game, episode, tuple(turns), game.ended or claimed)
+        return verdict if difference is None else self._unreplayable(verdict, difference), steps, moments
+
+    def _unreplayable(self, verdict: ActingVerdict, difference: str) -> ActingVerdict:
+        """Return the verdict on an episode that does not replay: it reaches nothing, and its faults count."""
+        step = len(verdict.turns) - 1 if verdict.turns else None
+        return replace(
+            verdict,
+            error=ErrorReport(FaultKind.UNCATEGORISED, step, f"{UNREPLAYABLE}: {difference}", UNREPLAYABLE),
+            executable=False,
+            success=False,
+            goals=self.goals.tallies(self.goals.none_reached),
+            goals_satisfied=self.goals.none_reached,
+            ended="stopped",
+            refused=None,
+            declared=False,
+            reached=False,
+        )
 
     def _verdict(self, game: Game, episode: Episode, turns: tuple[Turn, ...], ended: str) -> ActingVerdict:
         """The verdict; without a turn no goal is reached, though it may hold from the beginning."""
@@ -163,6 +181,8 @@ class _ActingScorer(Scorer):
         def look_back(states: int) -> ActingVerdict:
             if self.task.missing:
                 return verdict
+            if verdict.is_unreplayable:
+                return replace(verdict, outlook="unknown")
             if verdict.success:
                 return replace(verdict, outlook="open")
             outlook, lost_at = loss(self.task, self.benchmark.domain, moments, states)
@@ -181,10 +201,11 @@ class _ActingScorer(Scorer):
         return Assessment(verdict, explain, look_back)
 
 
-def _compare(place: str, digest: str | None, told: str) -> None:
-    """Compare an observation with the digest that an episode has of it, if it has one."""
-    if digest is not None and digest != sha256_of(told):
-        raise _UnreplayableError(f"{place}: the observation is another one: {told[:200]}")
+def _difference(place: str, digest: str | None, told: str) -> str | None:
+    """Return how an observation differs from the digest that an episode has of it; None if it does not."""
+    if digest is None or digest == sha256_of(told):
+        return None
+    return f"{place}: the observation is another one: {told[:200]}"
 
 
 def _step(turn: Turn, told: str, game: Game) -> StepReport:

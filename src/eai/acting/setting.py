@@ -8,6 +8,7 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
+from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.errors import InputError
@@ -49,11 +50,11 @@ class Setting(Options):
     observe: str = "partial"
     feedback: str = "changes"
     slip: float = Field(default=0.0, ge=0, le=1)
-    slip_seed: int = 0
-    budget: float = Field(default=2.0, ge=0)
-    steps: int | None = Field(default=None, ge=1)
-    tokens: int | None = Field(default=None, ge=1)
-    seconds: int | None = Field(default=None, ge=1)
+    slip_seed: int = Field(default=0, ge=-MAX_SEED, le=MAX_SEED)
+    budget: float = Field(default=2.0, ge=0, le=MAX_BUDGET)
+    steps: int | None = Field(default=None, ge=1, le=MAX_STEPS)
+    tokens: int | None = Field(default=None, ge=1, le=MAX_SEED)
+    seconds: int | None = Field(default=None, ge=1, le=MAX_SEED)
 
     @field_validator("harness")
     @classmethod

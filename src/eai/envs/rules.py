@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 from pydantic import Field, model_validator
 from typing_extensions import Self
 
-from eai.abilities.experiment import Until
+from eai.abilities.experiment import MAX_BUDGET, MAX_STEPS, Until
 from eai.abilities.options import Options
 from eai.errors import InputError
 from eai.scoring.reward import Shaping
@@ -65,10 +65,16 @@ class Rules(Options):
     reward: Shaping = Shaping.SUCCESS
     gamma: float = Field(default=1.0, ge=0, le=1)
     until: Until = "goal"
-    max_steps: int | None = Field(default=100, ge=1)
-    budget: float | None = Field(default=None, ge=0)
+    max_steps: int | None = Field(default=100, ge=1, le=MAX_STEPS)
+    budget: float | None = Field(default=None, ge=0, le=MAX_BUDGET)
     admissible: bool = False
     feedback: Feedback = "facts"
+
+    @property
+    def of_replay(self) -> Rules:
+        """The rules without the rewards and the lists of possible actions, which only a player needs."""
+        unpaid = {"reward": Shaping.SUCCESS, "gamma": 1.0, "admissible": False}
+        return self.model_copy(update=unpaid)
 
     @model_validator(mode="after")
     def _without_contradictions(self) -> Self:

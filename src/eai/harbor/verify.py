@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from eai.abilities.declaration import AnswerOutcome, declaration_of
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import RAISED, UNREPLAYABLE, Verdict
 from eai.acting.journal import key_in, read_journal
 from eai.acting.play import Arena, Play
 from eai.acting.setting import ACTING, STANDARD
@@ -38,12 +38,14 @@ def is_right(suite: Suite, verdict: Verdict) -> bool:
 def rewards(suite: Suite, task_id: str, text: str) -> dict[str, float]:
     """The rewards of an answer: 1 or 0, and beside it the main rates of the ability, from 0 to 1.
 
-    A rate that the answer adds nothing to is left out. An episode that does not replay has those of nothing,
-    and 0 for ``valid``.
+    A rate that the answer adds nothing to is left out. An episode that does not replay, or an answer whose
+    scorer raises, has the rewards of an empty answer, and 0 for ``valid``.
     """
     verdict = suite.score(task_id, text)
     if verdict.excluded is not None:
         return _invalid(suite, task_id, verdict.excluded)
+    if verdict.error is not None and verdict.error.check in (UNREPLAYABLE, RAISED):
+        return _invalid(suite, task_id, verdict.error.detail)
     return {**_shares(suite, verdict), "valid": 1.0}
 
 

@@ -49,6 +49,7 @@ from eai.abilities.operator_task import TransitionTask
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.rules import NOT_RUN, UNREADABLE, Judgement, Replaced, Rules
+from eai.abilities.verdict import TaskExclusion
 from eai.logic.matching import maximum_matching
 from eai.pddl.check import PddlFinding
 from eai.pddl.matching import SideMatch
@@ -122,7 +123,8 @@ def _block(content: str, place: int) -> str | None:
     return None
 
 
-FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
+FORMAT_ERROR = TaskExclusion("the reference leaves out answers that it cannot search for operators")
+"""The only exclusion that depends on an answer: this protocol counts as the paper's package does."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,7 +148,8 @@ class VirtualHomeActionSequencing(ActionSequencing):
         goals = _GoalTest(task)
         super().__init__(task, _domain(), _Notation(with_ids=with_ids), goals)
         final = task.annotated_final
-        self.excluded = None if final is not None and goals.passes_gold_test(final) else GOLD_TEST
+        passes = final is not None and goals.passes_gold_test(final)
+        self.excluded = None if passes else task.exclusion(GOLD_TEST)
         self._summed = _GoalTest(task, as_in_data_set=True) if goals.reorders else goals
 
     def assess(self, text: str) -> Assessment:

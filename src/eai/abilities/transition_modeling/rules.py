@@ -18,7 +18,7 @@ from typing import ClassVar, Literal, TypeAlias
 from eai.abilities.operator_task import TransitionTask
 from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
-from eai.abilities.verdict import Confusion, ErrorReport, add
+from eai.abilities.verdict import Confusion, ErrorReport, TaskExclusion, add
 from eai.pddl.check import Declarations, PddlFinding, check_action
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
@@ -82,7 +82,7 @@ class Judgement:
         repaired: those of them that were made of single operators, by operator.
         matches: how the operators that are asked for compare with the gold ones; none where rules do not say.
         error: why nothing could be read, or None.
-        excluded: why the answer is left out of all statistics, or None.
+        excluded: why the answer is left out of all statistics, as a published package does it; else None.
     """
 
     operators: tuple[OperatorReport, ...]
@@ -94,7 +94,7 @@ class Judgement:
     repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     matches: Mapping[str, OperatorMatch] = field(default_factory=dict)
     error: ErrorReport | None = None
-    excluded: str | None = None
+    excluded: TaskExclusion | None = None
 
 
 def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
