@@ -6,6 +6,7 @@
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
 # make release build the package and those of packages/, check them as an index does, write what is new and what it needs;
 #              nothing is uploaded
+# make test-adapters run the tests with Ray, TRL and the LM Evaluation Harness, in environments of their own
 # make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
 # make audit   known vulnerabilities of what is needed to run
 
@@ -30,7 +31,7 @@ DEV := run,plots,analysis,planner,envs,mcp,croissant,physics,dev
 PYTEST := pytest -n logical --dist worksteal
 ALL := -m "sweep or not sweep" --hypothesis-profile=thorough
 
-.PHONY: demo about-demo test test-all lint type bench docs site packages release test-bare audit clean
+.PHONY: demo about-demo test test-all test-adapters lint type bench docs site packages release test-bare audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -85,6 +86,18 @@ release: $(WITH_RELEASE)
 	  --output-format JSON --output-file dist/bom.json
 	@echo "made dist/; .github/workflows/release.yml publishes it"
 
+# These libraries exclude some of `DEV`, so `make test` skips their tests. TRL's code is only read: it needs no libraries.
+RAY := ray,dev
+HARNESS := run,dev
+TRL := 'trl>=1.16,<2'
+
+test-adapters: $(CREATED)
+	$(call fresh,build/adapters/ray,--editable '.[$(RAY)]')
+	build/adapters/ray/bin/python $(PIP_INSTALL) --quiet --no-deps $(TRL)
+	build/adapters/ray/bin/pytest tests/envs/test_ray_scoring.py tests/envs/test_ray_data.py tests/envs/test_rewards.py
+	$(call fresh,build/adapters/harness,--editable '.[$(HARNESS)]' lm_eval)
+	build/adapters/harness/bin/pytest tests/run/test_harnesses.py
+
 test-bare: $(WITH_DEV)
 	rm -rf build/bare
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/bare .
@@ -102,9 +115,14 @@ RUN := run,planner,plots,analysis,envs
 
 # An environment with what the package and its extras need to run, and nothing else, in build/runtime.
 define RUNTIME
-rm -rf build/runtime
-$(BIN)/python -m venv build/runtime
-@$(call pip,build/runtime,'.[$(RUN)]')
+$(call fresh,build/runtime,'.[$(RUN)]')
+endef
+
+# $(call fresh,ENVIRONMENT,WHAT): a new environment with WHAT installed.
+define fresh
+rm -rf $(1)
+$(BIN)/python -m venv $(1)
+@$(call pip,$(1),$(2))
 endef
 
 clean:

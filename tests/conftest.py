@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
+import tempfile
 from collections import Counter
 from collections.abc import Generator, Iterator
 from typing import TYPE_CHECKING, Any
@@ -13,31 +15,44 @@ from hypothesis import settings
 
 from browsing import quiet_page, started_browser
 from eai.data.dataset import fetch
-from eai.data.store import Store
+from eai.data.store import VARIABLE, Store
 from eai.errors import DataError
-from eai.households.packs import published_packs
+from eai.households.packs import BEHAVIOR_1K, open_published, published_packs
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from households.published import index, packs, store, wheel
-from oracle import Oracle, read_oracle
+from memory_limits import limit_writable_memory, pytest_runtest_call, pytest_runtest_setup
+from oracle import DETAIL, Oracle, read_oracle
 from sweeps import FEW, THOROUGH
 
 if TYPE_CHECKING:
     from eai.households.behavior.tasks import BehaviorTasks
     from eai.households.virtualhome.tasks import VirtualHomeTasks
 
-__all__ = ["index", "packs", "store", "wheel"]
-"""The fixtures of the made-up data set."""
+__all__ = ["index", "packs", "pytest_runtest_call", "pytest_runtest_setup", "store", "wheel"]
+"""The fixtures of the made-up data set, and the hooks that measure the memory of each test."""
 
 settings.register_profile("few", deadline=None, derandomize=True, max_examples=FEW)
 settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=THOROUGH)
 settings.load_profile("few")  # --hypothesis-profile comes after
 
 
-def pytest_configure() -> None:
-    """What a shell starts in the background ignores interrupts, and so would all that the tests start."""
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that shows whether a test needs data which another test has fetched."""
+    parser.addoption(
+        "--empty-store", action="store_true", help="give each worker an empty data store of its own"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Prepare this process, and so all that the tests start: interrupts, memory, the data store."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in what a shell starts in the background
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    limit_writable_memory()
+    if config.getoption("--empty-store"):
+        empty = tempfile.TemporaryDirectory(prefix="eai-store-")
+        config.add_cleanup(empty.cleanup)
+        os.environ[VARIABLE] = empty.name
 
 
 @pytest.hookimpl(wrapper=True)
@@ -61,9 +76,13 @@ def pytest_runtest_teardown(item: pytest.Item) -> Generator[None, object, object
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """What was not tested and why, at the very end, where nobody overlooks it."""
-    told = (report.longrepr for report in terminalreporter.getreports("skipped"))
-    reasons = Counter(str(each[2]).removeprefix("Skipped: ") for each in told if isinstance(each, tuple))
+    """Write how many tests were skipped for each reason at the very end, where nobody overlooks it."""
+    places = (report.longrepr for report in terminalreporter.getreports("skipped"))
+    reasons = Counter(
+        str(place[2]).removeprefix("Skipped: ").partition(DETAIL)[0]
+        for place in places
+        if isinstance(place, tuple)
+    )
     if reasons:
         terminalreporter.section("NOT TESTED", yellow=True, bold=True)
     for reason, times in reasons.most_common():
@@ -78,6 +97,17 @@ def data_store() -> Store:
         fetch(store, packs=published_packs())
     except DataError as error:
         pytest.skip(f"the data set cannot be had: {error}")
+    return store
+
+
+@pytest.fixture(scope="session")
+def activity_store() -> Store:
+    """The user's default folder with BEHAVIOR-1K's activities, fetched once if they are not there."""
+    store = Store()
+    try:
+        open_published(BEHAVIOR_1K, Source(store))
+    except DataError as error:
+        pytest.skip(f"BEHAVIOR-1K cannot be had: {error}")
     return store
 
 

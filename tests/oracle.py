@@ -12,6 +12,12 @@ import pytest
 
 _SHARED = Path(__file__).resolve().parents[2] / "shared"
 
+NO_REFERENCE = "answers of models and the reference's verdicts on them are not published with this repository"
+"""Reason of a test that is skipped without a file from beside the repository."""
+
+DETAIL = ": it takes "
+"""Ends the part of a reason that the summary of a run shows; the name of one file follows."""
+
 MODELS = (
     "claude-3-5-sonnet-20240620",
     "claude-3-opus-20240229",
@@ -58,6 +64,6 @@ def read_shared(*place: str) -> Any:
     """The content of a JSON file, packed or not; skips the test where it is not on this machine."""
     path = _SHARED.joinpath(*place)
     if not path.is_file():
-        pytest.skip(f"{path.relative_to(_SHARED.parent)} is not there")
+        pytest.skip(f"{NO_REFERENCE}{DETAIL}{path.relative_to(_SHARED.parent)}")
     content = path.read_bytes()
     return json.loads(gzip.decompress(content) if path.suffix == ".gz" else content)

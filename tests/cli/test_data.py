@@ -21,6 +21,7 @@ def offline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("EAI_DATA_DIR", str(tmp_path / "store"))
 
 
+@pytest.mark.usefixtures("activity_store")
 def test_fetching_what_is_there_says_so(eai: Command, data_store: Store) -> None:
     outcome = eai("data", "fetch", "--data", data_store.folder)
     assert outcome == (0, f"everything is there already ({data_store.folder})\n", "")

@@ -18,7 +18,7 @@ from eai.data.store import Store
 from eai.households.virtualhome.records import open_virtualhome
 from eai.pddl.fast_downward import FastDownward
 from eai.tasks.source import Source
-from oracle import Oracle
+from made_answers import made_answers
 from suites import answer_book
 from sweeps import first_of
 
@@ -50,9 +50,10 @@ def write(answers: object, name: str = "m_outputs.json") -> Path:
     return Path(name)
 
 
-def responses_of(oracle: Oracle, model: str) -> list[Mapping[str, str]]:
-    rows = oracle("virtualhome", "action_sequencing", model)["tasks"]
-    return [{"identifier": row["id"], "llm_output": row["llm_output"]} for row in rows]
+def responses(store: Store) -> list[Mapping[str, str]]:
+    """Return an answer to each task."""
+    answers = made_answers("virtualhome", Ability.ACTION_SEQUENCING, store)
+    return [{"identifier": task_id, "llm_output": text} for task_id, text in answers]
 
 
 def records(folder: str = "out") -> list[dict[str, Any]]:
@@ -125,8 +126,8 @@ def test_a_task_without_an_answer_counts_as_failed_and_is_told(
     assert len(left_out) == part["coverage"]["left_out"] == whole["coverage"]["counted_as_failures"]
 
 
-def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, oracle: Oracle) -> None:
-    outcome = eai("score", write(responses_of(oracle, "gpt-4o-2024-05-13")), *HERE, "--out", "out")
+def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, data_store: Store) -> None:
+    outcome = eai("score", write(responses(data_store)), *HERE, "--out", "out")
     assert (outcome.status, outcome.err) == (0, "")
     assert "342/342 answered" in outcome.out
     assert summary()["coverage"] == {
@@ -140,8 +141,8 @@ def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, oracle: Ora
     }
 
 
-def test_records_are_in_the_order_of_the_data_set(eai: Command, oracle: Oracle) -> None:
-    answers = responses_of(oracle, "llama-3-8b-chat")
+def test_records_are_in_the_order_of_the_data_set(eai: Command, data_store: Store) -> None:
+    answers = responses(data_store)
     assert eai("score", write(answers[::-1]), *HERE, "--out", "out").status == 0
     assert [record["task_id"] for record in records()] == [answer["identifier"] for answer in answers]
 
@@ -149,9 +150,9 @@ def test_records_are_in_the_order_of_the_data_set(eai: Command, oracle: Oracle) 
 @BOTH
 @pytest.mark.parametrize("explanations", ["--explanations", "--no-explanations"])
 def test_any_number_of_workers_writes_the_same_bytes(
-    eai: Command, oracle: Oracle, protocol: str, explanations: str
+    eai: Command, data_store: Store, protocol: str, explanations: str
 ) -> None:
-    file = write(responses_of(oracle, "cohere-command-r"))
+    file = write(responses(data_store))
     for workers in (1, 2):
         outcome = eai(
             *("score", file, *HERE, "--protocol", protocol, explanations),

@@ -29,7 +29,7 @@ from eai.results.paper_tables import (
     published_scores_sha256,
 )
 from eai.results.summary import summarise
-from oracle import MODELS, Oracle
+from oracle import MODELS, NO_REFERENCE, Oracle
 from sweeps import swept
 
 FULL_TABLES = paper_setting().full_tables
@@ -204,7 +204,7 @@ def test_what_is_not_in_the_table() -> None:
 def test_scoring_a_model_again_gives_its_row(name: str, tool: ModuleType) -> None:
     """If it does not, verdicts have changed: run tools/published_scores.py."""
     if not tool.ANSWERS.is_dir():
-        pytest.skip("the published answers are not beside the repository")
+        pytest.skip(NO_REFERENCE)
     suite: dict[str, Any] = tool.scored_suite(name, tool.ANSWERS, only=[SAMPLE], planner=PlannerChoice.NONE)
     shipped: PublishedSuite = published_scores().suites[name]
     model = paper_models()[SAMPLE]

@@ -6,21 +6,8 @@ import pytest
 
 from eai.abilities.task import Task
 from eai.data.store import Store
-from eai.errors import DataError
 from eai.households.behavior_1k.benchmark import behavior_1k
-from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
-
-
-@pytest.fixture(scope="session")
-def activity_store() -> Store:
-    """The store with the activities, fetched once if they are not there."""
-    store = Store()
-    try:
-        open_published(BEHAVIOR_1K, Source(store))
-    except DataError as error:
-        pytest.skip(f"BEHAVIOR-1K cannot be had: {error}")
-    return store
 
 
 @pytest.fixture(scope="session")

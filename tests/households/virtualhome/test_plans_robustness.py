@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 
 import pytest
 from hypothesis import given, settings
@@ -18,7 +17,7 @@ from eai.data.store import Store
 from eai.households.virtualhome import domain as virtualhome
 from eai.tasks.source import Source
 from households.virtualhome.household import make_task
-from oracle import Oracle
+from made_answers import made_answers
 from sweeps import first_of
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol.known()), ids=lambda protocol: protocol.value)
@@ -137,20 +136,14 @@ def suites(data_store: Store) -> tuple[Suite, ...]:
 
 
 @pytest.fixture(scope="module")
-def answers(oracle: Oracle) -> list[tuple[str, str]]:
-    """(task id, answer) of two models whose answers look different, and of made answers with ids."""
-    names = ("cohere-command-r", "gemini-1.5-pro-preview-0409", "perturbed.eai-1.0.5")
-    return [(row["id"].partition("@")[0], row["llm_output"]) for row in rows(oracle, names)]
-
-
-def rows(oracle: Oracle, names: tuple[str, ...]) -> Iterator[dict[str, str]]:
-    for name in names:
-        yield from oracle("virtualhome", "action_sequencing", name)["tasks"]
+def answers(data_store: Store) -> list[tuple[str, str]]:
+    """(task id, answer) for all tasks."""
+    return made_answers("virtualhome", Ability.ACTION_SEQUENCING, data_store)
 
 
 @settings(deadline=None)
 @given(st.data())
-def test_a_damaged_real_answer_has_a_verdict(
+def test_a_damaged_answer_has_a_verdict(
     suites: tuple[Suite, ...], answers: list[tuple[str, str]], data: st.DataObject
 ) -> None:
     task_id, text = data.draw(st.sampled_from(answers))

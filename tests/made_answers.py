@@ -1,0 +1,34 @@
+"""Answers to the tasks of a suite that are made here, for tests that need many answers of many kinds."""
+
+from __future__ import annotations
+
+from eai.abilities.protocol import Ability
+from eai.benchmark.gold_answers import chance, noisy_answer
+from eai.benchmark.random_answers import open_random_answers
+from eai.benchmark.registry import find_benchmark
+from eai.data.store import Store
+from eai.tasks.source import Source
+from suites import answer_book
+
+_NOISE = 0.3
+"""Share of the parts of a noisy answer that are corrupted."""
+
+
+def made_answers(name: str, ability: Ability, store: Store, seed: str = "made") -> list[tuple[str, str]]:
+    """Return (task id, text) for each task in order: in turn a gold, noisy, random and cut-off answer."""
+    book = answer_book(name, ability, store)
+    random_answer = open_random_answers(find_benchmark(name), ability, Source(store))
+    answers = []
+    for number, task_id in enumerate(book):
+        match number % 4:
+            case 0:
+                text = book[task_id].text
+            case 1:
+                text = noisy_answer(book, task_id, _NOISE, seed).text
+            case 2:
+                text = random_answer(task_id, seed).text
+            case _:
+                gold = book[task_id].text
+                text = gold[: chance(seed, task_id).randrange(len(gold))]
+        answers.append((task_id, text))
+    return answers
