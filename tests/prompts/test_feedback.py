@@ -20,6 +20,7 @@ from eai.benchmark.suite import open_suite
 from eai.prompts.feedback import REASONS, Asker
 from eai.prompts.prompt import Prompt
 from envs.switches import DOMAIN, SWITCHES
+from raising import BOOM, RAISING
 
 ACTIONS = Ability.ACTION_SEQUENCING
 SUITE = open_suite(SWITCHES, ACTIONS)
@@ -76,6 +77,20 @@ def test_the_words_of_every_failure() -> None:
         for feedback in ("kind", "explained")
     ]
     assert "\n".join(parts) == GOLDEN.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("feedback", get_args(Feedback))
+def test_after_an_answer_whose_scorer_raised_the_task_is_tried_again(feedback: Feedback) -> None:
+    scorer = open_suite(RAISING, ACTIONS).scorer("both")
+    assert isinstance(scorer, ActionSequencing)
+    world: World = "continue" if feedback == "state" else "restart"
+    trial = Trial(scorer, Experiment(1, feedback=feedback, world=world))
+    asker = Asker({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    trial.take(BOOM)
+    assert ("could not be judged" in asker.question(trial).user) == (feedback in ("kind", "explained"))
+    assert "OverflowError" not in asker.question(trial).user
+    won = trial.take(plan(LAMP, SHED, BOX, TORCH))
+    assert (won.verdict.success, trial.attempts[0].verdict.success) == (True, False)
 
 
 @pytest.mark.parametrize(

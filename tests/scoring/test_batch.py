@@ -9,10 +9,13 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.verdict import PlanVerdict
-from eai.benchmark.suite import Suite
+from eai.abilities.verdict import RAISED, PlanVerdict
+from eai.acting.setting import ACTING
+from eai.benchmark.suite import Suite, open_suite
 from eai.scoring.batch import Scoring, score_run
 from eai.scoring.options import ScoringOptions
+from eai.world.fault import FaultKind
+from raising import BOOM, NAME
 from scoring.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
@@ -98,3 +101,23 @@ def test_a_worker_is_given_two_equal_shares_of_a_known_number(
     ability: Ability, workers: int, answers: int, shares: tuple[int, int]
 ) -> None:
     assert Scoring(workers)._shares(replace(echo_suite(), ability=ability), answers) == shares
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, ACTING], ids=str)
+def test_an_answer_whose_scorer_raises_costs_no_other_answer(ability: Ability, workers: int) -> None:
+    suite = open_suite(NAME, ability)
+    texts = ["[]", BOOM, *["PRESS(lamp)\nDONE"] * 3]
+    answers = [Response(task, text) for task, text in zip(suite.task_ids, texts, strict=True)]
+    settings = ScoringOptions(workers=workers)
+    records = score_run(suite, ResponseFile("m", tuple(answers)), {}, settings)
+    alone = [score_run(suite, ResponseFile("m", (answer,)), {}, ScoringOptions()) for answer in answers]
+    assert records == [record for (record,) in alone]
+    assert [record.verdict.excluded is None for record in records] == [True, True, True, True, False]
+    if ability is Ability.ACTION_SEQUENCING:
+        error = records[1].verdict.error
+        assert error is not None
+        assert (error.check, "OverflowError" in error.detail) == (RAISED, True)
+    else:  # only one action of the episode failed
+        (turn,) = records[1].verdict.turns  # type: ignore[attr-defined]
+        assert (turn.fault, turn.is_action) == (FaultKind.UNCATEGORISED, True)

@@ -1,19 +1,26 @@
 """Scorers of the answers to one task: one reading of an answer gives its verdict and the words for it.
 
 `error_report` takes what ended an answer from the engine's terms to those of verdicts, for every ability
-alike.
+alike. `assess_or_fail` fails an answer whose scorer raises an exception, so that other answers are scored.
 """
 
 from __future__ import annotations
 
+import logging
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from functools import partial
+from pathlib import PurePath
+from traceback import extract_tb
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.verdict import ErrorReport, Verdict
+from eai.abilities.verdict import RAISED, ErrorReport, TaskExclusion, Verdict
+from eai.errors import EaiError, InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, names_of
+from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
 if TYPE_CHECKING:
@@ -54,7 +61,7 @@ class Scorer(ABC):
         """
         return self.score("").without_answer()
 
-    def why_excluded(self) -> str | None:
+    def why_excluded(self) -> TaskExclusion | None:
         """Why the task is left out of all statistics whatever the answer; None if it is not."""
         return self.score("").excluded
 
@@ -98,6 +105,68 @@ class PlanScorer(Scorer):
         Raises:
             InputError: plans are carried out, or goals tested, as another protocol has it.
         """
+
+
+_LOG = logging.getLogger(__name__)
+
+_MAX_MESSAGE = 200
+"""Largest number of characters of an exception's message in a verdict."""
+
+R = TypeVar("R")
+
+
+def assess_or_fail(scorer: Scorer, empty: Verdict, assess: Callable[[], Assessment]) -> Assessment:
+    """Return an assessment. If the scorer raises an exception, the answer fails as one that reaches nothing.
+
+    Exceptions that are not about the answer pass: missing data, missing packages and interrupts.
+
+    Args:
+        scorer: the scorer.
+        empty: a verdict of the ability's class without content, for a scorer that always raises.
+        assess: assesses the answer.
+    """
+    try:
+        verdict, explain, look_back = assess()
+    except Exception as error:
+        if _is_of_surroundings(error):
+            raise
+        return _failed(scorer, empty, error)
+    looked_back = None if look_back is None else partial(_or_else, look_back, verdict)
+    return Assessment(verdict, partial(_or_else, explain, Explanation()), looked_back)
+
+
+def exception_text(error: Exception) -> str:
+    """Return the type, the place and the message of an exception."""
+    *_, frame = extract_tb(error.__traceback__)
+    place = f"{PurePath(frame.filename).name}:{frame.lineno}"
+    message = " ".join(str(error).split())[:_MAX_MESSAGE]
+    return f"{type(error).__name__} ({place}){': ' if message else ''}{message}"
+
+
+def _is_of_surroundings(error: Exception) -> bool:
+    return isinstance(error, EaiError) and not isinstance(error, InputError)
+
+
+def _failed(scorer: Scorer, empty: Verdict, error: Exception) -> Assessment:
+    try:
+        verdict = scorer.unanswered()
+    except Exception:  # it raises whatever the answer
+        verdict = empty.without_answer()
+    reason = f"the scorer raised {exception_text(error)}"
+    if verdict.excluded is None:
+        verdict = replace(verdict, error=ErrorReport(FaultKind.UNCATEGORISED, None, reason, RAISED))
+    return Assessment(verdict, lambda: Explanation((reason,)))
+
+
+def _or_else(compute: Callable[..., R], default: R, *arguments: int) -> R:
+    """Return a result, or a default and a warning if computing it raises: the verdict stands without it."""
+    try:
+        return compute(*arguments)
+    except Exception as error:
+        if _is_of_surroundings(error):
+            raise
+        _LOG.warning("a verdict lacks its explanation: %s", exception_text(error))
+        return default
 
 
 UNKNOWN_ACTION = "unknown_action"

@@ -9,7 +9,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.goal_test import remaining_goals
 from eai.abilities.notation.plans import Course
 from eai.abilities.record import Attempt
-from eai.abilities.scorer import PlanScorer
+from eai.abilities.scorer import PlanScorer, assess_or_fail
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.world.episode import Episode, Luck, Slip
@@ -86,7 +86,8 @@ class Trial:
         if self.attempts and self.experiment.world == "restart":
             self.episode = self.begin()
         start = len(self.episode.trajectory.steps)
-        assessment = self.scorer.assess_course(text, self.carry_out)
+        scorer, empty = self.scorer, PlanVerdict()
+        assessment = assess_or_fail(scorer, empty, lambda: scorer.assess_course(text, self.carry_out))
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(f"{self.task.id}: only plans can be carried out")

@@ -39,6 +39,7 @@ from pydantic import AnyHttpUrl
 from starlette.applications import Starlette
 
 from eai import __version__
+from eai.abilities.scorer import exception_text
 from eai.acting.tools import command_of, tools_of
 from eai.acting.worlds import Worlds
 from eai.errors import EaiError, InputError
@@ -95,8 +96,8 @@ def server_of(worlds: Worlds, domain: Domain, *, open_to_all: bool = True) -> Se
         try:
             told = TextContent(text=worlds.call(place, command))
             return CallToolResult(content=[told, *map(_shown, worlds.pictures(place))])
-        except EaiError as error:  # which is not for the agent: it names files
-            _LOG.error("%s", error)
+        except Exception as error:  # which is not for the agent: it names files
+            _LOG.error("%s", error if isinstance(error, EaiError) else exception_text(error))
             raise MCPError(INTERNAL_ERROR, "the world is out of order") from None
 
     return Server(

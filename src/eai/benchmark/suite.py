@@ -9,7 +9,7 @@ from functools import cached_property, partial
 from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol, registered_protocols
 from eai.abilities.record import TaskFeatures
-from eai.abilities.scorer import Scorer
+from eai.abilities.scorer import Assessment, Scorer, assess_or_fail
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
 from eai.benchmark.benchmark import Benchmark, Opener
@@ -122,9 +122,18 @@ class Suite:
             known = self._features[task_id] = TaskFeatures.of(task)
         return known
 
+    def assess(self, task_id: str, text: str) -> Assessment:
+        """Return the assessment of an answer to a task. If the scorer raises an exception, the answer fails.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        scorer, empty = self.scorer(task_id), declaration_of(self.ability).verdict()
+        return assess_or_fail(scorer, empty, lambda: scorer.assess(text))
+
     def score(self, task_id: str, text: str) -> Verdict:
-        """The verdict on an answer to a task."""
-        return self.scorer(task_id).score(text)
+        """Return the verdict on an answer to a task, as `assess`."""
+        return self.assess(task_id, text).verdict
 
     def unanswered(self, task_id: str) -> Verdict:
         """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""

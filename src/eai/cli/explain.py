@@ -23,7 +23,7 @@ from eai.abilities.repair import EFFORT, repair_lines
 from eai.abilities.reports import action_text
 from eai.abilities.scorer import PlanScorer
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
+from eai.abilities.verdict import RAISED, ErrorReport, PlanVerdict, Unreadable
 from eai.acting.declaration import ActingVerdict, outlook_text
 from eai.benchmark.answer_files import benchmarks_of_runs
 from eai.benchmark.benchmark import Benchmark
@@ -189,7 +189,7 @@ def _outlook(suite: Suite, record: Record) -> tuple[str, ...]:
     verdict = record.verdict
     if outcome(record) in NO_FAILURES or record.unanswered or record.experiment is not None:
         return ()
-    look_back = suite.scorer(record.task_id).assess(record.response).look_back
+    look_back = suite.assess(record.task_id, record.response).look_back
     known = verdict.repair if not isinstance(verdict, ActingVerdict) else verdict.outlook
     if known is None and look_back is not None:
         verdict = look_back(Limits().states if isinstance(verdict, ActingVerdict) else EFFORT)
@@ -202,6 +202,8 @@ def _rest(suite: Suite, record: Record) -> tuple[str, ...]:
     """The steps of a plan that come after the one that ended it."""
     verdict, scorer = record.verdict, suite.scorer(record.task_id)
     if record.explanation is None or not isinstance(verdict, PlanVerdict) or verdict.executable:
+        return ()
+    if verdict.error is not None and verdict.error.check == RAISED:
         return ()
     if not isinstance(scorer, PlanScorer):
         return ()

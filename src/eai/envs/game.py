@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -16,6 +17,7 @@ from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
+from eai.abilities.scorer import exception_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import ASK, REFUSE, ErrorReport, Merit, is_question, merit_of_actions, refusal_in
 from eai.abilities.wording import Wording, subjects
@@ -24,7 +26,7 @@ from eai.data.grouping import grouped
 from eai.envs.command import DONE, Commands, Meant, is_look
 from eai.envs.listed import HOW_TO_READ, facts_in_short, in_short
 from eai.envs.rules import OUTCOMES, Feedback, Observe, Rules, View
-from eai.errors import InputError
+from eai.errors import EaiError, InputError
 from eai.logic.formula import TRUE
 from eai.logic.traversal import predicates_of
 from eai.planning.successor_generator import applicable_actions
@@ -43,6 +45,8 @@ from eai.world.state import Change, Fact, State, change
 if TYPE_CHECKING:
     from eai.abilities.mending import PlanMender
     from eai.envs.agents import Reference
+
+_LOG = logging.getLogger(__name__)
 
 Sight: TypeAlias = tuple[int, ...]
 """The objects that are seen, in the order in which they are listed."""
@@ -486,12 +490,30 @@ class Game:
     def act(self, text: str) -> _Turn:
         """Play one turn. Whatever the text, it is a turn and costs an action, but the first `LOOK` after one.
 
+        If the world raises an exception, the action fails and the episode goes on.
+
         Raises:
             InputError: the episode has ended.
+            EaiError: the simulator of the world has failed.
         """
         if self.over:
             raise InputError("the episode is over")
         self.action, self._changes = None, []
+        turns, tried = self._turns, self.tried
+        try:
+            return self._play(text)
+        except EaiError:
+            raise
+        except Exception as error:
+            _LOG.warning("an action in %s fails: %s", self.task.id, exception_text(error))
+            self._turns, self.tried = turns + 1, tried + 1
+            kind = FaultKind.UNCATEGORISED
+            self._failed, self._has_looked = True, False
+            self._faults[kind] += 1
+            words = f"Failed ({_words(kind)}): the world raised {type(error).__name__}."
+            return self._turn(_Tried(words, kind), ())
+
+    def _play(self, text: str) -> _Turn:
         if self._rules.feedback == "changes" and is_look(text, self.stage.domain):
             self._turns += self._has_looked
             return self._turn(_Tried(self.look_around()), ())

@@ -15,7 +15,7 @@ from eai.abilities.record import Attempt
 from eai.abilities.reports import UNTOLD, formula_text
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.trial import Trial
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import RAISED, ErrorReport
 from eai.abilities.wording import Wording
 from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates
@@ -116,6 +116,8 @@ class Asker:
 
     def _of_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
         """The error that ended an attempt."""
+        if error.check == RAISED:
+            return self._text("raised")
         if error.step is not None and error.kind not in NOT_CARRIED_OUT:
             return self._of_step(error.kind, error.step, steps[error.step], explains=explains)
         number = "" if error.step is None else str(error.step + 1)

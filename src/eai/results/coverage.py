@@ -22,6 +22,7 @@ class Coverage:
         failed: those without one that count as failures.
         left_out: those without one that are left out of all rates for it (``--allow-missing``).
         tasks: all tasks of the suite; None if the records do not say.
+        raised: number of tasks with an answer whose scorer raised an exception, which counts as failed.
     """
 
     asked: int
@@ -29,6 +30,7 @@ class Coverage:
     failed: int = 0
     left_out: int = 0
     tasks: int | None = None
+    raised: int = 0
 
     @property
     def ranked(self) -> bool:
@@ -37,7 +39,7 @@ class Coverage:
 
     @property
     def remark(self) -> str | None:
-        """A remark for readers of the numbers, as one sentence; None if every task is answered."""
+        """A remark for readers of the numbers, as one sentence; None if every task is answered and scored."""
         if self.tasks is None:
             return (
                 "The records do not say how many tasks the suite has: score the answers again to rank them."
@@ -47,6 +49,8 @@ class Coverage:
         return "; ".join(parts) + end if parts else None
 
     def _gaps(self, tasks: int) -> Iterable[str]:
+        if self.raised:
+            yield f"{self.raised} failed because the scorer raised an exception, which the record names"
         if self.asked < tasks:
             yield f"only {self.asked} of {tasks} tasks were asked"
         lacking = self.asked - self.answered
@@ -69,6 +73,7 @@ class Coverage:
             self.failed + other.failed,
             self.left_out + other.left_out,
             known,
+            self.raised + other.raised,
         )
 
     def __str__(self) -> str:
@@ -84,6 +89,7 @@ class Coverage:
             "left_out": self.left_out,
             "not_asked": None if self.tasks is None else self.tasks - self.asked,
             "ranked": self.ranked,
+            **({"raised": self.raised} if self.raised else {}),
         }
 
 

@@ -8,21 +8,23 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.declaration import declaration_of
 from eai.abilities.record import NOT_ANSWERED, Record
+from eai.abilities.verdict import RAISED
 from eai.results.coverage import Coverage, ErrataEffect
 from eai.results.rate import NOTHING, Exact, Rate, add_up, rates_of
 
-_ANSWERED, _SCORED, _LEFT_OUT, _IN_ERRATA = 1, 2, 4, 8
+_ANSWERED, _SCORED, _LEFT_OUT, _IN_ERRATA, _RAISED = 1, 2, 4, 8, 16
 """The bits of the fate of a task, of its answers together where it has several."""
 
 
 def _fate(record: Record) -> int:
     """The fate of a task by one of its records alone, as bits."""
-    excluded, errata = record.verdict.excluded, record.errata
+    excluded, errata, error = record.verdict.excluded, record.errata, record.verdict.error
     return (
         _ANSWERED * (record.unanswered is None)
         | _SCORED * (excluded is None)
         | _LEFT_OUT * (excluded == NOT_ANSWERED)
         | _IN_ERRATA * (errata is not None and bool(errata.entries))
+        | _RAISED * (error is not None and error.check == RAISED)
     )
 
 
@@ -138,6 +140,7 @@ class Totals:
             failed=sum(bool(fate & _SCORED) for fate in lacking),
             left_out=sum(bool(fate & _LEFT_OUT) for fate in lacking),
             tasks=next(iter(self.sizes)) if len(self.sizes) == 1 else None,
+            raised=sum(bool(fate & _RAISED) for fate in self.fates.values()),
         )
 
     @property

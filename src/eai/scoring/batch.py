@@ -146,7 +146,7 @@ def _judged(suite: Suite, settings: ScoringOptions, item: Response) -> _Judged:
         if settings.allow_missing and suite.scorer(item.task_id).why_excluded() is None:
             verdict = declaration_of(suite.ability).verdict(excluded=NOT_ANSWERED)
     else:
-        assessment = suite.scorer(item.task_id).assess(item.text)
+        assessment = suite.assess(item.task_id, item.text)
         explanation = assessment.explain() if settings.explanations else None
         verdict = assessment.verdict
         if settings.look_back is not None and assessment.look_back is not None:

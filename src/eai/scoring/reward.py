@@ -10,6 +10,7 @@ Episodes are paid by the same definitions: a turn pays by how much it changes wh
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -20,13 +21,15 @@ from typing_extensions import assert_never
 from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, member
-from eai.abilities.scorer import PlanScorer
+from eai.abilities.scorer import PlanScorer, exception_text
 from eai.abilities.verdict import ErrorReport, Merit, PlanVerdict, Verdict
 from eai.benchmark.suite import Suite, open_suite
-from eai.errors import InputError
+from eai.errors import EaiError, InputError
 from eai.pddl.planning import PlannerChoice
 from eai.tasks.source import Source, TaskReference
 from eai.world.fault import FaultKind
+
+_LOG = logging.getLogger(__name__)
 
 
 class Shaping(str, Enum):
@@ -176,7 +179,13 @@ class Reward:
         scorer = self.suite.scorer(task_id)
         if not isinstance(scorer, PlanScorer):
             raise InputError(f"the shaping repair is not known under {self.suite.protocol.value}")
-        return scorer.nearness(text if len(text) <= self.limit else "")
+        try:
+            return scorer.nearness(text if len(text) <= self.limit else "")
+        except EaiError:
+            raise
+        except Exception as error:
+            _LOG.warning("an answer to %s earns nothing: %s", task_id, exception_text(error))
+            return 0.0
 
     def _verdict(self, task_id: str, text: str) -> Verdict:
         if len(text) <= self.limit:

@@ -1,0 +1,24 @@
+"""The benchmark of `envs.switches` with a defect: reading a plan with the word BOOM raises an exception."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from eai import given
+from eai.abilities.notation.plans import JsonPlans, WrittenPlan
+from eai.abilities.verdict import Unreadable
+from envs.switches import SWITCHES, tasks
+
+BOOM = "BOOM!"
+
+NAME = "raising:RAISING"
+
+
+class _RaisingPlans(JsonPlans):
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        if "BOOM" in text:
+            raise OverflowError("cannot convert float infinity to integer")
+        return super().read(text)
+
+
+RAISING = replace(SWITCHES, name="raising", open_tasks=given(*tasks()), plans=_RaisingPlans())
