@@ -28,9 +28,9 @@ def test_changes_are_found_in_the_effects() -> None:
     achievers = Achievers(toy.DOMAIN)
     adding = achievers.of("at", adding=True)
     assert [(each.schema.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
-    assert adding[0].match((0, 1), agent=0) == {"x": 1}
-    assert adding[0].match((2, 1), agent=0) is None
-    assert adding[1].match((2, 1), agent=0) == {"y": 2, "x": 1}
+    assert adding[0].match((0, 1), SCENE) == {"x": 1}
+    assert adding[0].match((2, 1), SCENE) is None
+    assert adding[1].match((2, 1), SCENE) == {"y": 2, "x": 1}
     assert [each.schema.operator.name for each in achievers.of("lit", adding=False)] == ["PRESS"]
     assert [operator.name for operator in achievers.writers(["lit", "holding"])] == ["PRESS", "LIFT", "DROP"]
 
@@ -104,7 +104,7 @@ def matched_anew(
     heuristic: AdditiveHeuristic, atom: GroundAtom, state: State
 ) -> Iterator[tuple[Achiever, list[list[int]]]]:
     for achiever in heuristic.achievers.of(atom.predicate, adding=atom.truth):
-        scope = achiever.match(atom.arguments, HOUSE.agent)
+        scope = achiever.match(atom.arguments, HOUSE)
         bindings = [] if scope is None else [[*b] for b in achiever.bindings(state, scope, ALL)]
         if bindings:
             yield achiever, bindings

@@ -35,7 +35,7 @@ from eai.pddl.model import Add, Both, Delete, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.effect_schema import changes_for
-from eai.planning.subgoal import GroundAtom
+from eai.planning.subgoal import GroundAtom, object_named
 from eai.tasks.source import USUAL, Source, TaskSet
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -47,7 +47,6 @@ _WORD = re.compile(r"[a-z]{2,}")
 _LONGEST = 3
 """In how many words of an instruction a name is looked for: ``floor lamp``, ``next to``."""
 
-_NOBODY = -1
 
 _Match: TypeAlias = tuple[Achiever, Mapping[str, int]]
 """A way to make something so, and the objects that are given."""
@@ -214,16 +213,16 @@ def _literals(task: Task) -> Iterator[Literal]:
 def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Match]:
     """The actions that make a condition true that speaks of its objects, the straight ways first."""
     atom = literal.operand if isinstance(literal, f.Not) else literal
-    agent = task.scene.agent
     if not isinstance(atom, f.Atom):
         return
     objects = tuple([task.scene.index[term.name] for term in atom.arguments])
     wanted = GroundAtom(atom.predicate, objects, atom is literal)
-    for change in changes_for(wanted, task.scene.vocabulary, _NOBODY if agent is None else agent):
+    of_scene = partial(object_named, scene=task.scene)
+    for change in changes_for(wanted, task.scene.vocabulary, of_scene):
         places = [index for index in change.arguments if index is not None]
         if len(places) == len(change.arguments):
             for achiever in achievers.of(change.predicate, adding=change.truth):
-                scope = achiever.match(tuple(places), agent)
+                scope = achiever.match(tuple(places), task.scene)
                 if scope is not None:
                     yield achiever, scope
 

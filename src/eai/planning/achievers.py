@@ -14,11 +14,11 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of, walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, match, taking
-from eai.planning.subgoal import GroundAtom
+from eai.planning.subgoal import GroundAtom, object_named
 from eai.world.condition import Conditions
 from eai.world.derived import Defined, Lookup
 from eai.world.domain import Domain
-from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
+from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
@@ -98,9 +98,9 @@ class Achiever:
         self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple((c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
-    def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
+    def match(self, arguments: tuple[int, ...], scene: Scene) -> dict[str, int] | None:
         """The variables' objects that make this an achiever of the atom with these arguments, or None."""
-        return match(self.schema.atom, arguments, lambda name, index: name == AGENT and index == agent)
+        return match(self.schema.atom, arguments, lambda constant: object_named(constant, scene))
 
     def bindings(self, state: State, scope: Mapping[str, int], usable: int) -> Iterator[Binding]:
         """The ways to complete a match, for which what no action changes is as it must be.
@@ -382,7 +382,7 @@ class Matches:
     def _find(self, atom: GroundAtom, *, wide: bool) -> Sequence[_Match]:
         found: list[_Match] = []
         for achiever in self._achievers.of(atom.predicate, adding=atom.truth, wide=wide):
-            scope = achiever.match(atom.arguments, self._state.scene.agent)
+            scope = achiever.match(atom.arguments, self._state.scene)
             if scope is not None:
                 fixed = achiever.partial(self._state.scene, scope, fixed=True)
                 most = _KEPT + 1 if achiever.is_fixed else 1

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import eai.logic.formula as f
 from eai.logic.traversal import children
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import meaning
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
-from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.vocabulary import Vocabulary
 
@@ -23,6 +22,9 @@ _NO_ATOM = f.Atom("")
 
 _Object = TypeVar("_Object")
 """An object, by its number or by a name."""
+
+ObjectNamed: TypeAlias = "Callable[[f.Constant], int | None]"
+"""Returns the number of the object that a constant names, or None if it may be any object."""
 
 
 class EffectSchema(NamedTuple):
@@ -110,7 +112,7 @@ def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[Effect
 def match(
     atom: f.Atom,
     arguments: Sequence[_Object | None],
-    is_named: Callable[[f.Constant, _Object], bool],
+    object_named: Callable[[f.Constant], _Object | None],
     known: Mapping[str, _Object] = MappingProxyType({}),
 ) -> dict[str, _Object] | None:
     """The objects of variables where the atom of an effect is about these arguments; None if it cannot be.
@@ -118,7 +120,7 @@ def match(
     Args:
         atom: of the effect.
         arguments: objects; None for any.
-        is_named: whether an object is the one that a constant names.
+        object_named: Returns the object that a constant names, or None if it may be any object.
         known: the objects of variables that are known before.
     """
     scope = {**known}
@@ -128,7 +130,7 @@ def match(
         if isinstance(term, f.Variable):
             if scope.setdefault(term.name, argument) != argument:
                 return None
-        elif not is_named(term, argument):
+        elif object_named(term) not in (None, argument):
             return None
     return scope
 
@@ -173,23 +175,28 @@ class Change(NamedTuple):
     truth: bool
 
 
-def changes_for(literal: GroundAtom, vocabulary: Vocabulary, agent: int) -> list[Change]:
-    """The changes that may make a literal so, as far as the definition of its predicate shows.
+def changes_for(literal: GroundAtom, vocabulary: Vocabulary, object_named: ObjectNamed) -> list[Change]:
+    """Return the changes that may make a literal true, as far as the definition of its predicate shows.
 
-    Objects may go by any numbers, ``agent`` is that of the agent. The values of variables that a definition
-    binds are not distinguished; of a function every change of the predicates that it reads counts.
+    Objects may have any numbers: ``object_named`` returns the number of the object that a constant names, or
+    None if it may be any object. The values of variables that a definition binds are not distinguished. For
+    a function, every change of the predicates that it reads counts.
     """
-    return _stored([Change(*literal)], vocabulary, agent)
+    return _stored([Change(*literal)], vocabulary, object_named)
 
 
 def changes_towards(
-    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, vocabulary: Vocabulary, agent: int
+    formula: f.Formula,
+    scope: Mapping[str, int | None],
+    truth: bool,
+    vocabulary: Vocabulary,
+    object_named: ObjectNamed,
 ) -> list[Change]:
-    """The changes that may help a condition to a truth, as `changes_for`; in a scope None is any object."""
-    return _stored(list(_atoms(formula, scope, truth, agent)), vocabulary, agent)
+    """Return the changes that may help a condition to a truth; in ``scope`` None stands for any object."""
+    return _stored(list(_atoms(formula, scope, truth, object_named)), vocabulary, object_named)
 
 
-def _stored(pending: list[Change], vocabulary: Vocabulary, agent: int) -> list[Change]:
+def _stored(pending: list[Change], vocabulary: Vocabulary, object_named: ObjectNamed) -> list[Change]:
     """The changes of stored predicates that some changes come down to."""
     seen: dict[Change, None] = {}
     found: list[Change] = []
@@ -205,7 +212,7 @@ def _stored(pending: list[Change], vocabulary: Vocabulary, agent: int) -> list[C
         definition = meaning(derived)
         if definition is not None:
             scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
-            pending += _atoms(definition.definition, scope, change.truth, agent)
+            pending += _atoms(definition.definition, scope, change.truth, object_named)
         else:
             for name in derived.reads:
                 anything = (None,) * (vocabulary.arity(name) or 0)
@@ -213,24 +220,26 @@ def _stored(pending: list[Change], vocabulary: Vocabulary, agent: int) -> list[C
     return found
 
 
-def _atoms(formula: f.Formula, scope: Mapping[str, int | None], truth: bool, agent: int) -> Iterator[Change]:
+def _atoms(
+    formula: f.Formula, scope: Mapping[str, int | None], truth: bool, object_named: ObjectNamed
+) -> Iterator[Change]:
     """The atoms of a formula, each with the truth that helps the formula to its own."""
     match formula:
         case f.Atom(predicate, terms):
-            arguments = [agent if t == AGENT else scope.get(t.name) for t in terms]
+            arguments = [scope.get(t.name) if isinstance(t, f.Variable) else object_named(t) for t in terms]
             yield Change(predicate, tuple(arguments), truth)
         case f.Not(operand):
-            yield from _atoms(operand, scope, not truth, agent)
+            yield from _atoms(operand, scope, not truth, object_named)
         case f.Implies(premise, conclusion):
-            yield from _atoms(premise, scope, not truth, agent)
-            yield from _atoms(conclusion, scope, truth, agent)
+            yield from _atoms(premise, scope, not truth, object_named)
+            yield from _atoms(conclusion, scope, truth, object_named)
         case f.Exactly() | f.ForPairs():
             for part in children(formula):
-                yield from _atoms(part, {}, True, agent)
-                yield from _atoms(part, {}, False, agent)
+                yield from _atoms(part, {}, True, object_named)
+                yield from _atoms(part, {}, False, object_named)
         case f.ForAll(variable, body) | f.Exists(variable, body):
             inner = {name: value for name, value in scope.items() if name != variable.name}
-            yield from _atoms(body, inner, truth, agent)
+            yield from _atoms(body, inner, truth, object_named)
         case _:
             for part in children(formula):
-                yield from _atoms(part, scope, truth, agent)
+                yield from _atoms(part, scope, truth, object_named)

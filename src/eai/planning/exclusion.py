@@ -14,11 +14,10 @@ from typing import NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.logic.traversal import predicates_of, walk
 from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas, match, unread_by
-from eai.planning.subgoal import GroundAtom
+from eai.planning.subgoal import GroundAtom, object_named
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
-from eai.world.frame import AGENT
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
 
@@ -122,7 +121,7 @@ class Exclusion:
 
     def match(self, atom: f.Atom, fact: _Fact, known: _Scope) -> dict[str, _Term] | None:
         """The objects of variables where an effect is on such a fact; None if it cannot be."""
-        return match(atom, fact.arguments, lambda name, term: self.index(name) == term, known)
+        return match(atom, fact.arguments, self.index, known)
 
     def deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
         """Whether an effect deletes a fact wherever another one takes place."""
@@ -140,9 +139,9 @@ class Exclusion:
         """The object that a term stands for."""
         return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
 
-    def index(self, constant: f.Constant) -> int | None:
+    def index(self, constant: f.Constant) -> int:
         """The object that a constant names."""
-        return self.scene.agent if constant == AGENT else self.scene.index.get(constant.name)
+        return object_named(constant, self.scene)
 
 
 class _Induction:

@@ -14,13 +14,12 @@ import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achievers, completed
 from eai.planning.effect_schema import Change, EffectSchema, changes_towards, effect_schemas, match, unread_by
-from eai.planning.subgoal import arguments_of
+from eai.planning.subgoal import arguments_of, object_named
 from eai.world.condition import Readings, Scope
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
-from eai.world.frame import AGENT
 from eai.world.operator import Check
 from eai.world.relation import bits, mask_of
 from eai.world.state import State
@@ -110,7 +109,7 @@ class Flips:
     def _by_schema(self, change: Change) -> Iterator[tuple[EffectSchema, dict[str, int], Sequence[Action]]]:
         """The effects that make a change, what their variables stand for in it, and the actions."""
         for schema in self._by_effect.get((change.predicate, change.truth), ()):
-            scope = match(schema.atom, change.arguments, self._is_agent)
+            scope = match(schema.atom, change.arguments, self._object_named)
             if scope is not None:
                 places = enumerate(schema.operator.parameters)
                 bound = [(i, scope[each.name]) for i, each in places if each.name in scope]
@@ -221,10 +220,10 @@ class Flips:
         if schema.adds != change.truth or schema.atom.predicate != change.predicate:
             return None
         known = dict(zip(schema.variables, action.arguments, strict=False))
-        return match(schema.atom, change.arguments, self._is_agent, known)
+        return match(schema.atom, change.arguments, self._object_named, known)
 
-    def _is_agent(self, constant: f.Constant, index: int) -> bool:
-        return constant == AGENT and index == self._initial.scene.agent
+    def _object_named(self, constant: f.Constant) -> int:
+        return object_named(constant, self._initial.scene)
 
     def of(self, formula: f.Formula, scope: Scope, state: State, *, truth: bool) -> Changes:
         """The changes one of which has to happen before a condition has a truth that it has not."""
@@ -296,10 +295,8 @@ class Flips:
 
     def _patterns(self, formula: f.Formula, scope: Mapping[str, int | None], truth: bool) -> Iterator[Change]:
         """The changes that may help a condition on any objects in the place of None."""
-        agent = self._initial.scene.agent
-        for change in changes_towards(
-            formula, scope, truth, self._domain.vocabulary, -1 if agent is None else agent
-        ):
+        vocabulary = self._domain.vocabulary
+        for change in changes_towards(formula, scope, truth, vocabulary, self._object_named):
             if change.predicate not in self._static:
                 yield change
 

@@ -14,11 +14,11 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import free_variables, predicates_of
+from eai.planning.subgoal import object_named
 from eai.world.condition import Scope
 from eai.world.derived import Defined, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
-from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, State
 
@@ -107,10 +107,7 @@ class Possible:
                 yield {**scope, variable.name: index}
 
     def _index(self, term: f.Term, scope: Scope) -> int:
-        if isinstance(term, f.Variable) or term.name in scope:
-            return scope[term.name]
-        agent = self._scene.agent
-        return agent if term == AGENT and agent is not None else self._scene.index[term.name]
+        return scope[term.name] if isinstance(term, f.Variable) else object_named(term, self._scene)
 
     def _literal(self, predicate: str, arguments: tuple[int, ...], truth: bool) -> bool:
         """Whether a literal may hold; what may once may always."""

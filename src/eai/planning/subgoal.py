@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 import eai.logic.formula as f
 from eai.logic.choice import AllOf, AnyOf, Choose, Pairing
 from eai.world.condition import Readings, Scope
-from eai.world.frame import AGENT
+from eai.world.frame import AGENT, UNBOUND
 from eai.world.relation import bits
 from eai.world.state import Scene, State
 
@@ -132,13 +132,15 @@ class Unfolding:
 
 def arguments_of(atom: f.Atom, scope: Scope, scene: Scene) -> tuple[int, ...]:
     """The objects that the terms of an atom stand for."""
-    return tuple([scope[t.name] if isinstance(t, f.Variable) else _named(t, scene) for t in atom.arguments])
+    return tuple(
+        [scope[t.name] if isinstance(t, f.Variable) else object_named(t, scene) for t in atom.arguments]
+    )
 
 
-def _named(constant: f.Constant, scene: Scene) -> int:
-    """The object that a constant names."""
-    if constant == AGENT and scene.agent is not None:
-        return scene.agent
+def object_named(constant: f.Constant, scene: Scene) -> int:
+    """Return the object of a scene that a constant names; `UNBOUND` for the agent of a scene without one."""
+    if constant == AGENT:
+        return UNBOUND if scene.agent is None else scene.agent
     return scene.index[constant.name]
 
 

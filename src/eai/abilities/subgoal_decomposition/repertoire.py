@@ -14,7 +14,7 @@ from functools import cache
 from itertools import islice, product
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.formula import Atom, Formula, Not, Variable
+from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.traversal import free_variables, predicates_of
 from eai.planning.achievers import Achiever, completed
 from eai.planning.effect_schema import (
@@ -213,7 +213,7 @@ class Repertoire:
 
     def _find_ways(self, shape: GroundAtom) -> Sequence[_Way]:
         """The ways to bring about a literal of numbered objects."""
-        changes = changes_for(shape, self._domain.vocabulary, _AGENT)
+        changes = changes_for(shape, self._domain.vocabulary, _number_named)
         found: dict[_Way, None] = {}
         for operator in self.writers(shape.predicate):
             for effect, change in product(self._effects[operator.name], changes):
@@ -283,7 +283,12 @@ def _scope(effect: EffectSchema, change: Change) -> dict[str, int] | None:
     """The parameters' objects where an effect makes a change; None if it does not."""
     if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
         return None
-    return match(effect.atom, change.arguments, lambda name, index: name != AGENT or index == _AGENT)
+    return match(effect.atom, change.arguments, _number_named)
+
+
+def _number_named(constant: Constant) -> int | None:
+    """Return the number of the object that a constant names in a `_Way`, or None for any object."""
+    return _AGENT if constant == AGENT else None
 
 
 def _without_doubles(operators: Iterable[Operator]) -> list[Operator]:

@@ -1,0 +1,177 @@
+"""Plans, proofs, outlooks and repairs against all states of small random PDDL worlds."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+from random import Random
+
+import pytest
+
+import eai.logic.formula as f
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.planning import find_plan, planning_goal
+from eai.abilities.protocol import Ability
+from eai.abilities.repair import EFFORT
+from eai.abilities.verdict import PlanVerdict
+from eai.acting.scorer import Moment, loss
+from eai.benchmark.suite import open_suite
+from eai.pddl.execute import DerivedPredicates
+from eai.pddl.search import search
+from eai.planning.exclusion import Exclusion, ExclusionRules
+from eai.planning.planner import Planner
+from eai.planning.possible import Possible, out_of_reach
+from eai.planning.repair import Mender
+from eai.planning.search import Effort, Limits, SearchEnd
+from eai.planning.subgoal import GroundAtom
+from eai.world.execution import Action
+from planning.random_worlds import DERIVED, PREDICATES, World, draw_plan, worlds
+from planning.test_repair import edited, one_edit
+from sweeps import swept
+
+EVERYTHING = Limits(3_000, looks=10_000_000)
+"""Limits of a search that reaches all states of a random world."""
+
+
+def check_plans(world: World) -> None:
+    """The planners find a plan just if there is one; what is proved never to be is never so."""
+    shortest = world.distances.get(world.initial)
+    end = SearchEnd.UNREACHABLE if shortest is None else SearchEnd.SOLVED
+    task, domain = world.task, world.domain
+    found = find_plan(task, Planner(domain), EVERYTHING)
+    assert found.end is end
+    if shortest is not None:
+        assert world.succeeds(found.plan)
+    by_problem = search(world.source, world.problem, EVERYTHING)
+    is_recursive = bool(DerivedPredicates(world.source.axioms).circles)
+    assert by_problem.end is (SearchEnd.STATES if is_recursive else end)
+    if by_problem.end is SearchEnd.SOLVED:
+        assert world.executor.flaw(by_problem.plan) is None
+    if shortest is not None:
+        conditions = [each.formula for each in task.goals]
+        assert out_of_reach(domain, task.initial, task.relevant, conditions) == []
+
+
+def check_states(world: World, random: Random) -> None:
+    """What is called impossible or exclusive holds in no state."""
+    domain, initial = world.domain, world.task.initial
+    possible = Possible(domain, initial, world.task.relevant)
+    exclusion = Exclusion(ExclusionRules(domain), initial)
+    names = [*initial.scene.index]
+    literals = []
+    for name, types in {**PREDICATES, **DERIVED}.items():
+        for _ in range(4):
+            chosen = tuple([f.Constant(random.choice(names)) for _ in types])
+            literals.append((f.Atom(name, chosen), random.random() < 0.6))
+    holding = {
+        literal: [world.executor.holds(literal[0], state, {}) == literal[1] for state in world.after]
+        for literal in literals
+    }
+    for (atom, truth), states in holding.items():
+        assert possible.holds(atom, {}, truth) or not any(states), (atom, truth)
+    for _ in range(40):
+        pair = random.sample([*holding], random.choice((1, 2, 2)))
+        ground = [
+            GroundAtom(atom.predicate, tuple([initial.scene.index[t.name] for t in atom.arguments]), truth)
+            for atom, truth in pair
+        ]
+        if exclusion.excludes(ground):
+            together = [all(each) for each in zip(*[holding[literal] for literal in pair], strict=True)]
+            assert not any(together), pair
+
+
+def check_outlook(world: World, random: Random) -> None:
+    """After each step of a walk the goal is called lost just if no state after it is a goal."""
+    state, engine = world.initial, world.task.initial
+    states, moments = [state], list[Moment]([(engine, ())])
+    for _ in range(4):
+        if not world.after[state]:
+            break
+        action = random.choice([*world.after[state]])
+        state, engine = world.after[state][action], world.domain.after(engine, action)
+        states.append(state)
+        moments.append((engine, ()))
+    outlook, lost_at = loss(world.task, world.domain, moments, EVERYTHING.states)
+    lost = [state not in world.distances for state in states]
+    assert (outlook, lost_at) == (("lost", lost.index(True)) if lost[-1] else ("open", None))
+
+
+def check_repairs(world: World, random: Random) -> bool:
+    """The bounds of repairs hold, edits succeed as told, and single edits are all that there are."""
+    task = world.task
+    mender = Mender(Planner(world.domain), task.initial, planning_goal(task), task.relevant)
+    shortest = world.distances.get(world.initial)
+    assert shortest is None or mender.least(Effort(20_000)) <= shortest
+    exact = False
+    for plan in [(), *[draw_plan(world, random) for _ in range(4)]]:
+        fewest = world.edits(plan)
+        at_least, edits = mender.mend(plan, Effort(random.choice((300, 20_000))))
+        assert fewest is None or at_least <= fewest, (plan, at_least, fewest)
+        if edits is None:
+            continue
+        assert fewest is not None
+        assert fewest <= len(edits)
+        assert world.succeeds(edited(plan, edits)), (plan, edits)
+        exact = exact or at_least == len(edits) > 0
+        if at_least == len(edits) == 1:
+            check_singles(world, mender, plan)
+    return exact
+
+
+def check_singles(world: World, mender: Mender, plan: tuple[Action | None, ...]) -> None:
+    singles = {edited(plan, [each]) for each in mender.singles(plan)}
+    assert all(map(world.succeeds, singles))
+    for each in one_edit(plan, [*world.steps]):
+        if world.succeeds(each) and each not in singles:
+            shorter = {(*each[:i], *each[i + 1 :]) for i in range(len(each))}
+            assert shorter & singles, (plan, each)
+
+
+@pytest.mark.parametrize(("seed", "number"), [(1, 6), *swept((2, 300))])
+def test_planning_agrees_with_all_states_of_random_worlds(seed: int, number: int) -> None:
+    random, lengths, exact = Random(seed), set[int | None](), 0
+    for world in islice(worlds(random), number):
+        check_plans(world)
+        check_states(world, random)
+        check_outlook(world, random)
+        exact += check_repairs(world, random)
+        lengths.add(world.distances.get(world.initial))
+    assert 2 in lengths
+    assert exact
+
+
+DOCK = """(define (domain dock) (:requirements :strips :typing) (:types place) (:constants home - place)
+(:predicates (at ?p - place) (road ?a - place ?b - place) (charged))
+(:action move :parameters (?a - place ?b - place) :precondition (and (at ?a) (road ?a ?b))
+  :effect (and (at ?b) (not (at ?a))))
+(:action fly_home :parameters (?a - place) :precondition (at ?a) :effect (and (at home) (not (at ?a))))
+(:action charge :parameters () :precondition (at home) :effect (charged)))"""
+FAR = """(define (problem far) (:domain dock) (:objects a b c - place)
+(:init (at a) (road a b) (road b c) (road c home)) (:goal (charged)))"""
+
+
+@pytest.fixture
+def dock(tmp_path: Path) -> ActionSequencing:
+    """The scorer of a task in which an effect is about a constant."""
+    (tmp_path / "domain.pddl").write_text(DOCK)
+    (tmp_path / "problem.pddl").write_text(FAR)
+    suite = open_suite(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path}", Ability.ACTION_SEQUENCING)
+    scorer = suite.scorer("far")
+    assert isinstance(scorer, ActionSequencing)
+    return scorer
+
+
+@pytest.mark.parametrize("plan", ["(charge)", "(fly_home a)"])
+def test_an_effect_about_a_constant_repairs_a_plan(dock: ActionSequencing, plan: str) -> None:
+    look_back = dock.assess(plan).look_back
+    assert look_back is not None
+    verdict = look_back(EFFORT)
+    assert isinstance(verdict, PlanVerdict)
+    assert verdict.repair is not None
+    assert (verdict.repair.at_least, verdict.repair.at_most) == (1, 1)
+    assert dock.nearness(plan) == 0.5
+
+
+def test_an_effect_about_a_constant_is_planned_with(dock: ActionSequencing) -> None:
+    plan = find_plan(dock.task, Planner(dock.domain)).plan
+    assert [action.operator for action in plan] == ["fly_home", "charge"]
