@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given, settings
@@ -26,10 +26,12 @@ from eai.logic.formula import (
 from eai.logic.traversal import MAX_DEPTH
 from eai.pddl.bddl import parse_problem
 from eai.pddl.model import TypedName
-from logic.activities import as_text
 from logic.bddl_text import print_condition, print_problem, read_condition
 from logic.random_formulas import formulas
 from sweeps import examples
+
+if TYPE_CHECKING:
+    from eai.households.behavior.tasks import BehaviorTasks
 
 PROBLEM = """(define (problem Sorting_0)   ; a comment with (brackets
     (:domain igibson)
@@ -219,13 +221,10 @@ def test_what_is_printed_is_read_back(formula: Formula) -> None:
     assert read_condition(text) == formula
 
 
-def test_all_goals_of_the_data_set_survive_the_round_trip(oracle: Any) -> None:
-    goals = [
-        goal for record in oracle("behavior", "", "reconstructed").values() for goal in record["bddl_goal"]
-    ]
+def test_all_goals_of_the_data_set_survive_the_round_trip(behavior_tasks: BehaviorTasks) -> None:
+    goals = [goal.formula for task in behavior_tasks.values() for goal in task.goals]
     assert len(goals) == 366
-    for goal in goals:
-        formula = read_condition(as_text(goal))
+    for formula in goals:
         assert read_condition(print_condition(formula)) == formula
 
 
