@@ -7,7 +7,7 @@ import os
 import signal
 import tempfile
 from collections import Counter
-from collections.abc import Generator, Iterator
+from collections.abc import Generator, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -17,7 +17,7 @@ from browsing import quiet_page, started_browser
 from eai.data.dataset import fetch
 from eai.data.store import VARIABLE, Store
 from eai.errors import DataError
-from eai.households.packs import BEHAVIOR_1K, open_published, published_packs
+from eai.households.packs import BEHAVIOR_1K, all_packs, published_packs
 from eai.scoring.collector import collect_seldom
 from eai.tasks.source import Source
 from households.published import index, packs, store, wheel
@@ -55,6 +55,10 @@ def pytest_configure(config: pytest.Config) -> None:
         os.environ[VARIABLE] = empty.name
 
 
+_PAPER = "of the paper"
+"""Name of the paper's data set in the reason of a test that is skipped without it."""
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection() -> Generator[None, object, object]:
     """Modules and tests stay as long as the process does, and the collector need not look through them."""
@@ -89,26 +93,37 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
         terminalreporter.write_line(f"{times:5} {reason}")
 
 
-@pytest.fixture(scope="session")
-def data_store() -> Store:
-    """The real data set in the user's default folder, fetched once if it is not there."""
-    store = Store()
-    try:
-        fetch(store, packs=published_packs())
-    except DataError as error:
-        pytest.skip(f"the data set cannot be had: {error}")
-    return store
+@pytest.fixture(scope="session", autouse=True)
+def fetch_errors() -> Mapping[str, DataError]:
+    """Fetch all data into the user's default folder, if it is not there; return the errors by data set.
+
+    This comes before the first test, so that no test finds only the data that another one needed.
+    """
+    errors = {}
+    for name, wanted in ((_PAPER, published_packs()), (BEHAVIOR_1K, all_packs())):
+        try:
+            fetch(packs=wanted)
+        except DataError as error:
+            errors[name] = error
+    return errors
 
 
 @pytest.fixture(scope="session")
-def activity_store() -> Store:
-    """The user's default folder with BEHAVIOR-1K's activities, fetched once if they are not there."""
-    store = Store()
-    try:
-        open_published(BEHAVIOR_1K, Source(store))
-    except DataError as error:
-        pytest.skip(f"BEHAVIOR-1K cannot be had: {error}")
-    return store
+def data_store(fetch_errors: Mapping[str, DataError]) -> Store:
+    """The user's default folder with the paper's data set."""
+    return _store_with(_PAPER, fetch_errors)
+
+
+@pytest.fixture(scope="session")
+def activity_store(fetch_errors: Mapping[str, DataError]) -> Store:
+    """The user's default folder with BEHAVIOR-1K's activities."""
+    return _store_with(BEHAVIOR_1K, fetch_errors)
+
+
+def _store_with(name: str, fetch_errors: Mapping[str, DataError]) -> Store:
+    if name in fetch_errors:
+        pytest.skip(f"the data set {name} cannot be had: {fetch_errors[name]}")
+    return Store()
 
 
 @pytest.fixture(scope="session")
