@@ -56,6 +56,25 @@ def test_a_run_that_differs_by_harness_and_effort_alone_is_plain() -> None:
     assert not Experiment(harness="react", prompt_name="short").is_plain
 
 
+def test_choices_of_two_experiments_are_combined() -> None:
+    goals, scene = Experiment(goals_from="m"), Experiment(scene="image")
+    assert goals.combined(scene) == scene.combined(goals) == Experiment(goals_from="m", scene="image")
+    assert goals.combined(goals) == goals
+    with pytest.raises(InputError, match="goals_from: one study chooses m, another one other"):
+        goals.combined(Experiment(goals_from="other"))
+
+
+def test_an_experiment_without_its_only_choice_is_none() -> None:
+    both = Experiment(goals_from="m", scene="image")
+    assert both.without("scene") == Experiment(goals_from="m")
+    assert both.without("scene", "goals_from") is None
+
+
+def test_the_label_of_studies_names_neither_harness_nor_effort() -> None:
+    assert Experiment(scene="image", effort="high").study_label == "scene-image"
+    assert Experiment(harness="react", effort="high").study_label == ""
+
+
 def test_what_is_out_of_range() -> None:
     for wrong in (
         {"replans": -1},

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise, product
 from pathlib import Path
-from typing import get_args
+from typing import cast, get_args
 
 import pytest
 
+import eai.logic.formula as w
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.protocol import Ability
+from eai.abilities.task import Task, goal
 from eai.abilities.trial import Trial
 from eai.abilities.wording import Wording
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.prompts.feedback import REASONS, Asker
-from eai.prompts.prompt import Prompt
+from eai.prompts.prompt import Belief, Prompt
 from envs.switches import DOMAIN, SWITCHES
 from raising import BOOM, RAISING
 
@@ -174,6 +177,44 @@ def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
     before, after = questions(chosen, [plan("WAVE")], rendered, "greet")
     assert "WAVE or GO" in before.user
     assert "WAVE or GO" not in after.user
+
+
+@pytest.mark.parametrize("world", get_args(World))
+@pytest.mark.parametrize("form", get_args(FeedbackForm))
+def test_feedback_is_about_the_goals_that_the_question_stated(world: World, form: FeedbackForm) -> None:
+    """The task's own goals stay unsaid, and goals about unknown things are never met."""
+    scorer = SUITE.scorer("both")
+    assert isinstance(scorer, ActionSequencing)
+    lit = [w.Atom("lit", (w.Constant(name),)) for name in ("lamp", "moon")]
+    stated = replace(SUITE.tasks["both"], goals=tuple(map(goal, lit)))
+    trial = Trial(scorer, Experiment(1, world, "explained", form), stated=stated)
+    asks = Asker({"both": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    trial.take(plan(LAMP))
+    question = asks.question(trial)
+    told = question.user.removeprefix(PLAIN.user.rstrip()) + "".join(reply for _, reply in question.turns)
+    assert "lit(moon)" in told
+    assert "lit(torch)" not in told
+    assert "lit(lamp)" not in told.partition("relation: ")[2].partition("state: ")[2]
+    assert not trial.attempts[0].verdict.success
+    assert [report.satisfied for report in trial.told[0]] == [True, False]
+    assert trial.remaining.goals == stated.goals
+
+
+def test_what_is_seen_of_a_changed_world_is_told() -> None:
+    """The question tells of the scene as it is perceived then, and so does its metadata."""
+    library = Library("eai")
+
+    def look(task: Task, attempt: int) -> tuple[Belief, dict[str, str]]:
+        return Belief(task, initial=f"seen before attempt {attempt}\n$initial"), {"scene": str(attempt)}
+
+    asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS), look)
+    _, second = questions(Experiment(1, "continue", "state"), [plan(SHED)], asks)
+    assert "seen before attempt 2\n" in second.user
+    assert "at(robot, shed)" in second.user
+    trial = Trial(cast("ActionSequencing", SUITE.scorer("both")), Experiment(1, "continue", "state"))
+    assert asks.about(trial) == {}
+    trial.take(plan(SHED))
+    assert asks.about(trial) == {"scene": "2"}
 
 
 def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:

@@ -57,9 +57,9 @@ def test_tables_are_written_in_three_forms(tmp_path: Path) -> None:
 
 def test_a_line_is_a_line_of_csv() -> None:
     columns, values = lines_csv(StepLine, [STEP]).splitlines()
-    beginning = "protocol,domain,ability,model,harness,effort,task,name"
+    beginning = "protocol,domain,ability,model,harness,effort,experiment,task,name"
     assert columns == f"{beginning},step,operator,objects,outcome,reason"
-    assert values == f"strict,lamps,action_sequencing,{GPT_4O},,,1,Lamps,0,GO,lamp_1,executed,"
+    assert values == f"strict,lamps,action_sequencing,{GPT_4O},,,,1,Lamps,0,GO,lamp_1,executed,"
 
 
 def test_parquet_keeps_types(tmp_path: Path) -> None:

@@ -47,6 +47,12 @@ def test_texts_are_folded_into_what_the_last_part_leaves() -> None:
     assert " ".join(lines).count("words") == 1
 
 
+def test_a_table_without_rows_says_so() -> None:
+    file = io.StringIO()
+    print_table(Console(file=file, width=80), Table("t", "Title", "", ("arm", "attempts"), ()))
+    assert file.getvalue().splitlines()[:2] == ["Title", "no rows"]
+
+
 def test_a_wide_table_is_in_one_part() -> None:
     assert "\n".join(printed(60, wide=True)).count("#") == 1
 

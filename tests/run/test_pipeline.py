@@ -50,7 +50,6 @@ def test_a_task_states_the_goals_of_answers(goals: Path) -> None:
     assert "target environment state:\n['eaten', 'peach_0']\n" in sample.input[-1].text
     for wrong, message in (
         ({"tasks": None}, "98 of 100 tasks cannot be asked: there is no answer to goal interpretation"),
-        ({"tasks": [JARS], "replans": 1}, "attempts.replans, slip or until: not with pipeline.goals"),
     ):
         with pytest.raises(InputError, match=message):
             make(goals=str(goals), **wrong)

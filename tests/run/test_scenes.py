@@ -67,6 +67,30 @@ def test_a_question_lists_what_is_seen_be_it_there_or_not(data_store: Store) -> 
     assert {*words.describe(suite.tasks[JARS]).names} - {*seen.names}
 
 
+@pytest.mark.parametrize("domain", ["behavior", "virtualhome"])
+def test_a_broader_context_is_told_besides_the_facts(data_store: Store, domain: str) -> None:
+    """Other objects that are there, facts that hold, and states that do not; no picture is needed."""
+    make, suite = TASKS[f"{domain}_action_sequencing"], open_suite(domain, PLANS)
+    task_id = next(i for i in suite.task_ids if suite.tasks[i].left_out is None)
+    questions = {}
+    for context in ("none", "some", "many"):
+        (sample,) = make(tasks=[task_id], prompts="eai", context=context).dataset
+        assert isinstance(sample.input, list)
+        questions[context] = sample.input[-1].text.rpartition("Your task")[2]
+    task, words = suite.tasks[task_id], scene_words(suite.benchmark).wording
+    assert words.initial(task) in questions["some"]
+    assert len(questions["none"]) < len(questions["some"]) <= len(questions["many"])
+    listed = questions["some"].partition("[kind]: properties\n")[2].partition("[kind]: properties\n")[2]
+    others = [line.partition(" [")[0] for line in listed.partition("\n\n")[0].splitlines()]
+    names = [words.object_name(task, index) for index in task.relevant]
+    assert not set(others) & set(names)
+    assert (others == ["-"]) == (domain == "behavior")
+    untrue = questions["some"].partition("do not hold at the start:\n")[2].partition("\n\n")[0]
+    held = set(words.initial(task).splitlines())
+    assert untrue
+    assert not held & {line.removeprefix("not ") for line in untrue.splitlines()}
+
+
 def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
@@ -75,7 +99,10 @@ def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
         ({"scene": "image", "noise": "missing=0.1"}, "means nothing with perception.scene image"),
         ({"scene": "noisy", "prompts": "eai"}, "expected rates of errors"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
-        ({"scene": "image", "prompts": "eai", "replans": 1}, "not with perception.scene image"),
+        (
+            {"scene": "numbered", "prompts": "eai", "replans": 1, "world": "continue"},
+            "perception.scene numbered: not with attempts.replans, slip or until; the scene is seen at the",
+        ),
         ({"noise": "missing=0.1"}, "means nothing with perception.scene text"),
     ):
         with pytest.raises(InputError, match=message):

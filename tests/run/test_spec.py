@@ -13,6 +13,7 @@ from eai.data.files import read_toml
 from eai.errors import InputError
 from eai.run.spec import RunSpec, read_spec, save, study_of
 from eai.studies.perception.noise import Noise
+from eai.studies.perception.study import Perception
 from eai.studies.registry import studies_of_runs
 
 EVERYTHING: dict[str, dict[str, Any]] = {
@@ -26,11 +27,38 @@ EVERYTHING: dict[str, dict[str, Any]] = {
 }
 
 
+ONWARD = {"replans": 1, "world": "continue"}
+"""Further attempts in a world that continues."""
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        {"attempts": {"slip": 0.1, "replans": 2}, "pipeline": {"goals": "own"}},
+        {"attempts": ONWARD, "perception": {"scene": "both"}, "pipeline": {"goals": "own"}},
+        {"attempts": ONWARD, "perception": {"context": "some"}},
+        {"attempts": {**ONWARD, "feedback": "none"}, "perception": {"scene": "rendered"}},
+        {"attempts": {"replans": 1}, "perception": {"scene": "predicted", "scene_model": "eai/captioner"}},
+        {"pipeline": {"goals": "own"}, "perception": {"scene": "numbered"}, "prompts": {"name": "mine"}},
+    ],
+)
+def test_studies_that_change_different_things_are_combined(tables: dict[str, Any]) -> None:
+    """A run of all of them asks for what each can vary, under the names of all."""
+    spec = read_spec(tables)
+    choices = {each.choice for each in spec.studies.values() if each.choice}
+    assert {*spec.variation.choice.split(" and ")} == choices
+    assert set(spec.variation.abilities([])) <= {
+        ability for each in spec.studies.values() for ability in each.abilities([])
+    }
+
+
 def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
     spec = read_spec(EVERYTHING)
     assert spec.tasks.limit == 3
     assert not spec.generation.stop
-    assert spec.variation.noise == Noise(missing=0.1, seed=2)
+    perception = spec.studies["perception"]
+    assert isinstance(perception, Perception)
+    assert perception.noise == Noise(missing=0.1, seed=2)
     file = save(spec, tmp_path)
     assert file == tmp_path / "run.toml"
     assert read_spec(read_toml(file)) == spec
@@ -96,12 +124,20 @@ def test_keys_of_servers_are_in_no_file(tmp_path: Path) -> None:
         ({"generation": {"top_p": 2}}, "generation.top_p: expected less than or equal to 1, found 2"),
         ({"perception": {"scene": "noisy", "noise": {"mising": 1}}}, "noise mising=1: expected NAME=NUMBER"),
         (
-            {"attempts": {"slip": 0.1}, "pipeline": {"goals": "own"}},
-            "attempts.replans, slip or until: not with pipeline.goals; a run is of one experiment",
+            {"tasks": {"adaptive": 0.5}, "perception": {"scene": "image"}},
+            "tasks.adaptive: not with perception.scene image; it chooses tasks by how difficult ",
         ),
         (
-            {"tasks": {"adaptive": 0.5}, "perception": {"scene": "image"}},
-            "tasks.adaptive: not with perception.scene image",
+            {"attempts": ONWARD, "perception": {"scene": "rendered"}},
+            "perception.scene rendered: not with attempts.replans, slip or until; the scene is seen at the ",
+        ),
+        (
+            {"attempts": {**ONWARD, "feedback_form": "chat"}, "perception": {"scene": "image"}},
+            "perception.scene image: not with attempts.replans, slip or until; pictures of a world that has ",
+        ),
+        (
+            {"perception": {"scene": "noisy", "noise": {"missing": 0.1}, "context": "some"}},
+            "perception.context: means nothing with perception.scene noisy",
         ),
     ],
 )

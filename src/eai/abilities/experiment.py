@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal, TypeAlias
 
 from eai.abilities.responses import file_name
 from eai.errors import InputError
@@ -102,6 +102,29 @@ class Experiment:
         """Whether only its harness and effort set it apart, so that its run is ranked as others are."""
         return self == Experiment(harness=self.harness, effort=self.effort)
 
+    def combined(self, other: Experiment) -> Experiment:
+        """Return the experiment with the choices of both.
+
+        Raises:
+            InputError: both choose a value of one field, and the values differ.
+        """
+        choices = other.choices
+        for name, value in self.choices.items():
+            if choices.get(name, value) != value:
+                raise InputError(f"{name}: one study chooses {value}, another one {choices[name]}")
+        return replace(self, **choices)
+
+    @property
+    def choices(self) -> dict[str, Any]:
+        """The fields that are not at their defaults, by name."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {each.name: values[each.name] for each in fields(self) if values[each.name] != each.default}
+
+    def without(self, *names: str) -> Experiment | None:
+        """Return the experiment with these fields at their defaults, or None if no choice is left."""
+        left = {name: value for name, value in self.choices.items() if name not in names}
+        return Experiment(**left) if left else None
+
     @property
     def acts(self) -> bool:
         """Whether answers are carried out as episodes: in several attempts, or where actions slip."""
@@ -126,6 +149,12 @@ class Experiment:
         parts += [*_named("prompt", self.prompt_name), *_named("as", self.preset)]
         parts += [*_named("harness", self.harness), *_named("effort", self.effort)]
         return SEPARATOR.join(parts)
+
+    @property
+    def study_label(self) -> str:
+        """The label without harness and effort; empty for a plain run."""
+        rest = self.without("harness", "effort")
+        return "" if rest is None else rest.label
 
     def _carried_out(self) -> Iterator[str]:
         """The parts of the label that say how answers are carried out."""

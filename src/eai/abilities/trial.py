@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.goal_test import remaining_goals
+from eai.abilities.explanation import GoalReport
+from eai.abilities.goal_test import GoalTest, remaining_goals
 from eai.abilities.notation.plans import Course
 from eai.abilities.record import Attempt
+from eai.abilities.reports import goal_reports
 from eai.abilities.scorer import PlanScorer, assess_or_fail
-from eai.abilities.task import Task
+from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import PlanVerdict
+from eai.errors import DomainError
+from eai.logic.traversal import objects
 from eai.world.episode import Episode, Luck, Slip
 from eai.world.execution import Action
 
@@ -26,17 +30,23 @@ class Trial:
         scorer: the scorer of the task.
         experiment: how many attempts there are, and in what world.
         epoch: which of several repetitions of the trial this is.
+        stated: the task with the goals that questions state instead of its own; None for its own.
 
     Attributes:
         attempts: those made so far.
+        told: of each attempt, the reports on the goals that questions state.
         scorer: the scorer of the task.
         luck: which actions slip; None if none does.
         episode: the world of the present attempt.
     """
 
-    def __init__(self, scorer: PlanScorer, experiment: Experiment, epoch: int = 1) -> None:
+    def __init__(
+        self, scorer: PlanScorer, experiment: Experiment, epoch: int = 1, stated: Task | None = None
+    ) -> None:
         self.experiment = experiment
         self.attempts: list[Attempt] = []
+        self.told: list[Sequence[GoalReport]] = []
+        self._stated = None if stated is None else _StatedGoals.of(scorer.task, stated)
         self.scorer = scorer
         self.luck = None
         if experiment.slip:
@@ -68,12 +78,14 @@ class Trial:
 
     @property
     def remaining(self) -> Task:
-        """The task as the next attempt finds it: from the present state, what is still to be done."""
+        """The task as the next attempt finds it: from the present state, what is still to be done.
+
+        Its goals are those that questions state.
+        """
+        task = self.task if self._stated is None else replace(self.task, goals=self._stated.goals, hazards=())
         if self.experiment.world == "restart":
-            return self.task
-        return replace(
-            self.task, initial=self.episode.state, goals=remaining_goals(self.task, _names(self.done))
-        )
+            return task
+        return replace(task, initial=self.episode.state, goals=remaining_goals(task, _names(self.done)))
 
     def take(self, text: str) -> Attempt:
         """Try an answer.
@@ -100,6 +112,7 @@ class Trial:
             explanation=explanation,
         )
         self.attempts.append(attempt)
+        self.told.append(explanation.goals if self._stated is None else self._stated.reports(self.episode))
         return attempt
 
     def begin(self) -> Episode:
@@ -135,3 +148,42 @@ class Trial:
 
 def _names(actions: Sequence[Action]) -> tuple[str, ...]:
     return tuple([action.operator for action in actions])
+
+
+@dataclass(frozen=True, slots=True)
+class _StatedGoals:
+    """Goals that questions state instead of the task's own, tested in the world as it is.
+
+    Attributes:
+        goals: the goals, in order.
+        known: the task with those of them that name nothing unknown.
+        test: tests these.
+    """
+
+    goals: tuple[Goal, ...]
+    known: Task
+    test: GoalTest
+
+    @classmethod
+    def of(cls, task: Task, stated: Task) -> _StatedGoals:
+        known = [goal for goal in stated.goals if _can_be_tested(goal, task)]
+        true_world = replace(task, goals=tuple(known), hazards=(), untold=False)
+        return cls(stated.goals, true_world, GoalTest(true_world))
+
+    def reports(self, episode: Episode) -> list[GoalReport]:
+        """Return a report on each goal; a goal that names something unknown is never met."""
+        course = episode.trajectory
+        reached = self.test.reached(episode.state, _names(course.executed), course)
+        met = dict(zip(self.known.goals, reached, strict=True))
+        stated = replace(self.known, goals=self.goals)
+        return [*goal_reports(stated, [met.get(goal, False) for goal in self.goals], course)]
+
+
+def _can_be_tested(goal: Goal, task: Task) -> bool:
+    if not set(objects(goal.formula)) <= task.scene.index.keys():
+        return False
+    try:
+        GoalTest(replace(task, goals=(goal,), hazards=()))
+    except DomainError:
+        return False
+    return True

@@ -20,6 +20,7 @@ from eai.abilities.planning import FindPlan, find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.errata import NO_ERRATA
 from eai.errors import InputError
 from eai.planning.planner import Planner
 from eai.planning.search import Limits
@@ -209,34 +210,48 @@ def no_answer(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
     return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
-def planned_answer(
-    benchmark: Benchmark, task_id: str, done: Sequence[Action], limits: Limits, source: Source
-) -> WrittenAnswer:
-    """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
-    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)[task_id]
-    now = execute(benchmark.domain, task.initial, done)
-    goals = remaining_goals(task, [action.operator for action in now.executed])
-    left = replace(task, initial=now.final, goals=goals)
-    plan = find_plan(left, Planner(benchmark.domain), limits).plan
-    return WrittenAnswer(benchmark.plans.write(plan, task.scene), benchmark.plans.join)
-
-
 def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     """The benchmark whose tasks have the goals that answers state, by id, as far as they mean something."""
 
+    def believed(task: Task) -> Task:
+        answer = stated.get(task.id)
+        if answer is None:
+            return task
+        goals = read_stated(answer, task, benchmark.domain, benchmark.goals)
+        return replace(task, goals=goals.meaningful)
+
+    return _changed(benchmark, believed)
+
+
+def continuing(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+    """Return the benchmark in which some actions have been executed in the world of a task."""
+
+    def now(task: Task) -> Task:
+        if task.id != task_id:
+            return task
+        return replace(task, initial=execute(benchmark.domain, task.initial, done).final)
+
+    return _changed(benchmark, now)
+
+
+def lacking(benchmark: Benchmark, task_id: str, done: Sequence[Action]) -> Benchmark:
+    """Return the benchmark in which a task has no more action goals that some actions have met."""
+    names = [action.operator for action in done]
+
+    def left(task: Task) -> Task:
+        return task if task.id != task_id else replace(task, goals=remaining_goals(task, names))
+
+    return _changed(benchmark, left)
+
+
+def _changed(benchmark: Benchmark, change: Callable[[Task], Task]) -> Benchmark:
+    """The benchmark with changed tasks, which errata have corrected before."""
+
     def open_tasks(source: Source) -> TaskSet[Task]:
-        tasks = benchmark.open_tasks(source)
+        tasks = benchmark.tasks(source)
+        return TaskSet(tasks, lambda task_id: change(tasks[task_id]), tasks.sha256)
 
-        def believed(task_id: str) -> Task:
-            task, answer = tasks[task_id], stated.get(task_id)
-            if answer is None:
-                return task
-            goals = read_stated(answer, task, benchmark.domain, benchmark.goals)
-            return replace(task, goals=goals.meaningful)
-
-        return TaskSet(tasks, believed, tasks.sha256)
-
-    return replace(benchmark, open_tasks=open_tasks)
+    return replace(benchmark, open_tasks=open_tasks, errata=NO_ERRATA)
 
 
 def _of_plans(

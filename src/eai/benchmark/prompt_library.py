@@ -21,7 +21,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.data.files import files_below
 from eai.errors import InputError
-from eai.prompts.feedback import Asker
+from eai.prompts.feedback import Asker, Look
 from eai.prompts.own import Questions, operator_prompts, render, render_task, samples
 from eai.prompts.prompt import Belief, Image, Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
@@ -107,8 +107,14 @@ class Library:
             return 0
         return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
 
-    def asker(self, benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt]) -> Asker:
-        """The asker in several attempts, beginning with these prompts.
+    def asker(
+        self,
+        benchmark: Benchmark,
+        ability: Ability,
+        prompts: Mapping[str, Prompt],
+        look: Look | None = None,
+    ) -> Asker:
+        """The asker in several attempts, beginning with these prompts; ``look`` perceives changed scenes.
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
         """
@@ -116,7 +122,7 @@ class Library:
         templates, restate = Templates(self.folder), None
         if rendered and not self._has_own_file(benchmark, ability):
             restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
-        return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates)
+        return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
 
     def _rendered(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]

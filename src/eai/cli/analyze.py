@@ -201,7 +201,8 @@ def _for_the_screen(table: Table) -> Table:
 
 def _write_lines(records: Records, chosen: _Formats, *, as_json: bool) -> None:
     """Write the tidy tables."""
-    out, tables = records.folder, {name: getattr(records.tables(), name) for name in TABLES}
+    made = records.all_tables()
+    out, tables = records.folder, {name: getattr(made, name) for name in TABLES}
     for written in dict.fromkeys(chosen.formats):
         for name, lines in tables.items():
             if written == "parquet":

@@ -347,6 +347,8 @@ def _print_list(console: Console, records: Sequence[Record], limit: int) -> None
     for record in records[:limit]:
         came_to = outcome(record)
         where = [record.model, f"{record.domain} {record.ability.value}"] if len(runs) > 1 else []
+        if where and record.experiment is not None:
+            where.append(record.experiment.label)
         title = [] if record.task is None else [record.task.name]
         style = "green" if came_to is AnswerOutcome.SUCCESS else "red"
         table.add_row(

@@ -43,7 +43,6 @@ from eai.run.journal import JOURNAL
 from eai.run.spec import RunSpec, save
 from eai.scoring.epochs import SuiteResult, settle
 from eai.scoring.runs import read_runs, write_log_place
-from eai.scoring.trials import Trials, open_trials
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.adaptive import ability_of, item_difficulties, next_tasks, variance_between_names
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
@@ -59,9 +58,17 @@ ADAPTIVE_FILE = "adaptive.json"
 
 @dataclass(frozen=True, slots=True)
 class _Order:
-    """A run of all suites: its specification, the folder of its results, and whether it prints none."""
+    """A run of all suites.
+
+    Attributes:
+        spec: the specification of the run.
+        library: the source of prompts.
+        out: the folder of the results.
+        quiet: whether results are not printed.
+    """
 
     spec: RunSpec
+    library: Library
     out: Path
     quiet: bool
 
@@ -136,7 +143,6 @@ def run(
     target, scoring = spec.tasks.adaptive, spec.scoring
     wanted = spec.variation.abilities(spec.tasks.ability)
     flags.check_models(spec.model.name, wanted)
-    order = _Order(spec, out, quiet or as_json)
     terms = options.planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
     with options.opened_source(data, scoring.planner, scoring.errata, terms) as source:
         suites = [
@@ -149,6 +155,7 @@ def run(
         if target is not None:
             suites = _adaptive_suites(suites, spec.tasks.ability, spec.tasks.calibration)
         library = Library(spec.prompts.set, spec.prompts.folder, source)
+        order = _Order(spec, library, out, quiet or as_json)
         chosen = []
         for suite, ids in zip(suites, tasks_of(spec.tasks.ids, suites, spec.tasks.limit), strict=True):
             if ids:
@@ -158,16 +165,12 @@ def run(
     remarks = flags.skipped(spec.model.name, [suite.ability for suite, _ in chosen])
     flags.check_replay(endpoints, [suite for suite, _ in chosen])
     console.note_planner([suite for suite, _ in chosen])
-    first = _first_stage(library, order, chosen)
+    first = _first_stage(order, chosen)
     save(spec, out)
     outcomes, experiment = [], spec.variation.experiment
     for suite, asked in chosen:
-        trials = None
-        if experiment is not None:
-            asker = library.asker(suite.benchmark, suite.ability, asked)
-            trials = open_trials(suite, experiment, asker, asked)
         of_suite = [
-            _obtain_and_score(order, endpoint, asked, suite, trials, first)
+            _obtain_and_score(order, endpoint, asked, suite, experiment, first)
             if target is None
             else _obtain_adaptively(order, endpoint, asked, suite, target)
             for endpoint in endpoints
@@ -177,7 +180,7 @@ def run(
             _print(spec, of_suite, wide=wide)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
-    before = () if first is None else first.outcomes
+    before = () if first is None else first.all_outcomes
     if spec.variation.captioner is not None and not order.quiet:
         for outcome in before:
             _print(spec, [outcome], wide=wide)
@@ -194,9 +197,7 @@ def _print(spec: RunSpec, outcomes: Sequence[SuiteResult], *, wide: bool) -> Non
         print_table(console.output(), passes_table(repeated), wide=wide)
 
 
-def _first_stage(
-    library: Library, order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]
-) -> Stage | None:
+def _first_stage(order: _Order, chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> Stage | None:
     """The stage before the questions, if there is one: goals are interpreted, or scenes are seen."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
@@ -204,7 +205,7 @@ def _first_stage(
     ask, variation = partial(_obtain_and_score, order), order.spec.variation
     if variation.captioner is not None:
         flags.check_captioner(variation.captioner)
-    return variation.stage(library, wanted, ask)
+    return variation.stage(order.library, wanted, ask)
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
@@ -220,7 +221,7 @@ def _obtain_and_score(
     endpoint: Endpoint,
     prompts: Mapping[str, Prompt],
     suite: Suite,
-    trials: Trials | None = None,
+    experiment: Experiment | None = None,
     first: Stage | None = None,
     epochs: int | None = None,
 ) -> SuiteResult:
@@ -230,7 +231,7 @@ def _obtain_and_score(
     task without a first stage has no second one. There are as many answers to each task as the order asks
     for, or ``epochs``.
     """
-    from eai.run.tasks import obtain_answers, write_scores
+    from eai.run.tasks import experiment_of, obtain_answers, trials_of, write_scores
 
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
@@ -242,11 +243,15 @@ def _obtain_and_score(
         asked, about = in_setting(spec.agent, asked, suite)
         prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
-    job = Job(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about)
-    experiments = [each.experiment for each in (trials, believed) if each is not None]
-    experiments += [Experiment(prompt_name=prompt_name), Experiment(harness=harness, effort=effort)]
+    trials = trials_of(experiment, order.library, suite, asked, believed)
+    parts = [experiment, None if believed is None else believed.experiment]
+    parts += [Experiment(prompt_name=prompt_name), Experiment(harness=harness, effort=effort)]
+    job = Job(
+        *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
+        experiment=experiment_of([*parts[:-1], Experiment(effort=effort)]),
+    )
     place = suite.domain, suite.ability.value, file_name(endpoint.model)
-    folder = order.out.joinpath(*place, *(each.label for each in experiments))
+    folder = order.out.joinpath(*place, *(each.label for each in parts if each is not None))
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder):
         with run_progress(title, quiet=order.quiet) as watch:

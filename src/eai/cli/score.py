@@ -43,7 +43,7 @@ LOG_SUFFIX = ".eval"
 
 @dataclass(frozen=True, slots=True)
 class _Share:
-    """The answers of one model to one suite, and where its results go."""
+    """The answers of one model to one suite, and where its results go; ``logged`` knows their experiment."""
 
     suite: Suite
     answers: ResponseFile
@@ -51,6 +51,7 @@ class _Share:
     goals: Path | None = None
     prompt_name: str | None = None
     shard: Shard | None = None
+    logged: Callable[[Record], Record] | None = None
 
 
 def score(
@@ -230,9 +231,9 @@ def _parts_of(share: _Share, settings: ScoringOptions, workplace: Scoring, *, qu
 
 
 def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
-    """Return what marks a record with the goals that its question stated, and the name of its prompts."""
+    """Return what marks a record with its experiment, the goals of its question, and its prompts' name."""
     if share.goals is None and share.prompt_name is None:
-        return None
+        return share.logged
     from eai.scoring.epochs import finished
 
     believed, suite = None, share.suite
@@ -241,7 +242,12 @@ def _finish_of(share: _Share) -> Callable[[Record], Record] | None:
 
         goals = (suite.benchmark, suite.ability, suite.source, share.answers.model)
         believed = replace(read_believed(share.goals, *goals), beliefs={}, about={})
-    return partial(finished, believed=believed, prompt_name=share.prompt_name)
+    mark = partial(finished, believed=believed, prompt_name=share.prompt_name)
+    return mark if share.logged is None else partial(_in_turn, share.logged, mark)
+
+
+def _in_turn(first: Callable[[Record], Record], second: Callable[[Record], Record], record: Record) -> Record:
+    return second(first(record))
 
 
 def _note_authority(name: str, totals: Totals) -> None:
@@ -272,9 +278,12 @@ def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> 
     """The answers to one suite; with several files each model has a folder of its own."""
     files = [file for place in places for file in files_of_suite(place, suite.domain, suite.ability)]
     found = [_read(file, suite) for file in files]
-    _refuse_twins([answers.model for answers in found])
+    _refuse_twins([answers.model for answers, _ in found])
     several = len(files) > 1
-    return [_Share(suite, each, out / each.model if out and several else out) for each in found]
+    return [
+        _Share(suite, answers, out / answers.model if out and several else out, logged=logged)
+        for answers, logged in found
+    ]
 
 
 def _shares_by_place(
@@ -306,20 +315,21 @@ def _shares_by_place(
         suite = open_suite(own.get(name, name), each, protocol, source=source)
         for file in files:
             folder = None if out is None else out / name / each.value / file.model
-            shares.append(_Share(suite, replace(_read(file.path, suite), model=file.model), folder))
+            answers, logged = _read(file.path, suite)
+            shares.append(_Share(suite, replace(answers, model=file.model), folder, logged=logged))
     return shares
 
 
-def _read(file: Path, suite: Suite) -> ResponseFile:
-    """The answers in a response file or a log.
+def _read(file: Path, suite: Suite) -> tuple[ResponseFile, Callable[[Record], Record] | None]:
+    """The answers in a response file or a log, and what marks records with the experiment of a log.
 
     Inspect, which reads logs, is imported only for one.
     """
     if file.suffix != LOG_SUFFIX:
-        return read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True)
+        return read_responses(file, suite.task_ids, suite.benchmark.task_id_of, samples=True), None
     with inspect_needed():
-        from eai.run.tasks import read_answers
-    return read_answers(file, suite)
+        from eai.run.tasks import read_answers, read_experiment
+    return read_answers(file, suite), read_experiment(file, suite)
 
 
 def _refuse_twins(names: Sequence[str]) -> None:

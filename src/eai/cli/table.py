@@ -35,11 +35,13 @@ def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool)
 
     Args:
         results: model -> what it comes to.
-        below: a line below the name of the suite.
+        below: a line below the name of the suite; the label of the first run's studies if empty.
         wide: all columns side by side, however wide.
     """
     first = next(iter(results.values())).first
     declared = declaration_of(first.ability)
+    if not below and first.experiment is not None:
+        below = first.experiment.study_label
     title = f"{title_of(first.domain)}, {declared.title.lower()}, protocol {first.protocol.value}\n{below}"
     print_table(output(), rates_table(title.rstrip(), declared.terminal, results), wide=wide)
     for coverage, models in grouped((totals.coverage, model) for model, totals in results.items()).items():

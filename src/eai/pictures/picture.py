@@ -61,7 +61,7 @@ def picture_of(
         objects: what to show, by index; what a prompt speaks of if None.
     """
     shown = subjects(task) if objects is None else objects
-    others = _others(task, words, shown, clutter)
+    others = others_in_view(task, words, shown, clutter)
     now = task if state is None else replace(task, initial=state)
     names, agent = words.names(task), task.scene.agent
     doer = None if agent is None else names[agent]
@@ -131,8 +131,8 @@ def _owner(stem: str, task_ids: Sequence[str]) -> str | None:
     return max(begun, key=len, default=None)
 
 
-def _others(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
-    """Further objects to show, those first that are in or on what is shown."""
+def others_in_view(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
+    """Return further objects of a scene, first those that are in or on what is shown."""
     state, scene = task.initial, task.scene
     said = {index for fact in words.holding(state, range(len(scene.objects))) for index in fact.arguments}
     supports = [state.relation(words.stored[name]) for name in words.supports]

@@ -98,11 +98,13 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     return prompts
 
 
-def render_task(questions: Questions, task: Task, templates: Templates) -> Prompt:
+def render_task(questions: Questions, belief: Belief, templates: Templates) -> Prompt:
     """The prompt about a task as it is believed to be, which need not be as it stands in the questions."""
+    task = belief.task
     other = _example_for(task.title, questions)
     kept = {} if other is None else {other: questions.tasks[other]}
-    return render(replace(questions, tasks={**kept, task.id: task}), templates)[task.id]
+    asked = replace(questions, tasks={**kept, task.id: task}, beliefs={task.id: belief})
+    return render(asked, templates)[task.id]
 
 
 def _example_for(title: str, questions: Questions) -> str | None:
@@ -115,10 +117,15 @@ def _question(name: str, wording: Wording, belief: Belief, templates: Templates)
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
-        "initial": Template(belief.initial).safe_substitute(initial=wording.initial(task)),
+        "initial": initial_text(wording, belief),
         "goals": wording.goals(task),
     }
     return templates.fill(f"{name}_task.txt", values)
+
+
+def initial_text(wording: Wording, belief: Belief) -> str:
+    """Return the text that states the start of a task as it is believed to be."""
+    return Template(belief.initial).safe_substitute(initial=wording.initial(belief.task))
 
 
 def explanations(name: str, tasks: Iterable[Task], templates: Templates) -> list[str]:

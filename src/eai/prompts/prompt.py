@@ -167,6 +167,10 @@ class Belief:
     initial: str = TOLD
     images: tuple[Image, ...] = ()
 
+    def with_goals(self, other: Belief) -> Belief:
+        """Return the belief in this scene with the goals of another belief."""
+        return replace(self, task=replace(self.task, goals=other.task.goals), answer=other.answer)
+
 
 @dataclass(frozen=True, slots=True)
 class GoalSection:

@@ -29,6 +29,7 @@ class Line:
         model: who answered.
         harness: in what it acted, where that is known.
         effort: how much it was to reason; None for the provider's default.
+        experiment: the label of the studies that its run combines; None for a plain run.
         task: the data set's id of the task.
         name: what near copies of the task share.
     """
@@ -39,6 +40,7 @@ class Line:
     model: str
     harness: str | None = None
     effort: str | None = None
+    experiment: str | None = None
     task: str
     name: str
 

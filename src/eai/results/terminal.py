@@ -32,6 +32,9 @@ def print_table(console: Console, table: Table, *, wide: bool = False) -> None:
         wide: all side by side, however wide.
     """
     console.print(Text(table.title, style="bold"), soft_wrap=True)
+    if not table.rows:
+        console.print("no rows\n", highlight=False)
+        return
     limit = None if wide else int(console.width * _NAMES)
     columns = [
         (column, [_cell(column, row[place]) for row in table.rows])

@@ -80,6 +80,7 @@ def beginning_of(record: Record) -> Beginning:
         "model": record.model,
         "harness": None if record.experiment is None else record.experiment.harness,
         "effort": None if record.experiment is None else record.experiment.effort,
+        "experiment": None if record.experiment is None else record.experiment.study_label or None,
         "task": record.task_id,
         "name": name_of(record),
     }

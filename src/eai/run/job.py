@@ -12,6 +12,7 @@ from pydantic import Field
 
 from eai.abilities.answer_schema import Schema
 from eai.abilities.codec import sha256_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, SCENE_GRAPH, Ability
 from eai.abilities.verdict import Json
@@ -128,6 +129,7 @@ class Job:
         epochs: how many answers to each.
         trials: how answers are carried out in an experiment; None where each question is asked once.
         about: what the built-in models are to know of questions besides, by task: fields of the metadata.
+        experiment: what the log says of how the run differs from asking each question once; None for nothing.
     """
 
     endpoint: Endpoint
@@ -138,6 +140,7 @@ class Job:
     pace: Pace = field(default_factory=Pace)
     trials: Trials | None = None
     about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    experiment: Experiment | None = None
 
     @property
     def sha256(self) -> str:

@@ -30,12 +30,13 @@ from eai.benchmark.gold_answers import (
     AnswerBook,
     WrittenAnswer,
     believing,
+    continuing,
     heeding_answer,
+    lacking,
     no_answer,
     noisy_answer,
     open_answer_book,
     open_planned_book,
-    planned_answer,
 )
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
@@ -226,13 +227,11 @@ class _BuiltInModel(ModelAPI):
             if asked.task_id not in recorded:
                 raise InputError(NO_ROW)
             return recorded[asked.task_id]
-        if self.model_name == "planner" and asked.done:
-            return planned_answer(asked.benchmark, asked.task_id, asked.done, LIMITS, asked.source).text
+        if self.model_name == "planner" and (asked.done or asked.scene is not None):
+            book = open_planned_book(_as_told(asked), asked.ability, asked.source, LIMITS)
+            return book[asked.task_id].text
         if self.model_name in ("planner", "copy") and asked.stated is not None:
-            believed = believing(asked.benchmark, {asked.task_id: asked.stated})
-            return _BOOKS[self.model_name](believed, asked.ability, asked.source)[asked.task_id].text
-        if self.model_name == "planner" and asked.scene is not None:
-            return self._believing(asked, asked.scene)
+            return _BOOKS[self.model_name](_as_told(asked), asked.ability, asked.source)[asked.task_id].text
         if self.model_name == "random":
             seed = f"{self._given.seed} {asked.epoch} {asked.attempt}"
             draw = self._random(asked.benchmark, asked.ability, asked.source)
@@ -252,15 +251,6 @@ class _BuiltInModel(ModelAPI):
         task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]
         return perceive(task, scene_words(asked.benchmark), noise, stream).text
 
-    def _believing(self, asked: _Question, scene: str) -> str:
-        """A plan in the perceived scene; little is spent on it, as many have none."""
-        from eai.studies.perception.belief import perceiving, scene_words
-
-        graph = read_scene_graph(scene, scene_words(asked.benchmark).arities)
-        seen = perceiving(asked.benchmark, {asked.task_id: graph})
-        book = open_planned_book(seen, asked.ability, asked.source, limits=LIMITS)
-        return book[asked.task_id].text
-
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
         """A corrupted answer: a new one in each attempt, or the same, mended where feedback is heeded."""
         seed = f"{self._given.seed} {asked.epoch}"
@@ -279,6 +269,21 @@ class _BuiltInModel(ModelAPI):
         file = recorded_file(Path(str(self._given.path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, book, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
+
+
+def _as_told(asked: _Question) -> Benchmark:
+    """The benchmark whose task is as a question tells it: its state, its scene and its goals."""
+    benchmark, task_id = asked.benchmark, asked.task_id
+    if asked.done:
+        benchmark = continuing(benchmark, task_id, asked.done)
+    if asked.scene is not None:
+        from eai.studies.perception.belief import perceiving, scene_words
+
+        graph = read_scene_graph(asked.scene, scene_words(benchmark).arities)
+        benchmark = perceiving(benchmark, {task_id: graph})
+    if asked.stated is not None:
+        benchmark = believing(benchmark, {task_id: asked.stated})
+    return lacking(benchmark, task_id, asked.done) if asked.done else benchmark
 
 
 async def _off_the_loop(work: Callable[[], T]) -> T:

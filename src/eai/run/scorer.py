@@ -7,11 +7,11 @@ Its explanation is the record's in Markdown, which Inspect's viewer shows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from math import nan
-from typing import Any
+from typing import Any, TypeAlias
 
 from inspect_ai.scorer import (
     CORRECT,
@@ -157,30 +157,67 @@ SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 
 def _record_of(state: TaskState, suite: Suite) -> Record:
     model, task_id = file_name(str(state.model)), str(state.sample_id)
-    if not state.output.choices:  # the request failed, and Inspect scores all the same
-        lacking = Response(task_id, "", unanswered="the request failed")
-        return next(Scoring().records(suite, model, [lacking]))
-    stated = state.metadata.get(EXPERIMENT)
-    experiment = None if stated is None else experiment_from_json(stated)
-    if experiment is not None and experiment.acts:
-        as_in_question = suite.over([state.input_text])
-        attempts = replay(as_in_question, experiment, task_id, state.metadata[ANSWERS], state.epoch)
-        return record_of_trial(suite, experiment, model, task_id, attempts)
-    text = episode_text(state) if suite.ability is ACTING else state.output.completion
-    record = next(Scoring().records(suite, model, [Response(task_id, text)], explanations=True))
-    if experiment is not None and experiment.scene is not None:
-        if SCENE not in state.metadata:
-            return replace(record, experiment=experiment)
+    if state.output.choices:
+        text = episode_text(state) if suite.ability is ACTING else state.output.completion
+        answer = Response(task_id, text)
+    else:  # the request failed, and Inspect scores all the same
+        answer = Response(task_id, "", unanswered="the request failed")
+    record = next(Scoring().records(suite, model, [answer], explanations=answer.unanswered is None))
+    return with_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
+
+
+def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoch: int) -> Record:
+    """Return the record of an answer in a log as its experiment makes it.
+
+    Attempts are carried out again, and what the question stated is judged again.
+
+    Args:
+        record: the record of the last answer, as if it were the answer to a plain question.
+        suite: the suite, as it reads the answers.
+        about: the metadata of the sample.
+        epoch: the epoch of the sample.
+    """
+    written = about.get(EXPERIMENT)
+    if written is None:
+        return record
+    experiment, task_id = experiment_from_json(written), record.task_id
+    if record.unanswered is not None:
+        return replace(record, experiment=experiment)
+    if experiment.acts:
+        attempts = replay(suite, experiment, task_id, about[ANSWERS], epoch)
+        record = record_of_trial(suite, experiment, record.model, task_id, attempts)
+    marked = replace(record, experiment=experiment)
+    scenes = None
+    if experiment.scene is not None and SCENE in about:
         from eai.studies.perception.scenes import listed_scenes
 
-        listed = {task_id: state.metadata[SCENE]}
-        return listed_scenes(experiment.scene, suite, listed).marked(record)
-    if experiment is None or experiment.goals_from is None:
-        return record
+        scenes = listed_scenes(experiment.scene, suite, {task_id: about[SCENE]})
+        marked = scenes.marked(marked)
+    if experiment.goals_from is None:
+        return marked
     from eai.studies.pipeline.stage_one import believe
 
-    stated = experiment.goals_from, {task_id: state.metadata[STATED]}
-    return believe(stated, suite.benchmark, suite.source).marked(record)
+    stated = experiment.goals_from, {task_id: about[STATED]}
+    goals = believe(stated, suite.benchmark, suite.source)
+    return (goals if scenes is None else scenes.combined(goals)).marked(marked)
+
+
+Logged: TypeAlias = Mapping[str, tuple[Mapping[str, Any], int, str]]
+"""By task, the metadata, the epoch and the question of the sample in a log whose answer counts."""
+
+
+def record_in_log(suite: Suite, experiment: Mapping[str, Any], samples: Logged, record: Record) -> Record:
+    """Return the record of an answer in the log of an experiment.
+
+    Args:
+        suite: the suite.
+        experiment: the experiment, as samples have it.
+        samples: the samples.
+        record: the record as if the answer were to a plain question.
+    """
+    about, epoch, question = samples.get(record.task_id, ({EXPERIMENT: experiment}, 1, ""))
+    found = with_experiment(record, suite.over([question]), about, epoch)
+    return found.without_explanations() if record.explanation is None else found
 
 
 def score_of(record: Record, epoch: int, *, answered: bool) -> Score:

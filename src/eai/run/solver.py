@@ -250,7 +250,8 @@ class _Transcript:
         """
         self.attempt += 1
         done = [[action.operator, *action.arguments] for action in inquiry.done]
-        messages = messages_of(question, {**self._about, "attempt": self.attempt, "done": done})
+        now = {"attempt": self.attempt, "done": done}
+        messages = messages_of(question, {**self._about, **inquiry.about, **now})
         if self.attempt == 1:
             self._state.messages = list(messages)
         else:

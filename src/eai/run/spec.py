@@ -27,7 +27,7 @@ from eai.prompts.prompt import PromptSet
 from eai.run.job import Decoding, Pace
 from eai.scoring.options import ScoringOptions
 from eai.studies.registry import studies_of_runs
-from eai.studies.variation import Endpoint, Variation
+from eai.studies.variation import Endpoint, Variation, combine
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 """Keys that need no quotes."""
@@ -163,20 +163,21 @@ class RunSpec(Options):
     studies: Mapping[str, Variation] = {}
 
     @model_validator(mode="after")
-    def _of_one_experiment(self) -> Self:
-        """Feedback would tell the goals of the task, and all of these make tasks harder or easier."""
-        chosen = [self.studies[each.key] for each in reversed(studies_of_runs()) if each.key in self.studies]
-        names = [each.choice for each in chosen if each.choice]
-        if self.tasks.adaptive:
-            names.append("tasks.adaptive")
-        if len(names) > 1:
-            raise InputError(f"{names[1]}: not with {names[0]}; a run is of one experiment")
+    def _without_contradictions(self) -> Self:
+        choice = self.variation.choice
+        if self.tasks.adaptive and choice:
+            reason = "it chooses tasks by how difficult their plain questions are"
+            raise InputError(f"tasks.adaptive: not with {choice}; {reason}")
         return self
 
     @property
     def variation(self) -> Variation:
-        """The study that the run is one of, by its options; without a choice if it is plain."""
-        return next((each for each in self.studies.values() if each.choice), Variation())
+        """The options of the studies that the run combines.
+
+        Raises:
+            InputError: two of them contradict each other.
+        """
+        return combine([self.studies[each.key] for each in studies_of_runs() if each.key in self.studies])
 
     @property
     def tables(self) -> dict[str, dict[str, JsonValue]]:

@@ -6,16 +6,24 @@ the one that holds all answers to a job, with the scores in it; answers are read
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
-from inspect_ai.log import EvalLog, HeadlineMetric, read_eval_log, recompute_metrics, write_eval_log
+from inspect_ai.log import (
+    EvalLog,
+    EvalSample,
+    HeadlineMetric,
+    read_eval_log,
+    recompute_metrics,
+    write_eval_log,
+)
 from inspect_ai.model import GenerateConfig, Model, get_model
 from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
@@ -42,11 +50,11 @@ from eai.prompts.prompt import Prompt
 from eai.run.acting import act, enter, episode_text, player
 from eai.run.job import ERRATA, PROVIDER, Job
 from eai.run.journal import Desk, Journal, Watch
-from eai.run.scorer import EXPERIMENT, SCORERS, score_of
+from eai.run.scorer import EXPERIMENT, SCORERS, Logged, record_in_log, score_of
 from eai.run.solver import ask, ask_as_published, messages_of, without_odd_usage
 from eai.run.spec import read_spec, study_of
 from eai.scoring.epochs import Believed, Obtained, SuiteResult, majority
-from eai.scoring.trials import Place, open_trials
+from eai.scoring.trials import Place, Trials, open_trials
 from eai.studies.variation import Endpoint, Stage
 from eai.tasks.source import ErrataChoice, Source, suite_name
 
@@ -142,13 +150,15 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             if ability is ACTING:
                 asked, about = in_setting(spec.agent, asked, suite)
                 experiment, solver = None, player()
-            elif stage is not None:
+            elif spec.variation.choice:
                 spec.variation.abilities([ability])
-                asked, believed = _staged(stage, asked, suite)
-                experiment, about = believed.experiment, believed.about
-            elif experiment is not None:
-                asker = library.asker(suite.benchmark, ability, asked)
-                solver = ask_as_published(open_trials(suite, experiment, asker, asked))
+                believed = None
+                if stage is not None:
+                    asked, believed = _staged(stage, asked, suite)
+                    about = believed.about
+                trials = trials_of(experiment, library, suite, asked, believed)
+                solver = ask_as_published(trials)
+                experiment = experiment_of([experiment, None if believed is None else believed.experiment])
         task = build_task(suite, asked, solver, experiment=experiment, about=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -160,6 +170,37 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)
     return registered
+
+
+def trials_of(
+    experiment: Experiment | None,
+    library: Library,
+    suite: Suite,
+    asked: Mapping[str, Prompt],
+    believed: Believed | None,
+) -> Trials | None:
+    """Return how answers to questions are carried out; None if each is asked once.
+
+    Raises:
+        InputError: answers are no plans.
+    """
+    if experiment is None:
+        return None
+    look, goals = (None, {}) if believed is None else (believed.look, believed.goals)
+    asker = library.asker(suite.benchmark, suite.ability, asked, look)
+    return open_trials(suite, experiment, asker, asked, goals)
+
+
+def experiment_of(parts: Iterable[Experiment | None]) -> Experiment | None:
+    """Return the experiment that makes all choices of several; None if there is no choice.
+
+    Raises:
+        InputError: two of them choose different values of the same field.
+    """
+    combined = Experiment()
+    for part in parts:
+        combined = combined.combined(part or Experiment())
+    return combined if combined.choices else None
 
 
 def _of_sections(ability: Ability, arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
@@ -290,9 +331,34 @@ def read_answers(path: Path, suite: Suite) -> ResponseFile:
         epochs = grouped(zip([sample.epoch for sample in answered], responses, strict=True))
         first, *further = [ResponseFile(model, tuple(each)) for each in epochs.values()]
         return replace(first, further=tuple(further))
-    answers = grouped((response.task_id, response.text) for response in responses)
-    chosen = [Response(i, texts[majority(texts, suite.ability)]) for i, texts in answers.items()]
-    return ResponseFile(model, tuple(chosen))
+    by_task = grouped((str(sample.id), sample) for sample in answered)
+    chosen = [_counted(samples, suite.ability) for samples in by_task.values()]
+    return ResponseFile(model, tuple([Response(str(each.id), episode_text(each)) for each in chosen]))
+
+
+def read_experiment(path: Path, suite: Suite) -> Callable[[Record], Record] | None:
+    """Return what makes records of the answers in a log, if it is of an experiment; else None.
+
+    Raises:
+        InputError: the log cannot be read.
+    """
+    samples = _read(path).samples or ()
+    written = next((each.metadata[EXPERIMENT] for each in samples if EXPERIMENT in each.metadata), None)
+    if written is None or declaration_of(suite.ability).of_epochs is not None:
+        return None
+    by_task = grouped((str(sample.id), sample) for sample in samples if sample.output.choices)
+    chosen = [_counted(sorted(each, key=lambda s: s.epoch), suite.ability) for each in by_task.values()]
+    known: Logged = {str(each.id): (each.metadata, each.epoch, _question_of(each)) for each in chosen}
+    return partial(record_in_log, suite, written, known)
+
+
+def _question_of(sample: EvalSample) -> str:
+    return sample.input if isinstance(sample.input, str) else sample.input[-1].text
+
+
+def _counted(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
+    """Of the samples of one task the one whose answer says what most of them say."""
+    return samples[majority([episode_text(sample) for sample in samples], ability)]
 
 
 def _read(path: Path, *, header_only: bool = False) -> EvalLog:
@@ -348,7 +414,7 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         job.prompts,
         act(desk) if job.suite.ability is ACTING else ask(desk),
         metadata={JOB: job.sha256},
-        experiment=None if job.trials is None else job.trials.experiment,
+        experiment=job.experiment,
         about=job.about,
     )
 

@@ -21,10 +21,12 @@ from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
+from eai.abilities.task import Task
 from eai.abilities.verdict import Json, Verdict
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.data.grouping import grouped
+from eai.prompts.feedback import Look
 from eai.prompts.prompt import Belief, Prompt
 from eai.results.certainty import Cases
 from eai.results.cost import per_success, per_success_to_json
@@ -92,6 +94,7 @@ class Believed:
         about: the metadata of questions for built-in models, by task.
         stated: the stated goals as records have them, by task.
         perceived: how wrong the perceived scenes are, by task.
+        look: how a scene that has changed is perceived; None if it is told as it is.
     """
 
     beliefs: Mapping[str, Belief]
@@ -100,6 +103,29 @@ class Believed:
     about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     stated: Mapping[str, Stated] = field(default_factory=dict)
     perceived: Mapping[str, Perceived] = field(default_factory=dict)
+    look: Look | None = None
+
+    def combined(self, goals: Believed) -> Believed:
+        """Return these scenes with other goals in them; a task needs both.
+
+        Raises:
+            InputError: both change the same thing.
+        """
+        shared = [task_id for task_id in goals.beliefs if task_id in self.beliefs]
+        return Believed(
+            {i: self.beliefs[i].with_goals(goals.beliefs[i]) for i in shared},
+            self.experiment.combined(goals.experiment),
+            f"{self.lacking}, or {goals.lacking}",
+            {i: {**self.about.get(i, {}), **goals.about.get(i, {})} for i in shared},
+            {**self.stated, **goals.stated},
+            {**self.perceived, **goals.perceived},
+            goals.look or self.look,
+        )
+
+    @property
+    def goals(self) -> dict[str, Task]:
+        """The tasks with the goals that questions state instead of their own, by id."""
+        return {i: self.beliefs[i].task for i in self.stated if i in self.beliefs}
 
     def prompts(self, library: Library, suite: Suite, task_ids: Iterable[str]) -> dict[str, Prompt]:
         """The questions of those of the tasks that have a belief.
@@ -114,7 +140,8 @@ class Believed:
     def marked(self, record: Record) -> Record:
         """The record of an answer to such a question."""
         stated, perceived = self.stated.get(record.task_id), self.perceived.get(record.task_id)
-        return replace(record, experiment=self.experiment, stated=stated, perceived=perceived)
+        varied = (record.experiment or Experiment()).combined(self.experiment)
+        return replace(record, experiment=varied, stated=stated, perceived=perceived)
 
 
 def finished(record: Record, believed: Believed | None, prompt_name: str | None) -> Record:

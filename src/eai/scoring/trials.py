@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -11,6 +11,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
 from eai.abilities.scorer import PlanScorer
+from eai.abilities.task import Task
 from eai.abilities.trial import Trial
 from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
@@ -67,14 +68,21 @@ class Inquiry:
     Args:
         ask: makes the next question.
         trial: what carries the answers out.
+        about: makes the metadata of the next question on the scene that it tells of, if that has changed.
 
     Attributes:
         asked: the questions that are answered, in order.
     """
 
-    def __init__(self, ask: Callable[[], Prompt], trial: Trial | None = None) -> None:
+    def __init__(
+        self,
+        ask: Callable[[], Prompt],
+        trial: Trial | None = None,
+        about: Callable[[], Mapping[str, str]] = dict,
+    ) -> None:
         self._ask = ask
         self._trial = trial
+        self._about = about
         self.asked: list[Prompt] = []
 
     @property
@@ -86,6 +94,11 @@ class Inquiry:
     def question(self) -> Prompt:
         """The next question."""
         return self._ask()
+
+    @property
+    def about(self) -> Mapping[str, str]:
+        """The metadata of the next question on the scene that it tells of, if that has changed."""
+        return self._about()
 
     @property
     def done(self) -> tuple[Action, ...]:
@@ -122,16 +135,18 @@ class Trials:
         suite: the suite, as it reads answers.
         experiment: the experiment, as records have it.
         asker: what asks.
+        stated: by id, tasks with the goals that questions state instead of the tasks' own.
     """
 
     suite: Suite
     experiment: Experiment
     asker: Asker
+    stated: Mapping[str, Task] = field(default_factory=dict)
 
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
-        trial = begin_trial(self.suite, self.experiment, task_id, epoch)
-        return Inquiry(partial(self.asker.question, trial), trial)
+        trial = begin_trial(self.suite, self.experiment, task_id, epoch, self.stated.get(task_id))
+        return Inquiry(partial(self.asker.question, trial), trial, partial(self.asker.about, trial))
 
 
 def replay(
@@ -152,8 +167,12 @@ def replay(
     return tuple(trial.attempts)
 
 
-def begin_trial(suite: Suite, experiment: Experiment, task_id: str, epoch: int = 1) -> Trial:
+def begin_trial(
+    suite: Suite, experiment: Experiment, task_id: str, epoch: int = 1, stated: Task | None = None
+) -> Trial:
     """A new trial of a task, in the way of the experiment's preset or in ours.
+
+    ``stated`` has the goals that questions state instead of the task's own.
 
     Raises:
         InputError: answers to the task are no plans.
@@ -162,7 +181,7 @@ def begin_trial(suite: Suite, experiment: Experiment, task_id: str, epoch: int =
     if not isinstance(scorer, PlanScorer):
         raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
     kind = Trial if experiment.preset is None else preset(experiment.preset).trial
-    return kind(scorer, experiment, epoch)
+    return kind(scorer, experiment, epoch, stated)
 
 
 def record_of_trial(
@@ -183,8 +202,14 @@ def record_of_trial(
     )
 
 
-def open_trials(suite: Suite, experiment: Experiment, asker: Asker, task_ids: Iterable[str]) -> Trials:
-    """The trials of some tasks of a suite.
+def open_trials(
+    suite: Suite,
+    experiment: Experiment,
+    asker: Asker,
+    task_ids: Iterable[str],
+    stated: Mapping[str, Task] | None = None,
+) -> Trials:
+    """The trials of some tasks of a suite, whose questions may state other goals (`Trials.stated`).
 
     Where a protocol reads each answer as all are written, that cannot be waited for: answers are read as the
     examples in the questions are written.
@@ -196,4 +221,5 @@ def open_trials(suite: Suite, experiment: Experiment, asker: Asker, task_ids: It
         raise InputError(
             f"{suite.domain} {suite.ability.value}: only plans are carried out, attempt by attempt"
         )
-    return Trials(suite.over([asker.prompt_of(task_id).user for task_id in task_ids]), experiment, asker)
+    together = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
+    return Trials(together, experiment, asker, stated or {})

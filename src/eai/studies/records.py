@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from eai.data.grouping import grouped
+from eai.errors import InputError
 from eai.results.tidy import Tables
 from eai.scoring.runs import Run, read_runs
 from eai.tasks.source import ErrataChoice, Source
@@ -53,21 +54,46 @@ class Records:
         return read_runs(self.paths)
 
     def tables(self, *, features: bool = True) -> Tables:
-        """The tidy tables of all runs, made once.
+        """The tidy tables of runs that can be compared, made once: the plain runs, if there are any.
+
+        Runs of experiments are left out beside plain runs, with a note.
 
         Args:
             features: whether lines say what tasks are like, for which these are built.
 
         Raises:
-            InputError: there are no records, or one is unusable.
+            InputError: there are no records, or one is unusable, or there are several experiments and no
+                plain run.
         """
         if True in self._made or features in self._made:
             return self._made.get(True) or self._made[features]
-        made = Tables(replace(self.source, errata=ErrataChoice.NONE), features=features)
+        by_label: dict[str, Tables] = {}
+        for run in self.runs():
+            label = "" if run.key.experiment is None else run.key.experiment.study_label
+            if label not in by_label:
+                by_label[label] = self._empty_tables(features=features)
+            by_label[label].add(run.records)
+        labels = sorted(by_label)
+        if "" in by_label and len(labels) > 1:
+            self.note(f"left out, as they are of experiments: runs with {', '.join(labels[1:])}")
+        elif len(labels) > 1:
+            raise InputError(f"expected plain runs, or runs of one experiment, found {', '.join(labels)}")
+        self._made[features] = by_label[labels[0]]
+        return self._made[features]
+
+    def all_tables(self) -> Tables:
+        """The tidy tables of all runs, of experiments too.
+
+        Raises:
+            InputError: there are no records, or one is unusable.
+        """
+        made = self._empty_tables(features=True)
         for run in self.runs():
             made.add(run.records)
-        self._made[features] = made
         return made
+
+    def _empty_tables(self, *, features: bool) -> Tables:
+        return Tables(replace(self.source, errata=ErrataChoice.NONE), features=features)
 
     def below(self, name: str) -> Records:
         """The same records for another analysis, whose results are in a folder of their own."""

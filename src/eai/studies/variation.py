@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from itertools import permutations
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+from pydantic import SerializeAsAny
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.abilities.verdict import Json
+from eai.errors import InputError
 
 if TYPE_CHECKING:
     from eai.benchmark.prompt_library import Library
@@ -50,6 +54,7 @@ class Stage:
         ask: asks a model.
         believe: finds the beliefs that questions to a model state; InputError if they cannot state them, or
             there is nothing.
+        before: the stage whose beliefs hold in this one too; None if it is the first.
         outcomes: the results of the questions that were asked in this stage.
         known: the beliefs that were found, for ``believe`` to find each once.
     """
@@ -58,6 +63,7 @@ class Stage:
     wanted: Mapping[str, Collection[str]]
     ask: Ask
     believe: Callable[[Stage, Endpoint, Suite], Believed]
+    before: Stage | None = None
     outcomes: list[SuiteResult] = field(default_factory=list, init=False)
     known: dict[tuple[str, ...], Believed] = field(default_factory=dict, init=False)
 
@@ -69,8 +75,24 @@ class Stage:
         Raises:
             InputError: as of `believe`.
         """
-        believed = self.believe(self, endpoint, suite)
+        believed = self.believed(endpoint, suite)
         return believed.prompts(self.library, suite, task_ids), believed
+
+    def believed(self, endpoint: Endpoint, suite: Suite) -> Believed:
+        """Return what questions to a model state, by this stage and all before it.
+
+        Raises:
+            InputError: as of `believe`.
+        """
+        if self.before is None:
+            return self.believe(self, endpoint, suite)
+        earlier = self.before.believed(endpoint, suite)
+        return earlier.combined(self.believe(self, endpoint, suite))
+
+    @property
+    def all_outcomes(self) -> list[SuiteResult]:
+        """The results of the questions of this stage and of all before it."""
+        return [*(() if self.before is None else self.before.all_outcomes), *self.outcomes]
 
     def answers(
         self, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, **more: Any
@@ -95,6 +117,19 @@ class Variation(Options):
     @property
     def heading(self) -> str:
         """A line about the choice."""
+        return ""
+
+    @property
+    def states(self) -> Literal["", "scene", "goals"]:
+        """The part of a task that questions state otherwise; empty if none."""
+        return ""
+
+    def contradiction(self, other: Variation) -> str:
+        """Return why a run cannot combine the choice with that of another study; empty if it can."""
+        if self.states and self.states == other.states:
+            return f"both change the {self.states} that questions state"
+        if self.experiment is not None and other.experiment is not None:
+            return "both say how answers are carried out"
         return ""
 
     @property
@@ -124,3 +159,70 @@ class Variation(Options):
             ask: asks a model.
         """
         return None
+
+
+def combine(variations: Iterable[Variation]) -> Variation:
+    """Return the options of all studies that a run combines as one; of a plain run, those without a choice.
+
+    Raises:
+        InputError: two of them contradict each other.
+    """
+    chosen = [each for each in variations if each.choice]
+    for one, other in permutations(chosen, 2):
+        reason = one.contradiction(other)
+        if reason:
+            raise InputError(f"{one.choice}: not with {other.choice}; {reason}")
+    return chosen[0] if len(chosen) == 1 else _Combination(chosen=tuple(chosen))
+
+
+class _Combination(Variation):
+    """The options of several studies, or of none.
+
+    Attributes:
+        chosen: The options of each study with a choice.
+    """
+
+    chosen: tuple[SerializeAsAny[Variation], ...] = ()
+
+    @property
+    def choice(self) -> str:
+        """The choices."""
+        return " and ".join([each.choice for each in self.chosen])
+
+    @property
+    def heading(self) -> str:
+        """A line about the choices."""
+        return "; ".join([each.heading for each in self.chosen if each.heading])
+
+    @property
+    def experiment(self) -> Experiment | None:
+        """How answers are carried out, if not once in a world where every action works."""
+        return next((each.experiment for each in self.chosen if each.experiment is not None), None)
+
+    @property
+    def captioner(self) -> str | None:
+        """The model that lists what is in pictures; None if there is none."""
+        return next((each.captioner for each in self.chosen if each.captioner is not None), None)
+
+    def abilities(self, named: Collection[Ability]) -> list[Ability]:
+        """Return the abilities that all studies can vary, in order; those of `named` if any are.
+
+        Raises:
+            InputError: a study cannot vary an ability that is named, or no ability is left.
+        """
+        if not self.chosen:
+            return super().abilities(named)
+        first, *others = [each.abilities(named) for each in self.chosen]
+        shared = [ability for ability in first if all(ability in each for each in others)]
+        if not shared:
+            raise InputError(f"{self.choice}: no ability can be varied by all of them")
+        return shared
+
+    def stage(self, library: Library, wanted: Mapping[str, Collection[str]], ask: Ask) -> Stage | None:
+        """Return the last stage before the questions, or None; scenes are seen before goals are asked for."""
+        last: Stage | None = None
+        for each in sorted(self.chosen, key=lambda each: each.states != "scene"):
+            stage = each.stage(library, wanted, ask)
+            if stage is not None:
+                stage.before, last = last, stage
+        return last

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -15,10 +16,10 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.errors import InputError
-from eai.pictures.picture import drawn_images, images_in
+from eai.pictures.picture import Clutter, drawn_images, images_in, others_in_view
 from eai.pictures.rendered import photographed, places_of
 from eai.pictures.scene_graph import SCENE, SceneGraph, SceneWords, read_scene_graph
-from eai.prompts.prompt import Belief, Image
+from eai.prompts.prompt import TOLD, Belief, Image
 from eai.prompts.template import Templates
 from eai.scoring.epochs import Believed
 from eai.studies.perception.belief import believed_task, scene_words
@@ -26,6 +27,7 @@ from eai.studies.perception.errors import perception_errors
 from eai.studies.perception.noise import perceive
 from eai.studies.perception.study import PICTURED, Perception, Showing
 from eai.studies.variation import Endpoint, Stage
+from eai.world.state import Fact
 
 ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability.ACTION_SEQUENCING)
 """The abilities whose questions tell of a scene."""
@@ -70,15 +72,73 @@ def shown_scenes(
         InputError: there is no picture of a task.
         EaiError: the library that draws pictures is not installed.
     """
+    look = partial(_seen_anew, choice, benchmark, templates) if choice.can_look_again else None
     if choice.noise is not None:
         words = scene_words(benchmark)
         seen = {i: perceive(task, words, choice.noise) for i, task in tasks.items()}
-        return perceived_scenes(choice.label, tasks, words, seen)
+        return replace(perceived_scenes(choice.label, tasks, words, seen), look=look)
+    return _believed(choice.label, _shown(choice, benchmark, tasks, templates), look=look)
+
+
+def _shown(
+    choice: Perception, benchmark: Benchmark, tasks: Mapping[str, Task], templates: Templates
+) -> dict[str, Belief]:
+    """The beliefs of questions that show scenes as they are, by task; none without a picture."""
+    if choice.scene == "text":
+        said = {i: _with_context(TOLD, choice, task, benchmark, templates) for i, task in tasks.items()}
+        return {i: Belief(task, initial=said[i]) for i, task in tasks.items()}
     images = _pictures(choice, benchmark, tasks)
-    said = {i: _said(choice.scene, tasks[i], benchmark, templates) for i in images}
-    return _believed(
-        choice.label, {i: Belief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
-    )
+    texts = {i: _said(choice.scene, tasks[i], benchmark, templates) for i in images}
+    said = {i: _with_context(text, choice, tasks[i], benchmark, templates) for i, text in texts.items()}
+    return {i: Belief(tasks[i], initial=said[i], images=shown) for i, shown in images.items()}
+
+
+def _seen_anew(
+    choice: Perception, benchmark: Benchmark, templates: Templates, task: Task, attempt: int
+) -> tuple[Belief, Mapping[str, str]]:
+    """A scene that has changed, as it is perceived before an attempt, with errors of its own."""
+    if choice.noise is None:
+        return _shown(choice, benchmark, {task.id: task}, templates)[task.id], {}
+    words = scene_words(benchmark)
+    seen = perceive(task, words, choice.noise, str(attempt))
+    return Belief(believed_task(task, words, seen)), {SCENE: seen.text}
+
+
+def _with_context(
+    text: str, choice: Perception, task: Task, benchmark: Benchmark, templates: Templates
+) -> str:
+    """The words of the question about the scene, with what else is told of it."""
+    if choice.context in (None, "none"):
+        return text
+    return f"{text}\n\n{context_of(task, scene_words(benchmark), choice.context, templates)}"
+
+
+def context_of(task: Task, words: SceneWords, much: Clutter, templates: Templates) -> str:
+    """Return what a list of facts leaves out: other objects of the scene, and states that do not hold.
+
+    Args:
+        task: the task.
+        words: how facts are named.
+        much: how many other objects are listed, as many as pictures show with this clutter.
+        templates: the words around the lists.
+    """
+    wording, described = words.wording, subjects(task)
+    others = others_in_view(task, words, described, much)
+    told = {words.named(fact, words.names(task)) for fact in words.holding(task.initial, described)}
+    around = words.describe(task, [*described, *others])
+    states = [name for name in wording.predicates if wording.domain.vocabulary.arity(name) == 1]
+    untrue = [
+        f"not {fact}"
+        for name in states
+        for index in described
+        if (fact := wording.fact(task, Fact(name, (index,)))) not in set(map(str, told))
+    ]
+    values = {
+        "objects": "\n".join([wording.object(task, index) for index in others]) or "-",
+        "facts": "\n".join([str(fact) for fact in around.facts if fact not in told]) or "-",
+        "untrue": "\n".join(untrue) or "-",
+    }
+    return templates.fill("scene_context.txt", values)
 
 
 def _said(scene: Showing, task: Task, benchmark: Benchmark, templates: Templates) -> str:

@@ -23,6 +23,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Perceived, Record
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Share
+from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.pictures.picture import Clutter
 from eai.results.certainty import Case, Cases
@@ -33,6 +34,7 @@ from eai.results.summary import cases_of
 from eai.results.table import Estimate, Row, Table, table_of
 from eai.studies.perception.declaration import perception_shares
 from eai.studies.perception.noise import Noise, noise_of
+from eai.studies.perception.steps import mean_steps
 from eai.studies.records import Records, by_place
 from eai.studies.study import Analysis, Figures, Study, metric_of, of_run
 from eai.studies.variation import Ask, Stage, Variation
@@ -79,6 +81,8 @@ class Perception(Variation):
         scene: How questions show the scene: text, image, both, predicted (as a second model lists it), noisy
             (with seeded errors), rendered (with bodies), numbered (with a number at each thing) or pointed
             (with a pixel of each thing).
+        context: How much else a list of facts tells of the scene, with text or both: none, some or many other
+            objects, and states that do not hold.
         images: A folder with pictures of your own: files that begin with the id of their task. Schematic ones
             if not given.
         clutter: How much else is in schematic pictures: none, some or many.
@@ -91,6 +95,7 @@ class Perception(Variation):
     """
 
     scene: Showing = "text"
+    context: Clutter | None = None
     images: Path | None = None
     clutter: Clutter | None = None
     noise: Annotated[Noise | None, BeforeValidator(_noise)] = None
@@ -103,6 +108,7 @@ class Perception(Variation):
         how = f"perception.scene {self.scene}"
         pictured = self.scene in ("image", "both", "predicted")
         for name, given, fits in (
+            ("context", self.context, self.scene in ("text", "both")),
             ("images", self.images, pictured),
             ("clutter", self.clutter, pictured),
             ("scene_model", self.scene_model, self.scene == "predicted"),
@@ -122,8 +128,10 @@ class Perception(Variation):
 
     @property
     def choice(self) -> str:
-        """The scene, if questions do not list it as it is."""
-        return "" if self.scene == "text" else f"perception.scene {self.scene}"
+        """The scene, if questions do not list it as it is, or the context that they tell besides."""
+        if self.scene != "text":
+            return f"perception.scene {self.scene}"
+        return f"perception.context {self.context}" if self._context else ""
 
     @property
     def heading(self) -> str:
@@ -134,6 +142,26 @@ class Perception(Variation):
     def captioner(self) -> str | None:
         """The model that lists a predicted scene."""
         return self.scene_model
+
+    @property
+    def states(self) -> Literal["", "scene", "goals"]:
+        """The scene."""
+        return "scene"
+
+    def contradiction(self, other: Variation) -> str:
+        """Return why scenes cannot be shown so in the other study, whose world may change."""
+        acted = other.experiment
+        if acted is not None and acted.world == "continue" and acted.feedback != "none":
+            if not self.can_look_again:
+                return "the scene is seen at the start alone, and feedback tells of a world that has changed"
+            if self.scene in ("image", "both") and acted.form == "chat":
+                return "pictures of a world that has changed have no place in a chat"
+        return super().contradiction(other)
+
+    @property
+    def can_look_again(self) -> bool:
+        """Whether a scene that has changed can be shown: no model and no files of the user's show it."""
+        return self.scene in ("text", "noisy", "image", "both") and self.images is None
 
     def abilities(self, named: Collection[Ability]) -> list[Ability]:
         """Those whose questions tell of a scene.
@@ -157,11 +185,16 @@ class Perception(Variation):
         if self.noise is not None:
             return f"{self.scene}-{self.noise.label}"
         who = "" if self.scene_model is None else f"-{file_name(self.scene_model)}"
-        return f"{self.scene}{who}{self._pictures}"
+        return f"{self.scene}{who}{self._pictures}{self._context}"
 
     def of_pictures(self) -> Self:
         """The way to show the same pictures alone, as a captioner sees them."""
         return type(self)(scene="image", images=self.images, clutter=self.clutter)
+
+    @property
+    def _context(self) -> str:
+        """A short text that tells how much else is told."""
+        return "" if self.context in (None, "none") else f"-context-{self.context}"
 
     @property
     def _pictures(self) -> str:
@@ -288,7 +321,7 @@ def _name(records: Sequence[Record]) -> str:
     return PLAIN if experiment is None or experiment.scene is None else experiment.scene
 
 
-@table_of("perception_runs", ("scene", *_RATES, "value"))
+@table_of("perception_runs", ("scene", *_RATES, "steps", "value"))
 def _by_run(runs: _Runs) -> Iterator[Row]:
     """{runs.metric} by how the scene is shown.
 
@@ -301,7 +334,7 @@ def _by_run(runs: _Runs) -> Iterator[Row]:
     rates = {name: _rates(runs.of_run(name)) for name in runs.runs}
     places = {name: -1.0 if each[0].value is None else each[0].value for name, each in rates.items()}
     for name in sorted(rates, key=lambda name: (places[name], name)):
-        yield (name, *rates[name], Estimate.of(runs.cases(name)))
+        yield (name, *rates[name], mean_steps(runs.runs[name]), Estimate.of(runs.cases(name)))
 
 
 def _rates(seen: Group) -> list[Estimate]:
@@ -391,20 +424,26 @@ def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
     Raises:
         InputError: there are none that say what was perceived.
     """
-    shown = (run for run in records.runs() if run.key.experiment is None or run.key.experiment.name == _NAME)
     groups = [
-        group
-        for group in by_place(shown).values()
+        (label, group)
+        for runs in by_place(records.runs()).values()
+        for label, group in grouped((_besides(run.key), run) for run in runs).items()
         if any(record.perceived for run in group for record in run.records)
     ]
     if not groups:
         raise InputError(_NONE_SEEN)
-    for group in groups:
+    for label, group in groups:
         key = group[0].key
         metric = metric_of(key.ability, chosen.metric)
         tables = perception_tables([run.records for run in group], metric)
-        folder = f"{key.suite.file_name}-{file_name(key.model)}" if len(groups) > 1 else ""
-        yield Analysis(tables, _figures(tables[0], metric, key), folder=folder)
+        folder = f"{key.suite.file_name}-{file_name(label)}" if len(groups) > 1 else ""
+        yield Analysis(tables, _figures(tables[0], metric, key._replace(model=label)), folder=folder)
+
+
+def _besides(key: RunKey) -> str:
+    """The name of a run without how it shows the scene: runs of one name are compared."""
+    rest = None if key.experiment is None else key.experiment.without("scene")
+    return key._replace(experiment=rest).name
 
 
 def _figures(by_run: Table, metric: str, key: RunKey) -> Figures:

@@ -273,7 +273,7 @@ def analyze(records: Records, goals: Path | None, *, search: bool) -> Iterator[A
 
 def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
     """The ability alone and the pipeline, for each pipeline, sorted."""
-    plain = {run.key: run for run in runs if run.key.experiment is None}
+    plain = {run.key: run for run in runs if run.key.experiment is None or not run.key.experiment.goals_from}
     piped = [run for run in runs if run.key.experiment is not None and run.key.experiment.goals_from]
     if not piped:
         raise InputError(
@@ -281,7 +281,9 @@ def _pairs(records: Records, runs: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
             "--goals"
         )
     for run in sorted(piped, key=lambda run: run.key.order):
-        alone = plain.get(run.key._replace(experiment=None))
+        experiment = run.key.experiment
+        other = None if experiment is None else experiment.without("goals_from")
+        alone = plain.get(run.key._replace(experiment=other))
         if alone is None:
             records.note(f"left out, as it has no modular run: {run.key}")
         else:

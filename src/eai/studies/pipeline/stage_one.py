@@ -61,15 +61,31 @@ def refuse_no_stage_two(ability: Ability) -> None:
         raise InputError(f"goals: questions of {known} state goals, those of {ability.value} do not")
 
 
-def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> Believed:
-    """The goals that answers state for the tasks of a benchmark, judged under the default protocol."""
+def believe(
+    interpretations: Interpretations,
+    benchmark: Benchmark,
+    source: Source,
+    scenes: Mapping[str, Belief] | None = None,
+) -> Believed:
+    """The goals that answers state for the tasks of a benchmark, judged under the default protocol.
+
+    Args:
+        interpretations: the answers.
+        benchmark: the benchmark.
+        source: where its data comes from.
+        scenes: by task, the scene in which the answers are read, if it is not the task's own.
+    """
     model, answers = interpretations
     suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
     beliefs: dict[str, Belief] = {}
     stated: dict[str, Stated] = {}
     for task_id in suite.task_ids:
         if task_id in answers:
-            beliefs[task_id], stated[task_id] = _believed(answers[task_id], task_id, suite)
+            answer = answers[task_id]
+            scene = (scenes or {}).get(task_id) or Belief(suite.tasks[task_id])
+            goals = read_stated(answer, scene.task, benchmark.domain, benchmark.goals).goals
+            beliefs[task_id] = Belief(replace(scene.task, goals=goals), answer)
+            stated[task_id] = _judged(answer, task_id, suite)
     return Believed(
         beliefs,
         Experiment(goals_from=model),
@@ -79,17 +95,15 @@ def believe(interpretations: Interpretations, benchmark: Benchmark, source: Sour
     )
 
 
-def _believed(answer: str, task_id: str, suite: Suite) -> tuple[Belief, Stated]:
-    task, benchmark = suite.tasks[task_id], suite.benchmark
-    read = read_stated(answer, task, benchmark.domain, benchmark.goals)
-    stated = Stated(
+def _judged(answer: str, task_id: str, suite: Suite) -> Stated:
+    read = read_stated(answer, suite.tasks[task_id], suite.benchmark.domain, suite.benchmark.goals)
+    return Stated(
         goals_sha256=sha256_of(answer),
         goal_counts=goal_counts(suite.score(task_id, answer)),
         stage_1_unreadable=read.unreadable is not None,
         stage_1_unknown=read.unknown,
         stage_1_left_out=len(read.left_out),
     )
-    return Belief(replace(task, goals=read.goals), answer), stated
 
 
 def goal_counts(verdict: object) -> Confusion:
@@ -168,7 +182,8 @@ def interpreted(goals: str, stage: Stage, endpoint: Endpoint, suite: Suite) -> B
             found = _own(stage, endpoint, suite)
         else:
             found = read_interpretations(Path(goals), suite.benchmark, suite.source, endpoint.model)
-        stage.known[key] = believe(found, suite.benchmark, suite.source)
+        scenes = None if stage.before is None else stage.before.believed(endpoint, suite).beliefs
+        stage.known[key] = believe(found, suite.benchmark, suite.source, scenes)
     if not stage.known[key].beliefs.keys() & set(stage.wanted[suite.domain]):
         raise InputError(f"goals {goals}: none of the tasks has an answer to goal interpretation")
     return stage.known[key]
@@ -180,4 +195,4 @@ def _own(stage: Stage, endpoint: Endpoint, suite: Suite) -> Interpretations:
     prompts = stage.library.open(suite.benchmark, Ability.GOAL_INTERPRETATION)
     wanted = [task_id for task_id in first.task_ids if task_id in stage.wanted[suite.domain]]
     asked = {task_id: prompts[task_id] for task_id in wanted}
-    return file_name(endpoint.model), stage.answers(endpoint, asked, first)
+    return file_name(endpoint.model), stage.answers(endpoint, asked, first, first=stage.before)

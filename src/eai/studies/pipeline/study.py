@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from eai.abilities.options import Options
 from eai.abilities.protocol import FOUR, Ability
@@ -36,6 +36,11 @@ class _Pipeline(Variation):
     def heading(self) -> str:
         """Whose goals they are."""
         return f"goals: {self.goals}"
+
+    @property
+    def states(self) -> Literal["", "scene", "goals"]:
+        """The goals."""
+        return "goals"
 
     def abilities(self, named: Collection[Ability]) -> list[Ability]:
         """Those whose questions state goals.

@@ -317,7 +317,16 @@ class _Choices(Options):
 
 
 def _analyze(records: Records, chosen: _Choices) -> Iterator[Analysis]:
-    for suite, runs in _by_suite(records.runs()).items():
+    """Runs that differ in their model and their prompts alone belong together.
+
+    Raises:
+        InputError: no runs differ in their prompts, or a model lacks a run that another one has.
+    """
+    groups = _by_suite(records.runs())
+    several = {name: runs for name, runs in groups.items() if len({_name(run) for run in runs}) > 1}
+    for name in groups.keys() - several.keys() if several else ():
+        records.note(f"left out, as all its runs have the same prompts: {name}")
+    for suite, runs in (several or groups).items():
         named, metric = [(_name(run), run) for run in runs], metric_of(runs[0].key.ability, chosen.metric)
         tables = prompt_tables([(name, run.records) for name, run in named], metric, chosen.reference)
         yield Analysis(
@@ -346,13 +355,13 @@ def _name(run: Run) -> str:
 
 
 def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
-    """The runs of each suite and protocol; those of other experiments are refused."""
+    """The runs of each suite and protocol that differ in nothing but their model and their prompts."""
     suites: dict[str, list[Run]] = {}
     for run in runs:
         experiment = run.key.experiment
-        if experiment is not None and (experiment.acts or experiment.goals_from is not None):
-            raise InputError(f"{run.key}: expected runs that differ in their prompts alone")
-        suites.setdefault(run.key.suite.file_name, []).append(run)
+        rest = None if experiment is None else experiment.without("prompt_name")
+        labels = [run.key.suite.file_name, *([] if rest is None else [rest.label])]
+        suites.setdefault("-".join(labels), []).append(run)
     return suites
 
 

@@ -1,0 +1,47 @@
+"""Counts the steps of answers: actions of plans, or subgoals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from statistics import fmean
+
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.abilities.verdict import Unreadable
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark, registered
+
+
+def mean_steps(records: Sequence[Record]) -> float | None:
+    """Return the mean number of steps in the answers of a run that can be read.
+
+    None if no answer can be read, or answers of this ability have no steps.
+    """
+    first = records[0]
+    if first.domain not in registered():
+        return None
+    count = _counter(find_benchmark(first.domain), first.ability)
+    numbers = [] if count is None else list(_counts(records, count))
+    return fmean(numbers) if numbers else None
+
+
+def _counts(records: Sequence[Record], count: Callable[[str], int | None]) -> Iterator[int]:
+    for record in records:
+        if record.unanswered is None and record.verdict.excluded is None:
+            number = count(record.response)
+            if number is not None:
+                yield number
+
+
+def _counter(benchmark: Benchmark, ability: Ability) -> Callable[[str], int | None] | None:
+    """The counter of steps in an answer; None if answers to the ability have no steps."""
+    if ability is Ability.ACTION_SEQUENCING:
+        return lambda text: (
+            None if isinstance(plan := benchmark.plans.read(text), Unreadable) else len(plan.steps)
+        )
+    if ability is Ability.SUBGOAL_DECOMPOSITION:
+        notation = benchmark.subgoal_notation
+        return lambda text: (
+            None if isinstance(read := notation.read(text), Unreadable) else len(read.subgoals)
+        )
+    return None

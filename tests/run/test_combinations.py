@@ -1,0 +1,138 @@
+"""Runs that combine studies: every pair, its records, its log scored again, and its analyses."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from eai.abilities.record import Record
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.run.spec import read_spec
+from eai.scoring.records import read_records
+from eai.studies.records import Records
+from processes import Outcome, eai
+
+NOISE = "--with perception.scene=noisy --with perception.noise.missing=0.1"
+CHOICES: Mapping[str, str] = {
+    "goals": "--with pipeline.goals=own",
+    "scene": NOISE,
+    "attempts": "--with attempts.replans=2 --with attempts.slip=0.1",
+    "prompt": "--with prompts.name=mine",
+}
+WHAT = "--domain behavior --ability action_sequencing --limit 3 --set eai"
+RUN = f"run {WHAT} --quiet --model eai/noisy -M rate=0.3"
+SUITE = Path("behavior", "action_sequencing")
+
+
+def command(text: str, folder: Path) -> Outcome:
+    """What a command leaves; ``@`` stands for the folder."""
+    return eai(*text.replace("@", f"{folder}").split())
+
+
+def records_in(folder: Path) -> list[Record]:
+    files = [*(folder / SUITE).rglob("records.jsonl")]
+    assert len(files) == 1
+    return [*read_records(files[0])]
+
+
+def as_scored(record: Record) -> dict[str, Any]:
+    """What a record says of its answer; a log does not tell what an answer took."""
+    attempts = [(each.response, each.verdict, each.slipped_at) for each in record.attempts]
+    return {
+        "task": record.task_id,
+        "verdict": record.verdict,
+        "experiment": record.experiment,
+        "stated": record.stated,
+        "perceived": record.perceived,
+        "attempts": attempts,
+    }
+
+
+@pytest.mark.parametrize("pair", [*combinations(CHOICES, 2), tuple(CHOICES)], ids="+".join)
+def test_a_run_combines_studies_and_its_log_is_scored_alike(
+    pair: tuple[str, ...], data_store: Store, tmp_path: Path
+) -> None:
+    done = command(f"{RUN} {' '.join(CHOICES[name] for name in pair)} --out @/runs", tmp_path)
+    assert done.status == 0, done.err
+    records = records_in(tmp_path / "runs")
+    (experiment,) = {record.experiment for record in records}
+    assert experiment is not None
+    said = {
+        "goals": experiment.goals_from == "eai_noisy" and all(record.stated for record in records),
+        "scene": experiment.scene is not None and all(record.perceived for record in records),
+        "attempts": experiment.replans == 2 and all(record.attempts for record in records),
+        "prompt": experiment.prompt_name == "mine",
+    }
+    assert {name for name, is_so in said.items() if is_so} == set(pair)
+    (log,) = (tmp_path / "runs" / "logs").glob("*action-sequencing*.eval")
+    again = f"score {log} --domain behavior --ability action_sequencing --out @/again"
+    assert command(again, tmp_path).status == 0
+    scored = [*read_records(tmp_path / "again" / "records.jsonl")]
+    asked = {record.task_id for record in records}
+    assert [as_scored(each) for each in scored if each.task_id in asked] == [*map(as_scored, records)]
+    assert {record.experiment for record in scored} == {experiment}
+
+
+def test_goals_are_interpreted_in_the_perceived_scene(data_store: Store, tmp_path: Path) -> None:
+    """The first stage is a run under the scene of the second, and says so."""
+    done = command(f"{RUN} {CHOICES['goals']} {NOISE} --out @/runs", tmp_path)
+    assert done.status == 0, done.err
+    (file,) = (tmp_path / "runs" / "behavior" / "goal_interpretation").rglob("records.jsonl")
+    (scene,) = {record.experiment and record.experiment.scene for record in read_records(file)}
+    assert scene == "noisy-missing-0.1-seed-0"
+
+
+def test_analyses_compare_runs_that_differ_in_one_study(data_store: Store, tmp_path: Path) -> None:
+    for names in (("attempts",), ("attempts", "goals"), ("attempts", "scene")):
+        done = command(f"{RUN} {' '.join(CHOICES[name] for name in names)} --out @/runs", tmp_path)
+        assert done.status == 0, done.err
+    for study, table in (
+        ("pipeline", "stages"),
+        ("perception", "perception_runs"),
+        ("replanning", "attempts"),
+    ):
+        done = command(f"analyze {study} @/runs/behavior/action_sequencing --out @/{study}", tmp_path)
+        assert done.status == 0, done.err
+        assert (tmp_path / study / f"{table}.csv").is_file()
+    scenes = (tmp_path / "perception" / "perception_runs.csv").read_text().splitlines()[1:]
+    assert [line.partition(",")[0] for line in scenes] == ["text", "noisy-missing-0.1-seed-0"]
+    report = command("report @/runs --out @/report", tmp_path)
+    assert report.status == 0, report.err
+    page = (tmp_path / "report" / "report.md").read_text()
+    assert "scene-noisy-missing-0.1-seed-0+replans-2-restart-explained" in page
+    shown = command("explain @/runs/behavior/action_sequencing assembling", tmp_path)
+    assert "goals-eai_noisy+replans-2" in "".join(shown.out.split())
+
+
+def test_tidy_tables_never_pool_combinations(data_store: Store, tmp_path: Path) -> None:
+    """Of several experiments without a plain run there is nothing to analyse together."""
+    for choice in (CHOICES["scene"], f"{CHOICES['scene']} {CHOICES['prompt']}"):
+        assert command(f"{RUN} {choice} --out @/runs", tmp_path).status == 0
+    notes: list[str] = []
+    records = Records((tmp_path / "runs",), note=notes.append)
+    with pytest.raises(InputError, match="expected plain runs, or runs of one experiment, found scene-"):
+        records.tables()
+    assert len({line.experiment for line in records.all_tables().answers}) == 2
+    assert command(f"{RUN} --out @/runs", tmp_path).status == 0
+    tables = Records((tmp_path / "runs",), note=notes.append).tables()
+    assert {line.experiment for line in tables.answers} == {None}
+    assert len(notes) == 1
+    assert "left out, as they are of experiments: runs with scene-" in notes[0]
+
+
+def test_two_studies_of_the_same_thing_are_refused_with_their_reason() -> None:
+    with pytest.raises(InputError) as refused:
+        read_spec(
+            {
+                "attempts": {"replans": 1, "world": "continue"},
+                "perception": {"scene": "predicted", "scene_model": "eai/captioner"},
+            }
+        )
+    assert str(refused.value).count("\n") == 0
+    assert json.dumps(str(refused.value)).count("not with") == 1
