@@ -28,7 +28,7 @@ from sweeps import swept
 SOLVED = {"virtualhome": 337, "behavior": 100}
 """How many tasks the data set's own plan solves, as errata correct it."""
 
-SOLVED_IN_SIGHT = {"virtualhome": 335, "behavior": 100}
+SOLVED_IN_SIGHT = {"virtualhome": 336, "behavior": 100}
 """In how many of them it names nothing before it has been seen."""
 
 names = pytest.mark.parametrize("name", SOLVED)

@@ -50,7 +50,8 @@ class Ways(Facts):
 
     def __init__(self, domain: Domain, initial: State, declared: int, *, backwards: bool = False) -> None:
         super().__init__(initial)
-        self._domain = domain
+        self._initial, self._domain = initial, domain
+        self._cleaned: set[str] = set()
         self.reading = Readings(domain.vocabulary)
         self.plan: list[Action] = []
         self._category = {thing.name: thing.category for thing in initial.scene.objects[:declared]}
@@ -277,18 +278,38 @@ class Ways(Facts):
             raise NoWayError(f"{name} is not covered with {substance}")
 
     def _uncover(self, name: str, substance: str) -> None:
-        """Remove a substance from a thing: wipe, wash, rinse or dry it."""
-        ways = [
-            partial(self._wipe, name, substance, tool, manner)
+        """Remove a substance from a thing: wipe, wash, rinse or dry it. Dirty tools are tried last."""
+        tools = [
+            (tool, manner)
             for manner in (p.removes_dry, p.removes_running, p.removes_soaked)
             for tool in self._to(manner, substance)
             if tool != name and self._is("real", tool) and not self._has(p.fixed, tool)
         ]
+        dirty = [each for each in tools if self._was_dirty(each[0])]
+        ways = [partial(self._wipe, name, substance, *each) for each in tools if each not in dirty]
         if not self._has(p.fixed, name):
             ways += [partial(self._wash, name, substance, machine) for machine in self._those(p.washer)]
             ways += [partial(self._rinse, name, substance, sink) for sink in self._those(p.sink)]
             ways += [partial(self._run_closed, "DRY", name, machine) for machine in self._those(p.dryer)]
+        ways += [partial(self._clean_and_wipe, name, substance, *each) for each in dirty]
+        ways += [partial(self._wipe, name, substance, *each) for each in dirty]
         self._first_of(ways, f"nothing here removes {substance}")
+
+    def _clean_and_wipe(self, name: str, substance: str, tool: str, manner: Predicate) -> None:
+        """Wipe with a tool that is cleaned first, unless it is being cleaned already."""
+        if tool in self._cleaned:
+            raise NoWayError(f"{tool} is being cleaned")
+        self._cleaned |= {tool, name}
+        try:
+            for cover in self._of(p.has_cover, tool):
+                self._uncover(tool, cover)
+        finally:
+            self._cleaned -= {tool, name}
+        self._wipe(name, substance, tool, manner)
+
+    def _was_dirty(self, tool: str) -> bool:
+        """Whether something covers a tool at the start, as it does laundry."""
+        return bool(self._initial.relation(p.has_cover.name).row(self._initial.scene.index[tool]))
 
     def _with_solvent(self, substance: str, bring: Callable[[str], None]) -> None:
         """Bring some solvent of a substance."""

@@ -47,6 +47,8 @@ class Wording:
         static: further predicates that states are told with, which no action changes.
         rules: what actions require and change, to be told exactly; None where the reasons are told for which
             they fail.
+        unchanging: static predicates that `conventions` put into words; exact rules state their facts.
+        surroundings: further objects of a task that prompts list, by index, such as the rooms of a house.
     """
 
     domain: Domain
@@ -56,6 +58,8 @@ class Wording:
     conventions: Callable[[Task], str] | None = None
     static: tuple[str, ...] = ()
     rules: Rules | None = None
+    unchanging: tuple[str, ...] = ()
+    surroundings: Callable[[Task], Iterable[int]] | None = None
 
     @staticmethod
     def of(domain: Domain) -> Wording:
@@ -93,12 +97,18 @@ class Wording:
 
     def objects(self, task: Task) -> str:
         """The objects of a task with their properties, each once, and what conventions there are."""
-        listed = _lines(dict.fromkeys([self.object(task, index) for index in subjects(task)]))
+        listed = _lines(dict.fromkeys([self.object(task, index) for index in self.subjects(task)]))
         known = [] if self.conventions is None else [self.conventions(task)]
         agent = task.scene.agent
         if self.rules is not None and agent is not None:
             known.append(f"The agent is {self.object_name(task, agent)}.")
         return "\n\n".join([listed, *filter(None, known)])
+
+    def subjects(self, task: Task) -> list[int]:
+        """Return the objects that a prompt lists, by index: those of the task, and their surroundings."""
+        if self.surroundings is None:
+            return subjects(task)
+        return sorted({*subjects(task), *self.surroundings(task)})
 
     def object(self, task: Task, index: int) -> str:
         """An object with its kind and its properties."""
@@ -112,7 +122,7 @@ class Wording:
 
     def initial(self, task: Task) -> str:
         """The facts about a task's objects at the start."""
-        about = subjects(task)
+        about = self.subjects(task)
         facts = [fact for each in self.told for fact in each.facts(task.initial, about)]
         return _lines(dict.fromkeys([self.fact(task, fact) for fact in facts]))
 

@@ -31,7 +31,7 @@ from eai.tasks.source import USUAL, TaskSet
 from eai.world.effect import When
 from eai.world.execution import Action
 from eai.world.operator import Operator, affordance
-from eai.world.state import Scene
+from eai.world.state import Fact, Scene
 from eai.world.vocabulary import Vocabulary, parameters
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
@@ -45,6 +45,9 @@ _KEPT = frozenset(
     )
 )
 """The words of the syntaxes, which stay."""
+
+UNCHANGING = "Facts that no action changes:"
+"""Heading of the facts that prompts of a twin state and plain prompts put into words."""
 
 _OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
@@ -158,6 +161,16 @@ class _TwinWording(Wording):
         head, _, known = _encoded(self.words, super().object(task, index)).rpartition(": ")
         return f"{head}: {', '.join([*(known.split(', ') if known != '-' else ()), *having]) or '-'}"
 
+    def state_rule_facts(self, task: Task) -> str:
+        """Return the facts that plain prompts put into words, one a line below a heading."""
+        named = self._spoken_of.intersection(self.unchanging)
+        properties = {p.name for p in self.domain.vocabulary.predicates if is_property(p)}
+        listed, lines = {*self.subjects(task)}, [UNCHANGING]
+        for predicate, arguments in task.initial.facts():
+            if predicate in named and not (predicate in properties and arguments[0] in listed):
+                lines.append(_encoded(self.words, self.fact(task, Fact(predicate, arguments))))
+        return "\n".join(lines) if lines[1:] else ""
+
     def initial(self, task: Task) -> str:
         return _encoded(self.words, super().initial(task))
 
@@ -247,15 +260,18 @@ def plain_name(name: str) -> str:
 def _with_exact_rules(benchmark: Benchmark, words: Mapping[str, str], suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
-        return _TwinWording(
+        twin = _TwinWording(
             plain.domain,
             plain.predicates,
             plain.written_as,
             plain.object_name,
             static=plain.static,
+            unchanging=plain.unchanging,
+            surroundings=plain.surroundings,
             words=words,
             english=benchmark.english,
         )
+        return twin if plain.conventions is None else replace(twin, conventions=twin.state_rule_facts)
 
     asks_subgoals = benchmark.asks.get(Ability.SUBGOAL_DECOMPOSITION)
 

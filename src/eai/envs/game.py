@@ -20,7 +20,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.scorer import exception_text
 from eai.abilities.task import Task
 from eai.abilities.verdict import ASK, REFUSE, ErrorReport, Merit, is_question, merit_of_actions, refusal_in
-from eai.abilities.wording import Wording, subjects
+from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.data.grouping import grouped
 from eai.envs.command import DONE, Commands, Meant, is_look
@@ -124,7 +124,7 @@ class _View:
         known = wording.domain.known_of(task.initial, task.scene.everything)
         everything = range(len(task.scene.objects))
         self.landmarks = () if self._is_full else tuple(bits(known))
-        about = subjects(task) if of == "task" else everything
+        about = wording.subjects(task) if of == "task" else everything
         self.subjects = tuple(about if self._is_full else sorted({*about, *self.landmarks}))
         self._place = {index: place for place, index in enumerate(self.subjects)}
         self._mask = mask_of(self.subjects)

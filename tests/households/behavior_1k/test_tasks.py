@@ -71,6 +71,21 @@ def test_no_step_of_a_gold_plan_is_needless(activities: TaskSet[Task], domain: D
             assert trajectory.failure is not None or not all(reached), (task_id, number)
 
 
+@every(10)
+def test_no_gold_plan_wipes_with_something_dirty(
+    activities: TaskSet[Task], domain: Domain, every: int
+) -> None:
+    wiping = [each for each in activities if "WIPE" in {a.operator for a in activities[each].script}]
+    for task_id in dict.fromkeys(["clean_synthetic_hiking_gear", *wiping[::every]]):
+        task = activities[task_id]
+        states = execute(domain, task.initial, task.script).states
+        for state, action in zip(states, task.script, strict=False):
+            if action.operator == "WIPE":
+                tool = action.arguments[1]
+                assert not state.relation("has_cover").row(tool), task_id
+                assert not task.initial.relation("has_cover").row(tool), task_id
+
+
 def test_an_activity_has_a_plan_or_is_left_out_with_a_reason(activities: TaskSet[Task]) -> None:
     planned = {task_id for task_id, task in activities.items() if task.script}
     reasons = left_out()

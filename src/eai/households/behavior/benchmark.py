@@ -11,6 +11,7 @@ stands there twice. Entries of which it makes nothing, where it stops, are left 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
 from eai.abilities.notation.goals import parts_of
 from eai.abilities.protocol import Ability
@@ -19,11 +20,12 @@ from eai.abilities.wording import ObjectName, Wording, declared_name
 from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
+from eai.data.grouping import grouped
 from eai.english import english_of
 from eai.households.behavior.activities import open_activities, problem_text
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.notation import BehaviorGoals, BehaviorSubgoals
-from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
+from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES, part_of
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import published_task
 from eai.households.published import official_prompts, open_behavior
@@ -139,11 +141,23 @@ NAME = "behavior"
 
 def wording(ability: Ability) -> Wording:
     """The words for an ability: subgoals also speak of hands, goal interpretation names instances."""
+    if ability is Ability.GOAL_INTERPRETATION:
+        return Wording(as_meant(), _GOAL_PREDICATES, {}, _instance_name)
+    predicates, written_as, names = _GOAL_PREDICATES, dict[str, str](), declared_name
     if ability is Ability.SUBGOAL_DECOMPOSITION:
+        predicates, names = (*_GOAL_PREDICATES, *_HANDS), _dotted_name
         written_as = {**_HANDS, "toggled_on": "toggledon"}
-        return Wording(as_meant(), (*_GOAL_PREDICATES, *_HANDS), written_as, _dotted_name)
-    names: ObjectName = _instance_name if ability is Ability.GOAL_INTERPRETATION else declared_name
-    return Wording(as_meant(), _GOAL_PREDICATES, {}, names)
+    halves = partial(_describe_halves, names)
+    return Wording(as_meant(), predicates, written_as, names, conventions=halves, unchanging=(part_of.name,))
+
+
+def _describe_halves(name: ObjectName, task: Task) -> str:
+    """Return a line for each object that can be sliced, with its halves."""
+    halves = grouped((whole, part) for part, whole in task.initial.relation(part_of.name).pairs())
+    return "\n".join(
+        f"SLICE makes {' and '.join([name(task, part) for part in parts])} of {name(task, whole)}."
+        for whole, parts in halves.items()
+    )
 
 
 def _dotted_name(task: Task, index: int) -> str:

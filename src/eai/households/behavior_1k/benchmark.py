@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
 
@@ -12,7 +13,7 @@ from eai.abilities.wording import Wording
 from eai.benchmark.benchmark import Benchmark
 from eai.english import English, english_of
 from eai.households.behavior_1k import predicates as p
-from eai.households.behavior_1k.conventions import conventions
+from eai.households.behavior_1k.conventions import conventions, describe_situation
 from eai.households.behavior_1k.operators import declared
 from eai.households.behavior_1k.tasks import open_tasks, subsets
 from eai.tasks.source import Source, TaskSet, once_per_store
@@ -21,20 +22,19 @@ NAME, UNTOLD = "behavior-1k", "behavior-1k-untold"
 CHALLENGE, OF_100 = "behavior-1k-challenge-2025", "behavior-1k-behavior-100"
 
 
+_UNCHANGING = tuple([each.name for each in p.VOCABULARY.predicates if each.static and not each.visible])
+
+
 @cache
 def _english() -> English:
     return english_of("eai.households.behavior_1k")
 
 
-def _plain(ability: Ability) -> Wording:
-    return Wording(declared(), p.GOAL_PREDICATES)
-
-
-def _with_conventions(ability: Ability) -> Wording:
-    """The words, with the conventions where an ability takes plans; what an instruction asks for does not."""
-    plain = _plain(ability)
+def _wording(told: Callable[[Task], str], ability: Ability) -> Wording:
+    """Return the words, with hidden facts for abilities that take plans."""
+    plain = Wording(declared(), p.GOAL_PREDICATES)
     acts = ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-    return replace(plain, conventions=conventions) if acts else plain
+    return replace(plain, conventions=told, unchanging=_UNCHANGING) if acts else plain
 
 
 @once_per_store
@@ -66,7 +66,7 @@ def behavior_1k() -> Benchmark:
         domain=declared(),
         open_tasks=_activities,
         open_operators=_operators,
-        wordings=_with_conventions,
+        wordings=partial(_wording, conventions),
         also_observed=("held", "robot_on"),
         english=_english(),
         role="a household robot",
@@ -75,8 +75,9 @@ def behavior_1k() -> Benchmark:
 
 
 def untold() -> Benchmark:
-    """The same without: what a model knows of tools, heat and recipes counts."""
-    return replace(behavior_1k(), name=UNTOLD, title="BEHAVIOR-1K, conventions untold", wordings=_plain)
+    """Return BEHAVIOR-1K with prompts that do not explain tools, heat and recipes."""
+    title, wordings = "BEHAVIOR-1K, conventions untold", partial(_wording, describe_situation)
+    return replace(behavior_1k(), name=UNTOLD, title=title, wordings=wordings)
 
 
 def challenge_2025() -> Benchmark:

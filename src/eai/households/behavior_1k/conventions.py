@@ -1,12 +1,15 @@
-"""The conventions of a scene of BEHAVIOR-1K, in words: tools, solvents, heat, products and recipes.
+"""The hidden facts of a scene of BEHAVIOR-1K, in words: sources, floors, and conventions of the household.
 
-Nobody can know which tool removes what, how hot a toaster is or what a recipe takes, but it is the same for
-all. Prompts tell what matters for the activity, unless what is to be seen is whether a model knows it.
+Which tool removes a stain, how hot a toaster is and what a recipe takes are conventions. Prompts state those
+that matter for the activity, unless a benchmark tests whether a model knows them. What a source holds and
+where furniture stands is no knowledge: every prompt for plans states it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 from eai.abilities.task import Task
 from eai.households.behavior_1k import predicates as p
@@ -15,7 +18,7 @@ from eai.world.state import State
 from eai.world.vocabulary import Predicate
 
 HEADING = "Conventions of this household that matter here:"
-
+SITUATION = "Sources and floors of this household:"
 
 _NEEDS: Mapping[Predicate, str] = {
     p.works_inside: "on what is inside it",
@@ -36,6 +39,8 @@ _MADE: Mapping[Predicate, str] = {
     p.boils_to: "Heat makes {} of {} in a vessel with boiled water.",
     p.melts_to: "Heat melts {1} in or on something to {0}.",
 }
+
+_RESULTS: Mapping[str, Predicate] = {"cooked": p.makes_cooked, "hot": p.makes_hot}
 
 
 class Facts:
@@ -67,21 +72,51 @@ class Facts:
 
 
 def conventions(task: Task) -> str:
-    """Return the conventions that matter in a task, one a line below the heading; empty if there are none."""
-    lines = list(_Conventions(task.initial).lines())
-    return "\n".join((HEADING, *lines)) if lines else ""
+    """Return the sources, floors and conventions that matter in a task, each kind below its heading."""
+    return "\n\n".join(
+        filter(None, (describe_situation(task), _join_below(HEADING, _Conventions(task.initial).lines())))
+    )
+
+
+def describe_situation(task: Task) -> str:
+    """Return the sources and floors of a task, one a line below the heading, or an empty text."""
+    return _join_below(SITUATION, _Situation(task.initial).lines())
+
+
+def _join_below(heading: str, lines: Iterable[str]) -> str:
+    listed = list(lines)
+    return "\n".join((heading, *listed)) if listed else ""
+
+
+class _Situation(Facts):
+    """States what sources give, and the floors of objects that rest on nothing."""
+
+    def lines(self) -> Iterator[str]:
+        """Yield a line for each source and each floor."""
+        for source in self._names:
+            given = self._of(p.gives, source)
+            if given:
+                yield f"- {source} {self._giving(source, _listed(given))}."
+        resting = reduce(or_, [self._state.relation(place).sources for place in p.SUPPORTS])
+        free = {*self._those(p.present)} - {self._names[i] for i in bits(resting)}
+        for floor in self._those(p.floor):
+            above = [name for name in self._to(p.by_floor, floor) if name in free]
+            if above:
+                yield f"- {floor} is the floor of {_listed(above)}."
+
+    def _giving(self, source: str, given: str) -> str:
+        """Return the way in which a source gives: a fixed one to FILL and SOAK, another to POUR and APPLY."""
+        if not self._has(p.fixed, source):
+            return f"always holds {given}"
+        running = ", while it is switched on" if self._has(p.toggleable, source) else ""
+        return f"gives {given}{running}"
 
 
 class _Conventions(Facts):
-    """Tells the static facts of a scene."""
+    """States the static facts of a scene."""
 
     def lines(self) -> Iterator[str]:
-        """One line for each convention."""
-        for source in self._those(p.sink):
-            given = self._of(p.gives, source)
-            if given:
-                running = ", while it is switched on" if self._has(p.toggleable, source) else ""
-                yield f"- {source} gives {_listed(given)}{running}."
+        """Yield a line for each convention."""
         yield from map(self._removal, [name for name in self._names if self._to(p.has_cover, name)])
         yield from self._heat()
         for name in self._names:
@@ -130,7 +165,7 @@ class _Conventions(Facts):
                 yield f"- {words.format(_listed(made), name)}"
 
     def _recipe(self, recipe: str) -> str:
-        """A recipe in a sentence."""
+        """Return a recipe as a sentence."""
         vessels, sources = self._of(p.made_in, recipe), self._of(p.heated_by, recipe)
         if self._has(p.by_stirring, recipe):
             how = "by stirring, in any vessel"
@@ -138,12 +173,15 @@ class _Conventions(Facts):
             how = f"in {_listed(vessels, 'or')} by {_listed(sources, 'or')}"
         else:
             how = f"in {_listed(vessels, 'or')}, switched on, by RUN"
-        toppings = self._taken(recipe, p.topping)
-        over = f", with {toppings} on top" if toppings else ""
+        toppings, bases = self._taken(recipe, p.topping), _listed(self._of(p.base, recipe), "or")
+        over = f", with {toppings} on {bases}" if toppings else ""
+        results = [word for word, makes in _RESULTS.items() if self._has(makes, recipe)]
+        state = f" {_listed(results)}" if results else ""
+        taken = self._taken(recipe, p.ingredient) or "no ingredients"
         alone = "" if self._has(p.relaxed, recipe) else ", and nothing else"
         made = self._of(p.makes, recipe)
         are = "are" if len(made) > 1 else "is"
-        return f"- {_listed(made)} {are} made {how} of {self._taken(recipe, p.ingredient)}{over}{alone}."
+        return f"- {_listed(made)} {are} made{state} {how} of {taken}{over}{alone}."
 
     def _taken(self, recipe: str, role: Predicate) -> str:
         """The things that a recipe takes in a role, and whether they are to be cooked."""

@@ -10,13 +10,12 @@ import ast
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from importlib import resources
 from typing import Any
 
 from eai.data.source import Bundle
 from eai.data.store import Report
 from eai.errors import DataError
-from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES
+from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, RULES
 
 _DEFINITION = re.compile(r"bddl/activity_definitions/(\w+)/problem0\.bddl")
 _SYNSET = re.compile(r"[\w'-]+\.n\.\d\d\b")
@@ -60,7 +59,6 @@ def convert_tasks(files: Bundle, report: Report) -> dict[str, bytes]:
         ACTIVITIES: "".join(lines).encode(),
         KINDS: _compact(values),
         RULES: _compact(rules),
-        PLANS: (resources.files("eai.households.behavior_1k") / PLANS).read_bytes(),
     }
 
 

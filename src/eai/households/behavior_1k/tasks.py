@@ -13,7 +13,6 @@ from importlib.resources import files
 import eai.logic.formula as f
 from eai.abilities.task import Task, goal
 from eai.data.files import parse_toml
-from eai.data.store import PackFile
 from eai.english import NUMBERS, English, plural, sentences_of, turned
 from eai.errors import InputError
 from eai.households.behavior_1k.kinds import ACTIVITIES, KINDS, PLANS, RULES, Kinds
@@ -23,30 +22,32 @@ from eai.households.packs import BEHAVIOR_1K, open_published
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
 
+_EVIDENCE = "evidence.toml"
+
 Names = Mapping[str, str]
 """The phrases that variables stand for, by name."""
 
 
-def _evidence() -> bytes:
-    """The table of facts of activities besides their definitions."""
-    return (files("eai.households.behavior_1k") / "evidence.toml").read_bytes()
+def _own_file(name: str) -> bytes:
+    """Read a file of this package: the table of evidence, or the gold plans."""
+    return (files("eai.households.behavior_1k") / name).read_bytes()
 
 
 def left_out() -> Mapping[str, str]:
     """Why an activity is in no rate, by its name."""
-    entries = parse_toml(_evidence().decode())["left_out"]
+    entries = parse_toml(_own_file(_EVIDENCE).decode())["left_out"]
     return {name: entry["reason"] for entry in entries for name in entry["activities"]}
 
 
 def subsets() -> Mapping[str, tuple[str, ...]]:
     """Named lists of activities."""
-    return {name: tuple(each) for name, each in parse_toml(_evidence().decode())["subsets"].items()}
+    return {name: tuple(each) for name, each in parse_toml(_own_file(_EVIDENCE).decode())["subsets"].items()}
 
 
 def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
     """The tasks in alphabetical order, fetched first when they are not there.
 
-    Their digest is that of the data, evidence and reading.
+    Their digest is that of the data, plans, evidence and reading.
 
     Args:
         english: the sentences of predicates.
@@ -56,7 +57,7 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
         DataError: they cannot be obtained, or the store is damaged.
     """
     pack = open_published(BEHAVIOR_1K, source)
-    texts, plans, excluded = _lines(pack, ACTIVITIES), _lines(pack, PLANS), left_out()
+    texts, plans, excluded = _lines(pack.read(ACTIVITIES)), _lines(_own_file(PLANS)), left_out()
 
     @cache
     def set_up() -> SetUp:
@@ -80,8 +81,9 @@ def open_tasks(english: English, source: Source | None = None) -> TaskSet[Task]:
             unnamed=tuple(everything[nameable:]),
         )
 
-    digest = f"{pack.sha256}{hashlib.sha256(_evidence()).hexdigest()}{READING}"
-    return TaskSet(texts, build, hashlib.sha256(digest.encode()).hexdigest())
+    digests = [pack.members[member] for member in (ACTIVITIES, KINDS, RULES)]
+    digests += [hashlib.sha256(_own_file(name)).hexdigest() for name in (PLANS, _EVIDENCE)]
+    return TaskSet(texts, build, hashlib.sha256("".join((*digests, READING)).encode()).hexdigest())
 
 
 def _plan(line: str) -> tuple[Action, ...]:
@@ -90,8 +92,8 @@ def _plan(line: str) -> tuple[Action, ...]:
     return tuple(Action(operator, tuple(map(int, names))) for operator, *names in steps)
 
 
-def _lines(pack: PackFile, member: str) -> Mapping[str, str]:
-    return dict(line.split("\t") for line in pack.read(member).decode().splitlines())
+def _lines(content: bytes) -> Mapping[str, str]:
+    return dict(line.split("\t") for line in content.decode().splitlines())
 
 
 def _noun_of(category: str) -> str:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind
+from eai.abilities.task import GoalKind, Task
 from eai.benchmark.benchmark import Benchmark, Figure, formats_of
 from eai.benchmark.errata import errata_of
 from eai.benchmark.registry import TITLES
@@ -30,7 +30,7 @@ from eai.households.published import official_prompts, open_virtualhome
 from eai.households.virtualhome.domain import as_meant, with_either_hand
 from eai.households.virtualhome.notation import VirtualHomeGoals, VirtualHomeSubgoals
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
-from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION
+from eai.households.virtualhome.predicates import PREDICATE_OF_RELATION, room
 from eai.households.virtualhome.records import ObjectRecord, TaskRecord, VirtualHome
 from eai.households.virtualhome.records import open_virtualhome as open_records
 from eai.households.virtualhome.tasks import VirtualHomeTask, build_tasks
@@ -38,6 +38,7 @@ from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_task
 from eai.logic.formula import Atom, Formula
 from eai.prompts.prompt import Belief, GoalSection
 from eai.tasks.source import Finding, Source, TaskSet, once_per_store
+from eai.world.relation import bits
 
 if TYPE_CHECKING:
     from eai.abilities.wording import Wording
@@ -193,13 +194,24 @@ def open_demonstrations(path: Path, report: Report = silent) -> TaskSet[VirtualH
     return build_tasks(VirtualHome(content, hashlib.sha256(content).hexdigest()))
 
 
+def _find_surroundings(task: Task) -> Iterator[int]:
+    """Yield the rooms and the objects of the annotated plan.
+
+    In a pair of tasks, the objects of the plan would reveal which task has a plan.
+    """
+    yield from bits(task.initial.those(room.name))
+    if task.missing is None and task.is_told_by_goals:
+        for action in task.script:
+            yield from action.arguments
+
+
 def wording(ability: Ability) -> Wording:
     """As declared; but goal interpretation speaks of classes, and names relations as scene graphs do."""
     from eai.abilities.wording import Wording
 
     said = Wording.of(as_meant()).predicates
     if ability is not Ability.GOAL_INTERPRETATION:
-        return Wording(as_meant(), said)
+        return Wording(as_meant(), said, surroundings=_find_surroundings)
     return Wording(as_meant(), said, _RELATIONS, lambda task, index: task.scene.objects[index].category)
 
 

@@ -1,0 +1,250 @@
+"""A prompt states all that its gold plan needs: the plan works in a world made of the text alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
+from itertools import islice, product
+from pathlib import Path
+from typing import TypeAlias
+
+import pytest
+
+from by_path import ROOT
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.planning import find_plan
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark, with_tasks
+from eai.data.store import Store
+from eai.envs.game import Game, Stage
+from eai.envs.rules import Rules, View
+from eai.generator.sets import seeds_of
+from eai.generator.spec import Generated, TaskKind
+from eai.households.behavior_1k.benchmark import UNTOLD
+from eai.households.behavior_1k.conventions import HEADING, conventions
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
+from eai.prompts.prompt import Prompt
+from eai.tasks.source import Source, given
+from eai.world.execution import Action, execute
+from generator.worlds import generator
+from prompts.official_readers import official_reader_of
+from prompts.readers import reader_of
+from prompts.sufficiency import insufficiency
+from sweeps import every, swept
+
+PromptOf: TypeAlias = Callable[[Benchmark, Task], str]
+PLANS = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+INSUFFICIENT = Path(__file__).parent / "golden" / "official_insufficient.tsv"
+"""Tasks of which the data set's prompt lacks what the data set's plan needs: benchmark, task and reason."""
+
+FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
+
+
+@pytest.fixture(scope="module")
+def fetched(data_store: Store, activity_store: Store) -> Source:
+    """The data of the paper's households and of BEHAVIOR-1K."""
+    return Source(data_store)
+
+
+def gold_plan(benchmark: Benchmark, task: Task) -> Sequence[Action]:
+    """Return a plan that reaches all goals in the true world; empty if no plan can."""
+    if task.left_out is not None or task.missing:
+        return ()
+    plan = task.script or find_plan(task, Planner(benchmark.domain), Limits(10_000)).plan
+    trajectory = execute(benchmark.domain, task.initial, plan)
+    taken = [action.operator for action in trajectory.executed]
+    assert trajectory.failure is None, task.id
+    assert all(GoalTest(task).reached(trajectory.final, taken, trajectory)), task.id
+    return plan
+
+
+def insufficient(
+    benchmark: Benchmark, ability: Ability, tasks: Iterable[Task], prompt_of: PromptOf
+) -> dict[str, str]:
+    """Return why gold plans fail in the worlds of their prompts, by task."""
+    reasons = {}
+    for task in tasks:
+        plan = gold_plan(benchmark, task)
+        if plan:
+            reader = reader_of(benchmark, ability, task)
+            reasons[task.id] = insufficiency(reader, prompt_of(benchmark, task), task, plan)
+    assert reasons
+    return {task_id: reason for task_id, reason in reasons.items() if reason is not None}
+
+
+@cache
+def own_prompts(reference: str, ability: Ability, source: Source) -> Mapping[str, Prompt]:
+    """Return the prompts of our own set, rendered once for all tests."""
+    return Library("eai", None, source).open(find_benchmark(reference), ability)
+
+
+def own_prompt(ability: Ability, source: Source) -> PromptOf:
+    """Return the function that gives the prompt of a task from our own set."""
+
+    def prompt_of(benchmark: Benchmark, task: Task) -> str:
+        prompts = own_prompts(benchmark.reference, ability, source) if benchmark.reference else None
+        if prompts is None:
+            prompts = Library("eai", None, source).open(benchmark, ability)
+        return prompts[task.id].user
+
+    return prompt_of
+
+
+def with_known_conventions(text: str, task: Task) -> str:
+    """Return a prompt of the benchmark that hides conventions, as read by who knows them."""
+    _, heading, known = conventions(task).partition(HEADING)
+    before, start, after = text.rpartition("\n\nInitial state:\n")
+    return f"{before}\n\n{heading}{known}{start}{after}"
+
+
+def chosen(benchmark: Benchmark, ability: Ability, source: Source, step: int) -> list[Task]:
+    """Return every so many of the tasks that an ability is asked of."""
+    return list(benchmark.tasks_for(ability, source).values())[::step]
+
+
+@every(25)
+@pytest.mark.parametrize("ability", PLANS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("virtualhome", "behavior", "behavior-1k"),
+        *swept("behavior-1k-challenge-2025", "behavior-1k-behavior-100", "rules:behavior-1k"),
+        *swept("obfuscated:virtualhome", "obfuscated:behavior", "obfuscated:behavior-1k"),
+    ],
+)
+def test_gold_plans_work_in_the_worlds_of_our_prompts(
+    fetched: Source, name: str, ability: Ability, every: int
+) -> None:
+    benchmark = find_benchmark(name)
+    tasks = chosen(benchmark, ability, fetched, every)
+    assert insufficient(benchmark, ability, tasks, own_prompt(ability, fetched)) == {}
+
+
+@every(100)
+@pytest.mark.parametrize("ability", PLANS)
+def test_who_knows_the_conventions_needs_no_more_than_prompts_without_them(
+    fetched: Source, ability: Ability, every: int
+) -> None:
+    benchmark, plain = find_benchmark(UNTOLD), own_prompt(ability, fetched)
+    tasks = chosen(benchmark, ability, fetched, every)
+
+    def prompt_of(benchmark: Benchmark, task: Task) -> str:
+        return with_known_conventions(plain(benchmark, task), task)
+
+    assert insufficient(benchmark, ability, tasks, prompt_of) == {}
+
+
+@every(25)
+@pytest.mark.parametrize(
+    ("name", "view"),
+    [  # in VirtualHome, a view of the scene shows some relations of the agent alone, as it says
+        ("virtualhome", "task"),
+        *product(("behavior", "behavior-1k"), ("task", "scene")),
+    ],
+)
+def test_gold_plans_work_in_the_worlds_of_openings(
+    fetched: Source, name: str, view: View, every: int
+) -> None:
+    benchmark = find_benchmark(name)
+    rules = Rules(view=view, until="done")
+    tasks = [t for t in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every) if t.left_out is None]
+
+    def opening(benchmark: Benchmark, task: Task) -> str:
+        return Game(Stage(task, benchmark, rules)).briefing()
+
+    assert insufficient(benchmark, Ability.ACTION_SEQUENCING, tasks, opening) == {}
+
+
+@every(10)
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_prompts_of_the_data_sets_lack_what_a_list_says(fetched: Source, name: str, every: int) -> None:
+    benchmark = find_benchmark(name)
+    prompts = benchmark.official_prompts(Ability.ACTION_SEQUENCING, fetched)
+    assert prompts is not None
+    lacking = {}
+    for task in chosen(benchmark, Ability.ACTION_SEQUENCING, fetched, every):
+        plan = gold_plan(benchmark, task)
+        if plan:
+            reader = official_reader_of(benchmark, task)
+            lacking[task.id] = insufficiency(reader, prompts[task.id].user, task, plan) or ""
+    rows = [line.split("\t") for line in INSUFFICIENT.read_text(encoding="utf-8").splitlines()]
+    listed = {task_id: reason for of, task_id, reason in rows if of == name}
+    assert lacking == {task_id: listed.get(task_id, "") for task_id in lacking}
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in FOLDER.iterdir()))
+def test_gold_plans_work_in_the_worlds_of_prompts_about_pddl(name: str) -> None:
+    benchmark = find_benchmark(f"pddl:{FOLDER / name / 'domain.pddl'},{FOLDER / name}")
+    for ability in PLANS:
+        tasks = benchmark.tasks_for(ability, Source()).values()
+        assert insufficient(benchmark, ability, tasks, own_prompt(ability, Source())) == {}
+
+
+@pytest.mark.parametrize(
+    ("like", "kind", "seeds"),
+    [
+        *(
+            ("behavior", TaskKind.PLAIN, 4),
+            ("virtualhome", TaskKind.PLAIN, 6),
+            ("behavior", TaskKind.HAZARDS, 6),
+        ),
+        *swept(*product(("virtualhome", "behavior"), TaskKind, (40,))),
+    ],
+)
+def test_gold_plans_work_in_the_worlds_of_prompts_about_generated_tasks(
+    fetched: Source, like: str, kind: TaskKind, seeds: int
+) -> None:
+    made = generator(like, kind=kind)
+    outcomes = [made.task(seed) for seed in islice(seeds_of("sufficient", 1), seeds)]
+    tasks = [each.task for each in outcomes if isinstance(each, Generated)]
+    tasks += [each.twin.task for each in outcomes if isinstance(each, Generated) and each.twin is not None]
+    benchmark = with_tasks(find_benchmark(like), "made", given(*tasks))
+    asked = list(benchmark.tasks_for(Ability.ACTION_SEQUENCING, fetched).values())
+    if asked:
+        prompt_of = own_prompt(Ability.ACTION_SEQUENCING, fetched)
+        assert insufficient(benchmark, Ability.ACTION_SEQUENCING, asked, prompt_of) == {}
+    assert asked or seeds == 40, "no seed gives a task"
+
+
+def test_tasks_of_an_own_world_are_sufficient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples" / "lamps")
+    lamps = find_benchmark("lamps:lamps")
+    for ability in PLANS:
+        tasks = lamps.tasks_for(ability, Source()).values()
+        assert insufficient(lamps, ability, tasks, own_prompt(ability, Source())) == {}
+
+
+@pytest.mark.parametrize(
+    ("task_id", "line"),
+    [
+        ("clean_a_baseball_glove", "- sink_1 gives water_1, while it is switched on."),
+        ("clean_a_baseball_glove", "contains(disinfectant__bottle_1, disinfectant_1)"),
+        ("cook_corn", "- stove_1 works while switched on; it cooks all food here and melts butter_1."),
+        ("adding_chemicals_to_lawn", "- fertilizer__atomizer_1 always holds fertilizer_1."),
+        ("setting_mousetraps", "- floor_1 is the floor of sink_1 and cabinet_1."),
+    ],
+)
+def test_a_prompt_without_a_fact_that_the_gold_plan_needs_is_noticed(
+    fetched: Source, task_id: str, line: str
+) -> None:
+    benchmark = find_benchmark("behavior-1k")
+    task = benchmark.tasks(fetched)[task_id]
+    text = own_prompt(Ability.ACTION_SEQUENCING, fetched)(benchmark, task)
+    reader, plan = reader_of(benchmark, Ability.ACTION_SEQUENCING, task), gold_plan(benchmark, task)
+    assert insufficiency(reader, text, task, plan) is None
+    before, found, after = text.rpartition(f"{line}\n")
+    assert found
+    assert insufficiency(reader, before + after, task, plan) is not None
+
+
+def test_a_line_that_nobody_understands_is_noticed(fetched: Source) -> None:
+    benchmark = find_benchmark("behavior-1k")
+    task = benchmark.tasks(fetched)["cook_corn"]
+    text = own_prompt(Ability.ACTION_SEQUENCING, fetched)(benchmark, task)
+    reader = reader_of(benchmark, Ability.ACTION_SEQUENCING, task)
+    with pytest.raises(ValueError, match="not understood: - sink_1 leaks"):
+        reader.world(text.replace("- sink_1 gives", "- sink_1 leaks"))
