@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cli.conftest import Command, eai
 from eai.abilities.task import Task, goal, make_task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.check import check_benchmark
@@ -22,6 +23,8 @@ from eai.world.effect import Add
 from eai.world.execution import Action
 from eai.world.operator import Operator, additional, affordance
 from world import toy
+
+__all__ = ["eai"]
 
 X = Variable("x")
 LIGHT = make_task("light", "Switch the lamp on.", toy.initial(), "lit(lamp)")
@@ -121,3 +124,32 @@ def test_pddl_that_has_changed_is_read_again(tmp_path: Path) -> None:
     domain.write_text(DOMAIN.replace(":effect (p ?x)", ":effect (and (p ?x) (q))"))
     assert len(find_benchmark(reference).domain.operators[0].effects) == 2
     assert [*first.tasks(Source())] == ["one"]
+
+
+WIDE = """(define (domain wide) (:predicates (p ?x) (r ?x) (q ?x ?y) (never ?x))
+ (:action make :parameters (?a ?b ?c ?d ?e ?f ?g ?h)
+  :precondition (and (p ?a) (p ?b) (p ?c) (p ?d) (p ?e) (p ?f) (p ?g) (p ?h)) :effect (and (q ?a ?h) (r ?b)))
+ (:action end :parameters (?a ?b) :precondition (and (q ?a ?b) (not (p ?a)) (r ?b)) :effect (never ?a)))
+"""
+
+
+def test_a_check_ends_where_an_operator_has_many_parameters_and_says_what_it_gives_up(
+    tmp_path: Path, eai: Command
+) -> None:
+    (tmp_path / "domain.pddl").write_text(WIDE)
+    names = [f"o{i}" for i in range(40)]
+    facts = " ".join(f"(p {name})" for name in names)
+    problem = f"(:domain wide) (:objects {' '.join(names)}) (:init {facts}) (:goal (never o0))"
+    (tmp_path / "problem.pddl").write_text(f"(define (problem x) {problem})")
+    outcome = eai("check", f"pddl:{tmp_path}")
+    assert outcome.out == (
+        "wide: 2 operators and 1 task; nothing is wrong; "
+        "the planner solves 0 of the 1 without a plan, and gives up 1 at its limit\n"
+    )
+
+
+def test_a_check_reports_each_task() -> None:
+    seen: list[int] = []
+    tasks = [replace(LIGHT, id=str(number)) for number in range(3)]
+    check_benchmark(Benchmark("toy", toy.DOMAIN, given(*tasks)), Source(), seen.append)
+    assert seen == [0, 1, 2]

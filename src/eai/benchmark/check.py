@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, cast
 
@@ -20,7 +20,7 @@ from eai.benchmark.suite import open_suite
 from eai.errors import InputError, did_you_mean
 from eai.logic.traversal import bound_by, walk
 from eai.planning.planner import Planner
-from eai.planning.search import SearchEnd
+from eai.planning.search import Limits, SearchEnd
 from eai.tasks.source import Finding, Source
 from eai.tasks.task_files import problems_of
 from eai.world.conformance import check
@@ -35,14 +35,27 @@ _CARRIED_OUT = (Ability.ACTION_SEQUENCING, Ability.TRANSITION_MODELING)
 """The abilities of which gold answers are carried out, or planned with."""
 
 WALKS = 5
-"""From the initial states of so many tasks random walks begin."""
+"""Number of tasks from whose initial states random walks begin."""
+
+_LIMITS = Limits(looks=150_000)
+"""Limits of the search for a plan of each task: a second of search on a usual processor."""
 
 
-def check_benchmark(benchmark: Benchmark, source: Source) -> tuple[list[Finding], Counter[SearchEnd]]:
-    """All that is wrong with the declaration of a benchmark and its tasks.
+def _ignore(checked: int) -> None:
+    """Report nothing."""
 
-    Besides, how many tasks without a plan of their own the planner solves, and how many it does not. For
-    those that are left out as no plan solves them none is looked for.
+
+def check_benchmark(
+    benchmark: Benchmark, source: Source, progressed: Callable[[int], None] = _ignore
+) -> tuple[list[Finding], Counter[SearchEnd]]:
+    """Return all that is wrong with a benchmark, and how searches for plans of its tasks ended.
+
+    A plan is looked for if a task has none of its own, unless the task is excluded because no plan solves it.
+
+    Args:
+        benchmark: the benchmark.
+        source: the source of its tasks.
+        progressed: called with the number of tasks that are checked.
     """
     domain, tasks = benchmark.domain, benchmark.tasks(source)
     starts = [tasks[task_id].initial for task_id in list(tasks)[:WALKS]]
@@ -54,10 +67,11 @@ def check_benchmark(benchmark: Benchmark, source: Source) -> tuple[list[Finding]
                 problem = f"no task has an object of the kind {kind}{did_you_mean(kind, kinds)}"
                 found.append(Finding(domain.name, f"{subject}: {problem}"))
     planner, ends = Planner(domain), Counter[SearchEnd]()
-    for task_id, task in tasks.items():
+    for number, (task_id, task) in enumerate(tasks.items()):
+        progressed(number)
         problems = list(_problems(task, domain))
         if not problems and not task.script and task.unsolvable is None:
-            end = find_plan(task, planner).end
+            end = find_plan(task, planner, _LIMITS).end
             ends[end] += 1
             problems = ["no plan reaches its goals"] if end is SearchEnd.UNREACHABLE else []
         found += [Finding(task_id, problem) for problem in problems]

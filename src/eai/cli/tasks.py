@@ -15,6 +15,7 @@ from eai.benchmark.check import check_benchmark
 from eai.benchmark.registry import PDDL, REFERENCES, find_benchmark, is_task_files, of_the_paper
 from eai.cli.console import DOMAIN_HELP, counted, tell, tell_findings
 from eai.cli.options import AsJson, DataFolder, flag, opened_source
+from eai.cli.progress import scoring_progress
 from eai.errors import InputError
 from eai.generator.problem_files import problem_files_in, read_problems
 from eai.generator.sets import overlap_of, unproven
@@ -73,12 +74,15 @@ def check(
 def _check_benchmark(reference: str, data: Path | None, *, as_json: bool) -> None:
     benchmark = find_benchmark(reference)
     with opened_source(data) as source:
-        findings, ends = check_benchmark(benchmark, source)
-        parts = [counted(len(benchmark.domain.operators), "operator")]
-        parts += [counted(len(benchmark.tasks(source)), "task")]
+        number = len(benchmark.tasks(source))
+        with scoring_progress(f"checking {benchmark.name}", number, quiet=False) as progressed:
+            findings, ends = check_benchmark(benchmark, source, progressed)
+    parts = counted(len(benchmark.domain.operators), "operator"), counted(number, "task")
     fine = f"{benchmark.name}: {' and '.join(parts)}; nothing is wrong"
     if ends:
         fine += f"; the planner solves {ends[SearchEnd.SOLVED]} of the {ends.total()} without a plan"
+    if ends[SearchEnd.STATES]:
+        fine += f", and gives up {ends[SearchEnd.STATES]} at its limit"
     tell_findings(findings, fine, as_json=as_json)
 
 

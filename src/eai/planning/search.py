@@ -10,12 +10,12 @@ never timed, so that equal input gives equal output.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from itertools import chain
 from math import inf
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 S = TypeVar("S")
 """A state."""
@@ -65,6 +65,32 @@ class Effort:
             if self.used > self.limit:
                 return
             yield name
+
+    def over(self, objects: Sequence[int]) -> Sequence[int]:
+        """Return the same objects, each of which counts whenever it is looked at."""
+        return _Counted(objects, self)
+
+
+class _Counted(Sequence[int]):
+    """Objects that count as effort when they are looked at."""
+
+    def __init__(self, objects: Sequence[int], effort: Effort) -> None:
+        self._objects = objects
+        self._effort = effort
+
+    def __len__(self) -> int:
+        return len(self._objects)
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._objects[index]
+
+    def __iter__(self) -> Iterator[int]:
+        effort = self._effort
+        for item in self._objects:
+            effort.used += 1
+            if effort.used > effort.limit:
+                return
+            yield item
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeAlias
 
-from eai.planning.search import Node
+from eai.planning.search import Effort, Node
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.operator import Operator
@@ -49,10 +49,16 @@ class SuccessorGenerator:
         counts = node.met < len(self.goals) and action.operator in self.goals[node.met]
         return Node(after, node.met + counts, node.depth + 1, node, (action,))
 
-    def applicable(self, node: PlanNode) -> Iterator[Action]:
-        """All applicable actions: those that no check forbids in a node."""
+    def applicable(self, node: PlanNode, effort: Effort | None = None) -> Iterator[Action]:
+        """All applicable actions: those that no check forbids in a node.
+
+        Args:
+            node: the node.
+            effort: counts the objects that are tried as arguments, and ends the actions when it is exceeded.
+        """
+        objects = self.objects if effort is None else effort.over(self.objects)
         for operator in self._domain.operators:
-            yield from applicable_actions(self._domain, operator, node.state, self.objects)
+            yield from applicable_actions(self._domain, operator, node.state, objects)
 
     def without_needless(
         self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
