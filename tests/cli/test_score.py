@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import subprocess
 import sys
@@ -298,7 +299,58 @@ def test_a_zip_that_holds_far_more_than_it_weighs_is_refused(eai: Command) -> No
         archive.writestr("m_outputs.json", json.dumps([WALK]))
         with pytest.warns(UserWarning, match="Duplicate name"):
             archive.writestr("m_outputs.json", json.dumps([WALK]))
-    assert eai("score", "twice.zip", *HERE).err == "eai: twice.zip, m_outputs.json: stands there twice\n"
+    assert eai("score", "twice.zip", *HERE).err == "eai: twice.zip: m_outputs.json: stands there twice\n"
+
+
+def test_a_zip_that_windows_wrote_is_scored(eai: Command) -> None:
+    with zipfile.ZipFile("submission.zip", "w") as archive:
+        archive.writestr("sub\\virtualhome_action_sequencing_outputs.json", json.dumps([WALK]))
+        archive.writestr("sub\\notes\\", b"")
+    printed = eai("score", "submission.zip", "--json")
+    assert (printed.status, printed.err) == (0, "")
+    (found,) = json.loads(printed.out)
+    names = (found["domain"], found["ability"], found["model"])
+    assert names == ("virtualhome", "action_sequencing", "sub")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("m_outputs.json", "[", "submission.zip: a/m_outputs.json, line 1, column 2: expected JSON"),
+        ("m_outputs.json", "[]", "submission.zip: a/m_outputs.json: expected at least one answer"),
+        (
+            "m_outputs.jsonl",
+            '{"identifier": "x"}',
+            'submission.zip: a/m_outputs.jsonl, row 1: the key "llm_output"',
+        ),
+        ("x.txt", "", "submission.zip: expected a folder with <model>_outputs.json files, found none"),
+    ],
+)
+def test_a_member_of_a_zip_is_named_with_its_zip(eai: Command, name: str, content: str, message: str) -> None:
+    with zipfile.ZipFile("submission.zip", "w") as archive:
+        archive.writestr(f"a/{name}", content)
+    printed = eai("score", "submission.zip", *HERE)
+    assert printed.status == 2
+    assert printed.err.startswith(f"eai: {message}")
+    assert "eai-answers" not in printed.err
+
+
+def test_a_zip_may_have_several_answers_to_a_task(eai: Command) -> None:
+    rows = [{**WALK, "sample": number} for number in range(3)]
+    with zipfile.ZipFile("samples.zip", "w") as archive:
+        archive.writestr("m_outputs.jsonl", "".join(f"{json.dumps(row)}\n" for row in rows))
+    outcome = eai("score", "samples.zip", *HERE, "--allow-missing", "--out", "out")
+    assert outcome.status == 0
+    assert [row["sample"] for row in records() if row["status"] == "scored"] == [0, 1, 2]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+@pytest.mark.parametrize("name", ["m_outputs.json", "m_outputs.jsonl", "m_outputs.parquet", "log.eval"])
+def test_a_named_pipe_is_refused_at_once(eai: Command, name: str) -> None:
+    os.mkfifo(name)
+    printed = eai("score", name, *HERE)
+    assert printed.status == 2
+    assert printed.err.startswith(f"eai: {name}: is a named pipe")
 
 
 def test_what_another_run_left_is_not_replaced_without_a_word(eai: Command) -> None:

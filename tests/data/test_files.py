@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -10,7 +12,16 @@ from pathlib import Path
 
 import pytest
 
-from eai.data.files import files_below, lines, printable, read_columns, write_whole
+from eai.data.files import (
+    LOCK,
+    content_of,
+    files_below,
+    lines,
+    printable,
+    read_columns,
+    sole_run,
+    write_whole,
+)
 from eai.errors import EaiError, InputError
 
 
@@ -127,3 +138,111 @@ def test_links_to_folders_are_followed_once(tmp_path: Path) -> None:
     (tmp_path / "elsewhere" / "round").symlink_to(tmp_path / "kept", target_is_directory=True)
     found = files_below(tmp_path / "kept", "*.json")
     assert [file.relative_to(tmp_path / "kept").as_posix() for file in found] == ["a.json", "linked/a.json"]
+
+
+def bomb(folder: Path, kind: str, texts: list[str]) -> Path:
+    """Write a Parquet file that is small and holds much."""
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    names = [str(number) for number in range(len(texts))]
+    table = pyarrow.table({"identifier": names, "llm_output": texts})
+    shared = {"use_dictionary": False, "column_encoding": {"llm_output": "DELTA_BYTE_ARRAY"}}
+    how = {"dictionary": {}, "compression": {"use_dictionary": False}, "shared prefixes": shared}[kind]
+    file = folder / "m_outputs.parquet"
+    parquet.write_table(table, file, compression="zstd", write_statistics=False, **how)
+    assert file.stat().st_size < 10_000
+    return file
+
+
+MEASURED = """
+import resource, sys
+from pathlib import Path
+from eai.data.files import read_columns
+import pyarrow.parquet
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+read = sum(len(row["llm_output"]) for row in read_columns(Path(sys.argv[1]), ["identifier", "llm_output"]))
+print(read, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is measured in kilobytes on Linux alone")
+@pytest.mark.parametrize("kind", ["dictionary", "shared prefixes"])
+def test_texts_that_a_parquet_file_holds_once_are_in_memory_once(tmp_path: Path, kind: str) -> None:
+    file = bomb(tmp_path, kind, ["x" * 1_000_000] * 300)
+    command = [sys.executable, "-c", MEASURED, str(file)]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    read, kilobytes = map(int, printed.split())
+    assert read == 300_000_000
+    assert kilobytes < 60_000
+
+
+def test_a_parquet_file_that_unpacks_to_far_more_than_it_has_is_refused_unread(tmp_path: Path) -> None:
+    file = bomb(tmp_path, "compression", ["x" * 100_000_000])
+    with pytest.raises(InputError, match=r"expected at most 32,\d{3},\d{3} bytes .*, found 100,000,\d{3}$"):
+        list(read_columns(file, COLUMNS))
+
+
+@pytest.mark.parametrize("kind", ["dictionary", "shared prefixes", "compression"])
+def test_rows_of_any_encoding_are_read_as_they_were_written(tmp_path: Path, kind: str) -> None:
+    texts = [f"{'step ' * (number % 7)}{number % 3}" for number in range(2_500)]
+    rows = list(read_columns(bomb(tmp_path, kind, texts[:400]), COLUMNS))
+    assert rows == [{"identifier": str(i), "llm_output": text} for i, text in enumerate(texts[:400])]
+
+
+def test_a_missing_value_of_a_parquet_file_is_none(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    file = tmp_path / "m_outputs.parquet"
+    parquet.write_table(pyarrow.table({"identifier": ["a", "b"], "llm_output": ["x", None]}), file)
+    assert [row["llm_output"] for row in read_columns(file, COLUMNS)] == ["x", None]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_named_pipe_and_a_device_are_refused_at_once(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    for path, kind in ((tmp_path / "pipe", "a named pipe"), (Path("/dev/zero"), "a device")):
+        with pytest.raises(InputError, match=f"{path}: is {kind}; expected a file, or /dev/stdin"):
+            content_of(path)
+    with socket.socket(socket.AF_UNIX) as opened:
+        opened.bind(str(tmp_path / "s"))
+        with pytest.raises(InputError, match="is a socket"):
+            content_of(tmp_path / "s")
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="this system does not name descriptors")
+def test_a_pipe_that_the_shell_has_opened_is_read() -> None:
+    reading, writing = os.pipe()
+    os.write(writing, b"content")
+    os.close(writing)
+    assert content_of(Path(f"/dev/fd/{reading}")) == b"content"
+    os.close(reading)
+
+
+@pytest.fixture
+def without_locks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work on a file system without locks, as some of networks are."""
+    fcntl = pytest.importorskip("fcntl")
+
+    def flock(file: object, operation: int) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+
+
+@pytest.mark.usefixtures("without_locks")
+def test_a_run_is_alone_in_its_folder_on_a_file_system_without_locks(tmp_path: Path) -> None:
+    held = tmp_path / "run" / f"{LOCK}.held"
+    with sole_run(tmp_path / "run"):
+        assert held.is_file()
+        message = f"another process is running there; .*; if no process is, delete {held}"
+        with pytest.raises(InputError, match=message), sole_run(tmp_path / "run"):
+            pass
+    assert not held.exists()
+    with sole_run(tmp_path / "run"):
+        pass
+
+
+def test_a_folder_that_cannot_be_written_is_named_when_it_is_locked(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="file/run: cannot be written"), sole_run(tmp_path / "file" / "run"):
+        pass

@@ -90,12 +90,15 @@ def test_tasks_of_files_are_in_the_image(
     assert [*find_benchmark("nights.jsonl").tasks(Source())] == ["dark/1"]
 
 
-def test_problems_in_pddl_are_in_the_image(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "all").mkdir()
-    (tmp_path / "domain.pddl").write_text(DOMAIN)
-    (tmp_path / "all/p.pddl").write_text(PROBLEM)
-    reference = f"pddl:{tmp_path / 'domain.pddl'},{tmp_path / 'all'}"
-    (folder,) = exported(reference, "action_sequencing", ["p"], tmp_path / "out")
+@pytest.mark.parametrize("reference", ["pddl:{0}/domain.pddl,{0}/all", "pddl:{0}"])
+def test_problems_in_pddl_are_in_the_image(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reference: str
+) -> None:
+    world = tmp_path / "world"
+    (world / "all").mkdir(parents=True)
+    (world / "domain.pddl").write_text(DOMAIN)
+    (world / "all/p.pddl").write_text(PROBLEM)
+    (folder,) = exported(reference.format(world), "action_sequencing", ["p"], tmp_path / "out")
     monkeypatch.chdir(tmp_path / "out" / IMAGE)
     about = parse_toml((folder / "task.toml").read_text())
     task = TaskReference.parse(about["verifier"]["env"]["EAI_TASK"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -247,6 +248,13 @@ def test_a_folder_of_pddl_that_is_checked_as_task_files_says_how_to_name_it() ->
     write(d=TWO)
     with pytest.raises(InputError, match=r"expected task files, .*; its files of PDDL are pddl:\.$"):
         task_files_in(Path())
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_named_pipe_is_refused_at_once() -> None:
+    os.mkfifo("d.pddl")
+    write(p=PROBLEM)
+    assert refusal("pddl:d.pddl,p.pddl").startswith("d.pddl: is a named pipe")
 
 
 def test_a_problem_without_its_domain_file_is_read_as_before() -> None:

@@ -16,7 +16,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
-from eai.data.files import content_of, files_below, read_columns, write_whole
+from eai.data.files import content_of, files_below, read_columns, require_file, write_whole
 from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"
@@ -303,6 +303,7 @@ def _values(path: Path) -> Iterator[object]:
 
 def _lines(path: Path) -> Iterator[tuple[int, bytes]]:
     """The lines that are not blank, numbered from 1; only a line feed ends one: JSON may hold the others."""
+    require_file(path)
     try:
         with path.open("rb") as file:
             yield from ((number, line) for number, line in enumerate(file, 1) if line.strip())

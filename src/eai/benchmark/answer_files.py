@@ -6,6 +6,7 @@ A file names its suite by folders, ``<domain>/<ability>/..._outputs.json``, or, 
 
 from __future__ import annotations
 
+import os
 import tempfile
 import zipfile
 import zlib
@@ -18,14 +19,11 @@ from typing import TYPE_CHECKING
 from eai.abilities.protocol import Ability, place_of, registered_abilities
 from eai.abilities.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 from eai.benchmark.registry import find_benchmark, registered
-from eai.data.files import read_toml
+from eai.data.files import MAX_UNPACKED, UNPACKED_PER_BYTE, read_toml
 from eai.errors import EaiError, InputError
 
 if TYPE_CHECKING:
     from eai.benchmark.benchmark import Benchmark
-
-MAX_SIZE, PER_BYTE = 32_000_000, 50
-"""How many bytes of answers a zip may hold: so many, and so many for each byte of its own."""
 
 _RUN, _ABOVE = "run*.toml", 4
 """How the files are called that say what runs were of, and how many folders above records they may be."""
@@ -104,6 +102,8 @@ def suite_files(path: Path, own: Collection[str] = ()) -> list[_SuiteFile]:
 def unpacked(path: Path, also: Collection[str] = ()) -> Iterator[Path]:
     """The path, or, of a zip, a folder of its name with its response files, for as long as the block lasts.
 
+    An InputError that the block raises calls a file of this folder ``ZIP: MEMBER``.
+
     Args:
         path: the path.
         also: names of other files that are wanted of a zip.
@@ -119,19 +119,31 @@ def unpacked(path: Path, also: Collection[str] = ()) -> Iterator[Path]:
         name = str(path)
         try:
             with zipfile.ZipFile(path) as archive:
-                members = [info for info in archive.infolist() if _is_wanted(info, also)]
-                limit = MAX_SIZE + PER_BYTE * path.stat().st_size
+                members = [info for info in members_of(archive) if _is_wanted(info, also)]
+                limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
                 if sum(info.file_size for info in members) > limit:  # no more of a member is ever read
                     raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
                 for info in members:
-                    name = f"{path}, {info.filename}"
+                    name = f"{path}: {info.filename}"
                     if (folder / info.filename).exists():
                         raise InputError(f"{name}: stands there twice")
                     archive.extract(info, folder)
         except UNREADABLE as error:
             raise InputError(f"{name}: expected a zip that can be read ({error})") from error
         folder.mkdir(exist_ok=True)
-        yield folder
+        try:
+            yield folder
+        except InputError as error:
+            text = str(error).replace(f"{folder}{os.sep}", f"{path}: ").replace(str(folder), str(path))
+            raise InputError(text) from error
+
+
+def members_of(archive: zipfile.ZipFile) -> list[zipfile.ZipInfo]:
+    """Return the members of a zip, whose names have slashes even if Windows wrote backslashes."""
+    members = archive.infolist()
+    for info in members:
+        info.filename = info.filename.replace("\\", "/")
+    return members
 
 
 def _is_wanted(info: zipfile.ZipInfo, also: Collection[str]) -> bool:

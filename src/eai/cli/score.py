@@ -116,8 +116,8 @@ def score(
         from eai.studies.pipeline.stage_one import refuse_no_stage_two
 
         refuse_no_stage_two(ability)
-    with ExitStack() as stack:
-        places = [stack.enter_context(unpacked(path)) for path in paths]
+    with ExitStack() as unpacking:
+        places = [unpacking.enter_context(unpacked(path)) for path in paths]
         terms = options.planner_terms(context, planner_seconds, planner_memory)
         with options.opened_source(data, planner, errata, terms) as source:
             if domain is not None and ability is not None:
@@ -125,22 +125,22 @@ def score(
                 shares = _shares_of_suite(places, suite, out)
             else:
                 shares = _shares_by_place(places, domain, ability, protocol, source, out)
-    shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
-    note_planner([share.suite for share in shares])
-    _note_elsewhere(shares)
-    with _opened(workers, ray) as workplace, ExitStack() as stack:
-        for folder in {share.out: None for share in shares if shard is None}:
-            if folder is not None:
-                stack.enter_context(sole_run(folder))
-        parts_of = partial(_parts, settings=settings, workplace=workplace, quiet=as_json)
-        if shard is not None:
-            for share in shares:
-                records.write_shard(share.out or Path(), shard, parts_of(share))
-        printed = _score_all(shares, parts_of, as_json=as_json, wide=wide) if shard is None else []
-    if as_json:
-        print_json(printed)
-    elif out is not None:
-        say(f"written to {out}")
+        shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
+        note_planner([share.suite for share in shares])
+        _note_elsewhere(shares)
+        with _opened(workers, ray) as workplace, ExitStack() as stack:
+            for folder in {share.out: None for share in shares if shard is None}:
+                if folder is not None:
+                    stack.enter_context(sole_run(folder))
+            parts_of = partial(_parts, settings=settings, workplace=workplace, quiet=as_json)
+            if shard is not None:
+                for share in shares:
+                    records.write_shard(share.out or Path(), shard, parts_of(share))
+            printed = _score_all(shares, parts_of, as_json=as_json, wide=wide) if shard is None else []
+        if as_json:
+            print_json(printed)
+        elif out is not None:
+            say(f"written to {out}")
 
 
 def _note_elsewhere(shares: Sequence[_Share]) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from eai.data import source
+from eai.data.files import if_killed, lock_of
 from eai.data.source import Archive, Pack, open_bundle
 from eai.data.store import PackFile, Report, Store, silent, unwritable
 from eai.errors import DataError
@@ -114,15 +115,15 @@ def _missing(store: Store, packs: Sequence[Pack]) -> list[Pack]:
 @contextmanager
 def _locked(folder: Path, report: Report) -> Iterator[None]:
     """Hold the folder's lock, waiting for another process if need be."""
-    from filelock import FileLock, Timeout
+    from filelock import Timeout
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / "fetch.lock")
+        file, lock = lock_of(folder / "fetch.lock")
         try:
             lock.acquire(timeout=0)
         except Timeout:
-            report("waiting for", "another process that fetches the data", 0, 0)
+            report("waiting for", f"another process that fetches the data{if_killed(file)}", 0, 0)
             lock.acquire()
     except OSError as error:
         raise unwritable(folder, error) from error

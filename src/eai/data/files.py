@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import secrets
+import stat
 import sys
+import tempfile
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from eai.errors import InputError, needing
 
@@ -22,8 +25,23 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
 ROWS = 1024
 """How many rows of a Parquet file are read at a time."""
+
+_HELD = ".held"
+"""End of the name of a file whose presence is a lock, on file systems without locks."""
+
+MAX_UNPACKED = 32_000_000
+"""Number of bytes to which a compressed file of answers may unpack, whatever its size."""
+
+UNPACKED_PER_BYTE = 50
+"""Number of further bytes to which it may unpack, for each byte of its own."""
+
+_SHARED_PREFIXES = "DELTA_BYTE_ARRAY"
+"""An encoding of Parquet: a text shares its beginning with the one before, so that few bytes mean many."""
 
 LOCK = "answers.lock"
 """Name of the file that a process holds in the folder where it works."""
@@ -43,6 +61,8 @@ def parquet() -> Any:
 def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> Iterator[dict[str, object]]:
     """The rows of a Parquet file, each with these columns; the file is never in memory as a whole.
 
+    A text that a file holds once for many rows is in memory once.
+
     Args:
         path: the file.
         names: the columns that it must have.
@@ -50,19 +70,77 @@ def read_columns(path: Path, names: Sequence[str], also: Sequence[str] = ()) -> 
 
     Raises:
         EaiError: pyarrow is not installed.
-        InputError: the file cannot be read, or has no such column.
+        InputError: the file cannot be read, has no such column, or unpacks to far more bytes than it has.
     """
     reader = parquet()
+    require_file(path)
     try:
-        with reader.ParquetFile(path) as file:
-            there = file.schema_arrow.names
-            for name in names:
-                if name not in there:
-                    raise InputError(f'{path}: the column "{name}" is missing')
-            for batch in file.iter_batches(ROWS, columns=[*names, *(name for name in also if name in there)]):
-                yield from batch.to_pylist()
-    except (OSError, ValueError) as error:
+        metadata = reader.read_metadata(path)
+        there = metadata.schema.to_arrow_schema().names
+        for name in names:
+            if name not in there:
+                raise InputError(f'{path}: the column "{name}" is missing')
+        columns = [*names, *(name for name in also if name in there)]
+        is_prefixed = _require_bounded(path, metadata, columns)
+        with reader.ParquetFile(path, read_dictionary=[] if is_prefixed else columns) as file:
+            for batch in file.iter_batches(1 if is_prefixed else ROWS, columns=columns):
+                texts = [_values(batch.column(name)) for name in columns]
+                yield from (dict(zip(columns, row, strict=True)) for row in zip(*texts, strict=True))
+    except (OSError, ValueError, OverflowError, MemoryError) as error:
         raise InputError(f"{path}: expected a Parquet file ({str(error).splitlines()[0]})") from error
+
+
+def _require_bounded(path: Path, metadata: Any, columns: Sequence[str]) -> bool:
+    """Refuse a file of which a group of rows unpacks to too much.
+
+    Returns whether texts share their beginnings, so that each row may be much larger than its bytes.
+    """
+    limit = MAX_UNPACKED + UNPACKED_PER_BYTE * path.stat().st_size
+    is_prefixed = False
+    for group in map(metadata.row_group, range(metadata.num_row_groups)):
+        chunks = [group.column(i) for i in range(group.num_columns)]
+        wanted = [chunk for chunk in chunks if chunk.path_in_schema in columns]
+        unpacked = sum(chunk.total_uncompressed_size for chunk in wanted)
+        if unpacked > limit:
+            expected = f"expected at most {limit:,} bytes of answers in a group of rows"
+            raise InputError(f"{path}: {expected}, found {unpacked:,}")
+        is_prefixed |= any(_SHARED_PREFIXES in chunk.encodings for chunk in wanted)
+    return is_prefixed
+
+
+def _values(column: Any) -> list[object]:
+    """The values of a column of a batch; rows with the same entry of a dictionary share one value."""
+    if not hasattr(column, "dictionary"):
+        return list(column.to_pylist())
+    entries = column.dictionary.to_pylist()
+    return [None if index is None else entries[index] for index in column.indices.to_pylist()]
+
+
+def require_file(path: Path) -> None:
+    """Refuse a device, a socket or a named pipe, of which reading may never end.
+
+    A pipe that the shell has opened is read: ``/dev/stdin``, or ``<(...)``, which is ``/dev/fd/N``.
+
+    Raises:
+        InputError: the path is neither a file nor such a pipe. A path where nothing is passes.
+    """
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return  # who opens the file says why it cannot be read
+    is_of_shell = stat.S_ISFIFO(mode) and _DESCRIPTOR.match(str(path)) is not None
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode) or is_of_shell):
+        kind = next((name for is_kind, name in _ENDLESS if is_kind(mode)), "no regular file")
+        raise InputError(f"{path}: is {kind}; expected a file, or /dev/stdin, whose input is a pipe")
+
+
+_DESCRIPTOR = re.compile(r"/dev/stdin$|/dev/fd/\d+$|/proc/(self|\d+)/fd/\d+$")
+_ENDLESS = (
+    (stat.S_ISFIFO, "a named pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
 
 
 Content: TypeAlias = str | bytes | Iterable[str] | Iterable[bytes]
@@ -114,6 +192,7 @@ def content_of(path: Path) -> bytes:
     Raises:
         InputError: it cannot be read.
     """
+    require_file(path)
     try:
         return path.read_bytes()
     except OSError as error:
@@ -182,6 +261,44 @@ def _encoded(content: Content) -> Iterator[bytes]:
         yield piece if isinstance(piece, bytes) else piece.encode("utf-8", "backslashreplace")
 
 
+def lock_of(file: Path) -> tuple[Path, BaseFileLock]:
+    """Return a lock, and the file by which processes see that it is held.
+
+    A file system may have no locks, as some of networks have none. There the lock is the presence of another
+    file, which stays if the process is killed.
+
+    Args:
+        file: the file to lock, in a folder that is there.
+
+    Raises:
+        OSError: the folder cannot be written to.
+    """
+    from filelock import FileLock, SoftFileLock
+
+    if _has_locks(file.parent):
+        return file, FileLock(file)
+    file = file.with_name(f"{file.name}{_HELD}")
+    return file, SoftFileLock(file)
+
+
+def _has_locks(folder: Path) -> bool:
+    try:
+        import fcntl
+    except ImportError:  # Windows, which locks in another way
+        return True
+    with tempfile.TemporaryFile(dir=folder) as probe:
+        try:
+            fcntl.flock(probe, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:  # nobody else has this file
+            return False
+    return True
+
+
+def if_killed(file: Path) -> str:
+    """Return the end of a message: what to do about a lock that a killed process may have left."""
+    return f"; if no process is, delete {file}" if file.name.endswith(_HELD) else ""
+
+
 @contextlib.contextmanager
 def sole_run(folder: Path) -> Iterator[None]:
     """Keeps other processes out of the folder of a run during the block; the folder is made if need be.
@@ -189,18 +306,16 @@ def sole_run(folder: Path) -> Iterator[None]:
     Raises:
         InputError: another process is working there, or the folder cannot be made.
     """
-    from filelock import FileLock, Timeout
+    from filelock import Timeout
 
+    file = folder / LOCK
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / LOCK, timeout=0)
-        lock.acquire()
+        file, lock = lock_of(file)
+        lock.acquire(timeout=0)
     except Timeout as error:
-        hint = "wait for its end, or give another --out"
+        hint = f"wait for its end, or give another --out{if_killed(file)}"
         raise InputError(f"{folder}: another process is running there; {hint}") from error
-    except NotImplementedError:  # a file system without locks
-        yield
-        return
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
     try:

@@ -191,6 +191,13 @@ def _carried(reference: str, task_ids: Collection[str]) -> tuple[str, _Files]:
     """The reference of a benchmark where its files are beside, and those files: with these tasks alone."""
     kind, _, named = reference.partition(":")
     if kind == PDDL:
+        if "," not in named:
+            folder = Path(named).resolve()
+            inside = files_below(folder, "*.pddl")
+            contents: _Files = {
+                part.relative_to(folder.parent).as_posix(): content_of(part) for part in inside
+            }
+            return f"{PDDL}:{folder.name}", contents
         domain, problems = map(Path, named.split(",", 1))
         parts = [problems] if problems.is_file() else files_below(problems, "*.pddl")
         beside = {part.relative_to(problems.parent).as_posix(): content_of(part) for part in parts}

@@ -11,9 +11,9 @@ from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.responses import SUFFIX, find_response_files, read_responses
-from eai.benchmark.answer_files import MAX_SIZE, UNREADABLE
+from eai.benchmark.answer_files import UNREADABLE, members_of
 from eai.benchmark.registry import FIRST, find_benchmark
-from eai.data.files import write_whole
+from eai.data.files import MAX_UNPACKED, write_whole
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.households.packs import SCENE_PREFIX, task_id_of
@@ -109,7 +109,7 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
     expected = submission_files(store, prompts)
     try:
         with zipfile.ZipFile(path) as archive:
-            members = {info.filename: info for info in archive.infolist() if not info.is_dir()}
+            members = {info.filename: info for info in members_of(archive) if not info.is_dir()}
             by_name = Counter(PurePosixPath(name).name for name in members)
             findings = [
                 Finding(path.name, f"{name} is not one of the files") for name in by_name.keys() - expected
@@ -119,8 +119,8 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
                 if len(found) != 1:
                     problem = "is missing" if not found else f"is there {len(found)} times"
                     findings.append(Finding(file, problem))
-                elif found[0].file_size > MAX_SIZE:
-                    findings.append(Finding(file, f"holds more than {MAX_SIZE:,} bytes"))
+                elif found[0].file_size > MAX_UNPACKED:
+                    findings.append(Finding(file, f"holds more than {MAX_UNPACKED:,} bytes"))
                 else:
                     findings += [Finding(file, each) for each in _problems(archive, found[0], identifiers)]
     except UNREADABLE as error:

@@ -23,8 +23,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from filelock import FileLock, Timeout
+from filelock import Timeout
 
+from eai.data.files import lock_of
 from eai.errors import DataError, how_to_install
 from eai.pddl.execute import PlanStep
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
@@ -37,11 +38,11 @@ _PAUSE = 0.05
 @contextmanager
 def seat(number: int, folder: Path) -> Iterator[None]:
     """Wait for one of so many seats in all processes that share a folder, and keep it during the block."""
-    locks = [FileLock(folder / f"seat-{i}.lock", timeout=0) for i in range(number)]
+    locks = [lock_of(folder / f"seat-{i}.lock")[1] for i in range(number)]
     while True:
         for lock in locks:
             try:
-                lock.acquire()
+                lock.acquire(timeout=0)
             except Timeout:
                 continue
             try:

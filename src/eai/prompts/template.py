@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from string import Template
 
-from eai.data.files import files_below
+from eai.data.files import content_of, files_below
 from eai.errors import InputError
 
 _FOLDER = Path(__file__).parent / "templates"
@@ -58,8 +58,8 @@ class Templates:
         if file is None or not file.exists():
             return None
         try:
-            return file.read_text(encoding="utf-8").removesuffix("\n")
-        except (OSError, UnicodeDecodeError) as error:
+            return content_of(file).decode().replace("\r\n", "\n").removesuffix("\n")
+        except UnicodeDecodeError as error:
             raise InputError(f"{file}: cannot be read ({error})") from error
 
     def fill(self, name: str, values: Mapping[str, str]) -> str:

@@ -24,11 +24,11 @@ from eai.abilities.declaration import MetricColumn
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
-from eai.benchmark.answer_files import MAX_SIZE, ZIP, suite_files, unpacked
+from eai.benchmark.answer_files import ZIP, suite_files, unpacked
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark, title_of
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import files_below, read_toml
+from eai.data.files import MAX_UNPACKED, files_below, read_toml
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.generator.sets import MANIFEST, file_of_set, set_of, unproven
@@ -147,8 +147,10 @@ def _checked(place: Path) -> Iterator[Path]:
         for file in files:
             if file.is_symlink():
                 raise InputError(f"{file}: expected no link")
-        if len(files) > _MOST_FILES or sum(file.lstat().st_size for file in files) > MAX_SIZE:
-            raise InputError(f"{place}: expected at most {_MOST_FILES} files and {MAX_SIZE:,} bytes in it")
+        if len(files) > _MOST_FILES or sum(file.lstat().st_size for file in files) > MAX_UNPACKED:
+            raise InputError(
+                f"{place}: expected at most {_MOST_FILES} files and {MAX_UNPACKED:,} bytes in it"
+            )
         yield described[0].parent
 
 

@@ -42,7 +42,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
-from eai.data.files import writing_to
+from eai.data.files import require_file, writing_to
 from eai.data.grouping import grouped
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.pddl.planning import PlannerChoice
@@ -362,6 +362,7 @@ def _counted(samples: Sequence[EvalSample], ability: Ability) -> EvalSample:
 
 
 def _read(path: Path, *, header_only: bool = False) -> EvalLog:
+    require_file(path)
     try:
         return read_eval_log(str(path), header_only=header_only)
     except Exception as error:  # a file that is no log fails in whatever way its parts do

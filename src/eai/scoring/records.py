@@ -17,7 +17,7 @@ from pydantic_core import from_json
 from eai.abilities.codec import SCHEMA, experiment_to_json, record_from_json, record_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json, Verdict
-from eai.data.files import files_below, write_whole
+from eai.data.files import files_below, require_file, write_whole
 from eai.errors import InputError, located
 from eai.results.rate import Rate
 from eai.results.totals import Totals
@@ -63,6 +63,7 @@ def read_records(path: Path) -> Iterator[Record]:
 
 
 def _lines(path: Path) -> Iterator[str]:
+    require_file(path)
     try:
         with path.open(encoding="utf-8") as file:
             yield from file

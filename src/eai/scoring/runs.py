@@ -16,7 +16,7 @@ from eai.abilities.protocol import Ability, Protocol, place_of
 from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
-from eai.data.files import files_below, write_whole
+from eai.data.files import content_of, files_below, write_whole
 from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.lines import SuiteKey
@@ -165,7 +165,7 @@ def write_log_place(folder: Path, log: Path, epoch: int | Mapping[str, int]) -> 
 def _log_beside(records: Path) -> LogPlace | None:
     path = records.with_name(_LOG)
     try:
-        content = json.loads(path.read_bytes()) if path.exists() else None
+        content = json.loads(content_of(path)) if path.exists() else None
         if content is None:
             return None
         epoch = content["epoch"]

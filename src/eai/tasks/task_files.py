@@ -15,7 +15,7 @@ from pathlib import Path
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.planning import is_impossible
 from eai.abilities.task import Task
-from eai.data.files import lines, write_whole
+from eai.data.files import content_of, lines, write_whole
 from eai.errors import InputError, located
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.start import is_broken
@@ -208,8 +208,8 @@ def task_files_in(path: Path) -> list[Path]:
 
 
 def _content(file: Path) -> bytes:
+    content = content_of(file)
     try:
-        content = file.read_bytes()
         return gzip.decompress(content) if file.suffix == ".gz" else content
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(f"{file}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
