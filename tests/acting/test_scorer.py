@@ -10,6 +10,7 @@ import pytest
 
 from eai import Benchmark, InputError, Reward, given, make_task
 from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.goal_test import GoalTest
 from eai.abilities.mending import PlanMender
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
@@ -142,12 +143,26 @@ def test_an_episode_that_does_not_replay_fails_and_is_counted(suite: Suite) -> N
             *[False] * 3,
         )
         shares = contributions(verdict)
-        assert shares["unreplayable"] == (1, 1)
+        assert (shares["unreplayable"], shares["partial_success"]) == ((1, 1), (0, 1))
         lost = ("success", "spl", "undeclared", "declared_early", *(f"within_{k}" for k in ("1x", "2x")))
         assert {name: shares[name] for name in lost} == dict.fromkeys(lost, (0, 1))
         assert shares["total_goal"] == (0, contributions(verdict_of(suite, "DONE"))["total_goal"][1])
         assert record_of(suite, json.dumps(changed)).verdict == verdict
     assert contributions(verdict_of(suite, json.dumps(won)))["unreplayable"] == (0, 1)
+
+
+def test_an_episode_has_the_partial_success_of_its_end(suite: Suite) -> None:
+    task_id, commands = suite.task_ids[0], reference(suite)
+    won = verdict_of(suite, episode(SWITCHES, task_id, [*commands, "DONE"]))
+    assert won.partial is not None
+    assert won.partial.numerator == won.partial.denominator
+    assert contributions(won)["partial_success"] == (1, 1)
+    idle = verdict_of(suite, episode(SWITCHES, task_id, ["DONE"]))
+    at_start = GoalTest(suite.tasks[task_id])
+    initial = suite.tasks[task_id].initial
+    assert idle.partial == at_start.partial(initial, (), at_start.reached(initial, ()))
+    never = verdict_of(suite, episode(SWITCHES, task_id, []))
+    assert never.partial == at_start.none_met
 
 
 def test_turns_before_the_first_difference_are_counted(suite: Suite) -> None:

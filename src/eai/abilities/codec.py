@@ -114,7 +114,7 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
     reason = own.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = own.pop("repairs")
-    for name in ("repair", "refused"):
+    for name in ("repair", "refused", "partial"):
         if own.get(name, name) is None:
             del own[name]
     return {

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import NOTHING, Confusion, GoalTallies, PlanVerdict, Share, Shares, Verdict
+from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Share, Shares, Verdict, of_all
 from eai.errors import InputError
 from eai.world.fault import FaultKind
 
@@ -275,6 +275,14 @@ OVERALL = "overall"
 
 KINDS = tuple(kind.value for kind in GoalKind)
 GOAL_METRICS = (*(f"{kind}_goal" for kind in KINDS), "total_goal")
+PARTIAL = "partial_success"
+"""The metric of conditions met (`eai.abilities.goal_test`): the mean of the shares of all answers."""
+
+GOAL_COLUMNS = (
+    *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
+    MetricColumn(PARTIAL, SATISFIED, "Partial success"),
+)
+"""The columns of goals that plans reach."""
 
 COLUMNS = (
     MetricColumn("task_success", SUCCESS, "Task"),
@@ -286,7 +294,7 @@ COLUMNS = (
     MetricColumn("missing_step", RUNTIME, "Missing step", False),
     MetricColumn("affordance", RUNTIME, "Affordance", False),
     MetricColumn("additional_step", RUNTIME, "Additional step", False),
-    *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
+    *GOAL_COLUMNS,
 )
 """The columns of the paper's tables."""
 
@@ -347,11 +355,14 @@ def times_additional(verdict: PlanVerdict) -> int:
     return int(bool(verdict.additional_steps))
 
 
-def goal_shares(goals: GoalTallies | None) -> Shares:
-    """The contributions of one answer to goal satisfaction rates; nothing where its goals are not known."""
+def goal_shares(verdict: PlanVerdict) -> Shares:
+    """Return the contributions of one answer to the rates of goals; nothing if its goals are not known."""
+    goals = verdict.goals if verdict.counted is None else verdict.counted.goals
     known: tuple[Share, ...] = (NOTHING,) * len(KINDS) if goals is None else goals
     whole = Share(sum(share.numerator for share in known), sum(share.denominator for share in known))
-    return dict(zip(GOAL_METRICS, (*known, whole), strict=True))
+    partial = verdict.partial
+    met = NOTHING if partial is None else of_all(partial.numerator / partial.denominator)
+    return {**dict(zip(GOAL_METRICS, (*known, whole), strict=True)), PARTIAL: met}
 
 
 def plan_outcome(verdict: PlanVerdict) -> AnswerOutcome:

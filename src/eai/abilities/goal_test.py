@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from operator import mul
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Share
+from eai.errors import InputError
+from eai.logic.best_option import best_option
+from eai.logic.choice import Choice, ground
 from eai.logic.formula import FALSE, Atom, Formula, Occurs, Or, Variable, operands
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
@@ -18,6 +22,10 @@ from eai.world.state import Scene, State
 
 ACTION_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
 """Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
+
+
+_MAX_KNOWN_SHARES = 1_000
+"""Maximum number of states of a task whose partial success is kept; plans often end alike."""
 
 
 class StateTest:
@@ -60,6 +68,7 @@ class GoalTest:
     """
 
     def __init__(self, task: Task, formulas: Sequence[Formula] | None = None) -> None:
+        self._task = task
         asked = [goal.formula for goal in task.goals] if formulas is None else formulas
         self._places = tuple([i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.ACTION])
         self._over_time = {i: formula for i, formula in enumerate(asked) if not is_state_formula(formula)}
@@ -110,6 +119,29 @@ class GoalTest:
         """Whether all goals about states hold in the final one."""
         return all(test.truth(final, test.binding.copy()) for test in self._lasting)
 
+    def partial(self, final: State, actions: Sequence[str], reached: Sequence[bool]) -> Share:
+        """Return the partial success of a plan: the largest share of conditions met, over all options.
+
+        An option is a list of conditions on single objects that satisfies the goals. All action goals
+        together are one condition, which is met if they occur in their order. A goal over time is one
+        condition, and so is a goal without a finite list of options (paper, section 2, ability 3).
+
+        Args:
+            final: the state that the plan ends in.
+            actions: the names of the actions that were carried out, in order.
+            reached: for each goal, in order, whether the plan reaches it.
+        """
+        return self._conditions.met(final, reached, _are_met_in_turn(self._actions, actions))
+
+    @cached_property
+    def none_met(self) -> Share:
+        """The partial success of an answer that never ran: 0 of the conditions of the shortest option."""
+        return self._conditions.none_met
+
+    @cached_property
+    def _conditions(self) -> _Conditions:
+        return _Conditions(self._task)
+
     def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
         known = self._tallied.get(reached)
@@ -121,6 +153,60 @@ class GoalTest:
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""
         return longest_run(goals, actions)
+
+
+class _Conditions:
+    """The conditions in the options of a task's goals.
+
+    Attributes:
+        none_met: the share if nothing is met: 0 of the conditions of the shortest option.
+    """
+
+    def __init__(self, task: Task) -> None:
+        choices: list[Choice] = []
+        self._whole: list[int] = []
+        self._has_actions = False
+        for number, goal in enumerate(task.goals):
+            if goal.kind is GoalKind.ACTION:
+                self._has_actions = True
+            elif (choice := _choice(goal, task.scene)) is not None:
+                choices.append(choice)
+            else:
+                self._whole.append(number)
+        self._best = best_option(choices, len(self._whole) + self._has_actions)
+        frame = Frame(())
+        conditions = Conditions(task.scene.vocabulary, frame)
+        self._truths = [conditions.truth(atom) for atom in self._best.atoms]
+        self._binding = frame.bind(task.scene, ())
+        self._known: dict[tuple[int, int], Share] = {}
+        self.none_met = Share(0, max(1, self._best(0).total))
+
+    def met(self, final: State, reached: Sequence[bool], acts_in_order: bool) -> Share:
+        """Return the conditions met in the best option, of how many; goals of one condition are `reached`."""
+        binding = self._binding.copy()  # definitions write into it, in any number of threads
+        true = 0
+        for number, truth in enumerate(self._truths):
+            if truth(final, binding):
+                true |= 1 << number
+        whole = sum([reached[number] for number in self._whole]) + (self._has_actions and acts_in_order)
+        share = self._known.get((true, whole))
+        if share is None:
+            if len(self._known) >= _MAX_KNOWN_SHARES:
+                self._known = {}
+            best = self._best(true, whole)
+            share = Share(best.met, best.total) if best.total else Share(1, 1)
+            self._known[true, whole] = share
+        return share
+
+
+def _choice(goal: Goal, scene: Scene) -> Choice | None:
+    """The options of a goal, or None if it is one condition."""
+    if goal.is_over_time:
+        return None
+    try:
+        return ground(goal.formula, scene.named)
+    except InputError:
+        return None
 
 
 def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:

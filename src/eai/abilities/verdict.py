@@ -253,6 +253,8 @@ class PlanVerdict(Verdict):
         additional_steps: how many steps were skipped because they were not needed.
         goals: satisfied goals by kind.
         goals_satisfied: for each goal of the task, in order, whether it is reached.
+        partial: number of conditions met, and of all conditions, in the option that is met best
+            (`eai.abilities.goal_test`); None in older records.
         counted: what it counts as in a summary; None for what the verdict says.
         refused: why the answer gives no plan: the task is impossible, it says, or its question.
     """
@@ -262,6 +264,7 @@ class PlanVerdict(Verdict):
     additional_steps: int | None = None
     goals: GoalTallies | None = None
     goals_satisfied: tuple[bool, ...] = ()
+    partial: Share | None = None
     counted: Counted | None = None
     refused: str | None = None
 
@@ -276,7 +279,15 @@ class PlanVerdict(Verdict):
         goals = {} if self.goals is None else self.goals._asdict()
         met = {f"{kind}_met": float(share.numerator) for kind, share in goals.items()}
         total = {f"{kind}_total": float(share.denominator) for kind, share in goals.items()}
-        return {"executable": self.executable, "additional_steps": self.additional_steps, **met, **total}
+        conditions_met, conditions = (None, None) if self.partial is None else self.partial
+        return {
+            "executable": self.executable,
+            "additional_steps": self.additional_steps,
+            **met,
+            **total,
+            "conditions_met": conditions_met,
+            "conditions": conditions,
+        }
 
     def faults(self) -> Mapping[FaultKind, int]:
         """How often each kind of fault was made: additional steps, and the error that ended it."""
@@ -307,6 +318,7 @@ class PlanVerdict(Verdict):
             success=False,
             goals=goals,
             goals_satisfied=(False,) * len(self.goals_satisfied),
+            partial=None if self.partial is None else Share(0, self.partial.denominator),
             counted=None,
         )
 

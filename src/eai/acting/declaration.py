@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from eai.abilities.declaration import (
     ENDING_FAULTS,
-    GOAL_METRICS,
-    SATISFIED,
+    GOAL_COLUMNS,
+    PARTIAL,
     SUCCESS,
     AbilityDeclaration,
     AskedWorld,
@@ -167,7 +167,7 @@ def contributions(verdict: ActingVerdict) -> dict[str, Share]:
         UNREPLAYABLE: of_all(verdict.is_unreplayable),
         "lost_for_good": of_all(verdict.outlook == "lost") if is_known else NOTHING,
         "outlook_unknown": NOTHING if verdict.outlook is None else of_all(not is_known),
-        **goal_shares(verdict.goals),
+        **goal_shares(verdict),
     }
 
 
@@ -232,11 +232,11 @@ ACTING = AbilityDeclaration(
         MetricColumn(UNREPLAYABLE, "The end", "Unreplayable", False),
         MetricColumn("lost_for_good", "The end", "Lost for good", False),
         MetricColumn("outlook_unknown", "The end", "Outlook unknown", False),
-        *(MetricColumn(metric, SATISFIED, label_of(metric.removesuffix("_goal"))) for metric in GOAL_METRICS),
+        *GOAL_COLUMNS,
     ),
     terminal=(
         *("success", *WITHIN, "spl", "impossible", "recovered", "loops", "undeclared", "declared_early"),
-        *(UNREPLAYABLE, "lost_for_good", "total_goal"),
+        *(UNREPLAYABLE, "lost_for_good", "total_goal", PARTIAL),
     ),
     main={"success": "Success", "within_2x": "Within 2x", "spl": "SPL"},
     averaged=(),

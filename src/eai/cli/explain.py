@@ -261,7 +261,8 @@ def _print_explanation(
     for number, action in enumerate(rest, len(explanation.steps) + 1):
         _print_hanging(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
-        remark = ": none counts, as nothing was carried out" * _is_refused(record, explanation)
+        remark = _conditions_text(record)
+        remark += ": none counts, as nothing was carried out" * _is_refused(record, explanation)
         console.print(Text("goals", style="bold").append(remark, style="not bold"))
     near = near_misses(explanation)
     for goal in explanation.goals:
@@ -275,6 +276,13 @@ def _print_explanation(
         console.print(Text("temporal goal", style="bold"))
     for number, part in enumerate(explanation.parts):
         _print_part(console, part, "never after that" if number else "never")
+
+
+def _conditions_text(record: Record) -> str:
+    share = record.verdict.partial if isinstance(record.verdict, PlanVerdict) else None
+    if share is None:
+        return ""
+    return f", {share.numerator} of {counted(int(share.denominator), 'condition')} met"
 
 
 def _is_refused(record: Record, explanation: Explanation) -> bool:

@@ -23,6 +23,7 @@ from eai.reference import behavior_quirks
 from eai.reference.behavior_quirks import behavior_goal_test
 from eai.reference.plans import beside_strict
 from eai.world.fault import FaultKind
+from eai.world.state import State
 
 _NO_ACTIONS = Unreadable("no actions were found")
 _MAX_LENGTH = 1_000_000
@@ -55,13 +56,17 @@ class BehaviorActionSequencing(ActionSequencing):
     def _as_strict(self) -> ActionSequencing:
         return ActionSequencing(self.task, as_meant(), JsonPlans())
 
-    def _reached(self, course: Course) -> tuple[bool, ...]:
-        """The goals that hold in the final state of a plan, which an action may leave half done."""
+    def _final(self, course: Course) -> State:
+        """The final state of a plan, which an action may leave half done."""
         trajectory = course.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
-            final = behavior_quirks.half_done(final, trajectory.steps[-1].action)
-        return self.goals.reached(final, ())
+            return behavior_quirks.half_done(final, trajectory.steps[-1].action)
+        return final
+
+    def _reached(self, course: Course) -> tuple[bool, ...]:
+        """The goals that hold in the final state of a plan."""
+        return self.goals.reached(self._final(course), ())
 
     def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
         return self.goals.reached(carry_out(()).trajectory.final, ())

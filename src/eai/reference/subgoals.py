@@ -124,9 +124,9 @@ class ReferenceSubgoals(SubgoalDecomposition):
             entries.clear()
         return _counting(verdict, entries)
 
-    def _with_most_goals(self, outcome: Outcome) -> Branch:
+    def _ways(self, outcome: Outcome) -> tuple[Branch, ...]:
         """The reported branch, whatever others reach."""
-        return outcome.reported
+        return (outcome.reported,)
 
     def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
         return _counting(super()._rejection(rejected), {})

@@ -186,6 +186,7 @@ class ExplorerData:
             "a": verdict.additional_steps,
             "c": category and category.value,
             "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
+            "C": None if verdict.partial is None else list(verdict.partial),
         }
 
     def _of_operators(self, verdict: OperatorVerdict) -> dict[str, Json]:

@@ -71,6 +71,8 @@ class AnswerLine(Line):
         relation_total: of how many.
         action_met: the same of actions.
         action_total: of how many.
+        conditions_met: plans and subgoals: number of conditions met (`eai.abilities.goal_test`).
+        conditions: number of all conditions.
         hits: goal interpretation: conditions that are stated; transition modeling: clauses, of preconditions
             and effects together, that are written.
         extras: those that are stated or written and wrong.
@@ -100,6 +102,8 @@ class AnswerLine(Line):
     relation_total: float | None
     action_met: float | None
     action_total: float | None
+    conditions_met: int | None
+    conditions: int | None
     hits: int | None
     extras: int | None
     misses: int | None

@@ -32,7 +32,7 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
         "execution_success": of_all(verdict.executable),
         **{name: of_all(times(verdict, kind)) for name, kind in ENDING_FAULTS.items()},
         "additional_step": of_all(times_additional(verdict)),
-        **goal_shares(verdict.goals if counted is None else counted.goals),
+        **goal_shares(verdict),
     }
 
 

@@ -22,12 +22,13 @@ from eai.abilities.repair import Repair
 from eai.abilities.reports import goal_reports, step_reports
 from eai.abilities.scorer import Assessment, PlanScorer, error_report
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable, Verdict
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Share, Unreadable, Verdict
 from eai.errors import InputError
 from eai.world.domain import Domain, as_declared
 from eai.world.episode import Episode, Known
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
+from eai.world.state import State
 
 if TYPE_CHECKING:
     from eai.abilities.mending import PlanMender
@@ -228,7 +229,12 @@ class ActionSequencing(PlanScorer):
             error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
         success, additional = self._succeeds(error, reached), trajectory.additional_steps
         return self._verdict(
-            reached, success=success, error=error, repairs=repairs, additional_steps=additional
+            reached,
+            success=success,
+            error=error,
+            repairs=repairs,
+            additional_steps=additional,
+            partial=self.goals.partial(self._final(course), course.taken, reached),
         )
 
     def _verdict(
@@ -240,8 +246,9 @@ class ActionSequencing(PlanScorer):
         repairs: tuple[str, ...] = (),
         additional_steps: int = 0,
         refused: str | None = None,
+        partial: Share | None = None,
     ) -> PlanVerdict:
-        """The verdict on an answer, by what it reaches of the goals."""
+        """The verdict on an answer, by what it reaches of the goals; without `partial` it never ran."""
         return PlanVerdict(
             executable=error is None and refused is None,
             success=success,
@@ -250,6 +257,7 @@ class ActionSequencing(PlanScorer):
             goals=self.goals.tallies(reached),
             repairs=repairs,
             goals_satisfied=reached,
+            partial=partial or self.goals.none_met,
             refused=refused,
         )
 
@@ -267,7 +275,11 @@ class ActionSequencing(PlanScorer):
 
     def _reached(self, course: Course) -> tuple[bool, ...]:
         """For each goal, in order, whether a plan that ran reaches it."""
-        return self.goals.reached(course.trajectory.final, course.taken, course.whole or course.trajectory)
+        return self.goals.reached(self._final(course), course.taken, course.whole or course.trajectory)
+
+    def _final(self, course: Course) -> State:
+        """The state in which a plan that ran leaves the world."""
+        return course.trajectory.final
 
     def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
         """For each goal, in order, whether an answer that cannot be run reaches it."""

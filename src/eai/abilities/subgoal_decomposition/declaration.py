@@ -92,7 +92,7 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     error; what goes wrong on the way counts as the verdict says, or as `Counted`. ``granularity`` is how many
     actions had to be added to one for each subgoal that actions were executed for.
     """
-    category, counted = verdict.category, verdict.counted
+    category = verdict.category
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
     unknown = category is SubgoalCategory.HALLUCINATION and not wrong_arity
     return {
@@ -105,7 +105,7 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
         "additional_step": of_all(times_additional(verdict)),
         "goal_unreachable": of_all(category is SubgoalCategory.GOAL_UNREACHABLE),
         "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
-        **goal_shares(verdict.goals if counted is None else counted.goals),
+        **goal_shares(verdict),
     }
 
 

@@ -25,7 +25,7 @@ from eai.abilities.subgoal_decomposition.search import (
     search,
 )
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Share
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import read_formula
 from eai.logic.ltl_printer import print_ltl
@@ -146,6 +146,7 @@ class SubgoalDecomposition(Scorer):
             goals=self.goals.tallies(reached),
             repairs=compiled.repairs,
             goals_satisfied=reached,
+            partial=self._most_conditions(outcome),
             goals_elsewhere=best is not branch,
             errors=kinds,
             search=outcome.end,
@@ -170,6 +171,7 @@ class SubgoalDecomposition(Scorer):
             goals=self.goals.tallies(reached),
             repairs=rejected.repairs,
             goals_satisfied=reached,
+            partial=self.goals.none_met,
             offences=tuple(dict.fromkeys([misuse.kind for _, misuse in rejected.offences])),
         )
 
@@ -180,7 +182,25 @@ class SubgoalDecomposition(Scorer):
         (section "Ability Module 2: Subgoal Decomposition"), and goals count where a sequence of actions
         stops: so a way that fails counts as far as it goes.
         """
-        return max((outcome.reported, *outcome.ended), key=lambda branch: sum(self._reached(branch)))
+        return max(self._ways(outcome), key=lambda branch: sum(self._reached(branch)))
+
+    def _most_conditions(self, outcome: Outcome) -> Share:
+        """Return the greatest partial success of all ways to carry out the subgoals."""
+        best = Share(0, 0)
+        for branch in self._ways(outcome):
+            share = self.goals.partial(branch.state, executed(branch), self._reached(branch))
+            if (
+                share.numerator * best.denominator > best.numerator * share.denominator
+                or not best.denominator
+            ):
+                best = share
+            if best.numerator == best.denominator:
+                break
+        return best
+
+    def _ways(self, outcome: Outcome) -> tuple[Branch, ...]:
+        """The ways to carry out the subgoals whose goals count, first the reported one."""
+        return (outcome.reported, *outcome.ended)
 
     def _reached(self, branch: Branch) -> tuple[bool, ...]:
         """For each goal, in order, whether a branch reaches it."""

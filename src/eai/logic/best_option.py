@@ -1,0 +1,439 @@
+"""Find the option of a goal with the largest share of met conditions (paper, section 2, ability 3).
+
+An option is a ground conjunction that satisfies the goal; `eai.logic.choice` describes the options of a goal.
+The share is a ratio of two sums, so the best options of all parts together are not the best option. It is
+found by Dinkelbach's method (1967): choose the option of the greatest linear value, which is easy part by
+part, let the new share set the weights of met and unmet conditions, and repeat until the share stays.
+
+Options are never listed. Parts without common conditions are chosen independently. A condition that several
+parts can choose counts once, and no option contains a condition and its negation. So the solver keeps, for
+every set of such common conditions, the greatest value of all other conditions, until no open part is left
+that can choose them. This is exponential only in the number of common conditions that are open at once.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from functools import reduce
+from heapq import nlargest
+from operator import or_
+from typing import NamedTuple, TypeAlias
+
+from typing_extensions import assert_never
+
+import eai.logic.formula as f
+from eai.logic.choice import AllOf, AnyOf, Choice, Choose, Leaf, Literal, Pairing
+from eai.logic.matching import heaviest_matching
+from eai.logic.trace import positions_in
+
+_MAX_SETS = 2_000
+"""Maximum number of sets of common conditions that are kept; with more the share is a lower bound."""
+
+_MAX_UNPRUNED_SETS = 64
+"""Number of sets from which on dominated ones are searched for."""
+
+_RIVALS = 8
+"""Number of the best sets with which each set is compared in that search."""
+
+
+class _MetShare(NamedTuple):
+    """The share of an option's conditions that are met.
+
+    Attributes:
+        met: number of conditions of the option that are met.
+        total: number of conditions of the option.
+        is_exact: whether no option has a larger share; False if there were too many options to be sure.
+    """
+
+    met: int
+    total: int
+    is_exact: bool = True
+
+
+def best_option(parts: Sequence[Choice], others: int = 0) -> _BestOption:
+    """Return a function that finds the option of a goal with the largest share of met conditions.
+
+    It prefers the option with the fewest conditions among options with equal shares.
+
+    Args:
+        parts: the choices of each part of the goal. An option combines one choice of each part.
+        others: number of further conditions, which every option contains.
+    """
+    return _BestOption(parts, others)
+
+
+class _BestOption:
+    """Finds the option with the largest share of met conditions.
+
+    Attributes:
+        atoms: the atoms of all conditions. Condition ``2 * i`` is atom ``i``, ``2 * i + 1`` its negation.
+    """
+
+    def __init__(self, parts: Sequence[Choice], others: int) -> None:
+        numbers: dict[f.Atom | f.Occurs, int] = {}
+        root = _simplified(AllOf(tuple(parts)), numbers)
+        self.atoms = tuple(numbers)
+        self._others = others
+        self._positive = _positive(len(self.atoms))
+        members = root.parts if isinstance(root, AllOf) else (root,)
+        self._fixed = _mask([part for part in members if isinstance(part, int)])
+        choices = tuple([part for part in members if not isinstance(part, int)])
+        compiler = _Compiler(choices, self._fixed, self._positive)
+        self._table: _Table = _no_sets
+        if not _contradicts(self._fixed, self._positive):
+            self._table = compiler.table(AllOf(choices))
+
+    def __call__(self, true: int, others_met: int = 0) -> _MetShare:
+        """Return the best share; 0 of 1 if there is no option.
+
+        Args:
+            true: the atoms that are true, as a mask.
+            others_met: number of the further conditions that are met.
+        """
+        best, is_exact = _MetShare(0, 1), True
+        while True:
+            option = self._best(true, others_met, best)
+            is_exact = is_exact and option.is_exact
+            gain = option.met * best.total - best.met * option.total
+            if gain > 0:
+                best = option
+            else:
+                return (option if gain == 0 else best)._replace(is_exact=is_exact)
+
+    def _best(self, true: int, others_met: int, before: _MetShare) -> _MetShare:
+        """Return the shortest option with the largest gain over a share, or this share if there is no option.
+
+        The gain is ``total of the share * met - met of the share * total``. The search finds the option with
+        the largest ``scale * gain - total``, where `scale` is more than any total.
+        """
+        scale = 2 * len(self.atoms) + self._others + 1
+        unmet = -before.met * scale - 1
+        met = unmet + before.total * scale
+        values = [
+            met if true >> number & 1 == wanted else unmet
+            for number in range(len(self.atoms))
+            for wanted in (1, 0)
+        ]
+        search = _Search(values)
+        table = self._table(search)
+        if not table:
+            return before._replace(is_exact=not search.is_cut)
+        value = table[0] + search.value(self._fixed) + others_met * met + (self._others - others_met) * unmet
+        total = -value % scale
+        gain = (value + total) // scale
+        return _MetShare((gain + before.met * total) // before.total, total, not search.is_cut)
+
+
+_Part: TypeAlias = "int | AllOf[_Part] | AnyOf[_Part] | Choose[_Part] | Pairing[_Part]"
+"""A choice with conditions as numbers."""
+
+_Sets: TypeAlias = dict[int, int]
+"""For each set of common conditions, as a mask, the greatest value of the other conditions."""
+
+
+class _Search:
+    """One search for the option of the greatest value.
+
+    Attributes:
+        values: the value of each condition.
+        is_cut: whether sets were left out because there were too many.
+    """
+
+    __slots__ = ("is_cut", "values")
+
+    def __init__(self, values: Sequence[int]) -> None:
+        self.values = values
+        self.is_cut = False
+
+    def value(self, conditions: int) -> int:
+        """Return the value of a set of conditions."""
+        return sum([self.values[number] for number in positions_in(conditions)])
+
+
+_Table: TypeAlias = Callable[[_Search], _Sets]
+
+
+def _simplified(choice: Choice, numbers: dict[f.Atom | f.Occurs, int]) -> _Part:
+    """A choice with numbered conditions, without conjunctions in conjunctions."""
+    match choice:
+        case Leaf(literal):
+            return _number(literal, numbers)
+        case AllOf(parts):
+            inner = [_simplified(part, numbers) for part in parts]
+            nested = [part.parts if isinstance(part, AllOf) else (part,) for part in inner]
+            return AllOf(tuple([part for group in nested for part in group]))
+        case AnyOf(parts):
+            return AnyOf(tuple([_simplified(part, numbers) for part in parts]))
+        case Choose(count, parts):
+            return Choose(count, tuple([_simplified(part, numbers) for part in parts]))
+        case Pairing(count, cells):
+            rows = [[None if cell is None else _simplified(cell, numbers) for cell in row] for row in cells]
+            return Pairing(count, tuple(map(tuple, rows)))
+        case _:
+            assert_never(choice)
+
+
+def _number(literal: Literal, numbers: dict[f.Atom | f.Occurs, int]) -> int:
+    negated = isinstance(literal, f.Not)
+    atom = literal.operand if isinstance(literal, f.Not) else literal
+    if not isinstance(atom, (f.Atom, f.Occurs)):
+        raise TypeError(f"{atom} is no ground condition")
+    return 2 * numbers.setdefault(atom, len(numbers)) + negated
+
+
+def _mask(numbers: Iterable[int]) -> int:
+    return reduce(or_, [1 << number for number in numbers], 0)
+
+
+def _positive(atoms: int) -> int:
+    """The mask of all conditions that are no negations."""
+    return ((1 << 2 * atoms) - 1) // 3
+
+
+def _negations(conditions: int, positive: int) -> int:
+    return (conditions & positive) << 1 | conditions >> 1 & positive
+
+
+def _contradicts(conditions: int, positive: int) -> bool:
+    """Whether a set contains a condition and its negation."""
+    return bool(conditions & conditions >> 1 & positive)
+
+
+def _members(part: _Part) -> Sequence[_Part]:
+    """Return the direct parts of a part."""
+    match part:
+        case int():
+            return ()
+        case AllOf(parts) | AnyOf(parts) | Choose(_, parts):
+            return parts
+        case Pairing(_, cells):
+            return [cell for row in cells for cell in row if cell is not None]
+        case _:
+            assert_never(part)
+
+
+class _Compiler:
+    """Compiles parts of a goal to functions that find the best sets of their common conditions."""
+
+    def __init__(self, choices: Sequence[_Part], fixed: int, positive: int) -> None:
+        self._fixed = fixed
+        self._positive = positive
+        self._barred = _negations(fixed, positive)
+        self._common: set[int] = set()
+        self._occurring = 0
+        self._all = self._count(AllOf(tuple(choices)))
+
+    def _count(self, part: _Part) -> Counter[int]:
+        """How often each atom occurs; notes those that members which are chosen together have in common."""
+        if isinstance(part, int):
+            if (self._fixed | self._barred) >> part & 1:
+                return Counter()
+            self._occurring |= 1 << part
+            return Counter((part >> 1,))
+        counts = [self._count(member) for member in _members(part)]
+        total: Counter[int] = Counter()
+        for inner in counts:
+            if not isinstance(part, AnyOf):
+                self._common.update(total.keys() & inner.keys())
+            total.update(inner)
+        return total
+
+    def table(self, part: _Part) -> _Table:
+        """Return the function that finds the best sets of a part's common conditions that are still open."""
+        match part:
+            case int():
+                return self._condition(part)
+            case AllOf(parts):
+                return self._all_of(parts)
+            case AnyOf(parts):
+                return self._closing(_any_of([self.table(member) for member in parts]), part)
+            case Choose(count, parts):
+                return self._closing(self._some_of(count, [self.table(member) for member in parts]), part)
+            case Pairing(count, cells):
+                tables = [[None if cell is None else self.table(cell) for cell in row] for row in cells]
+                return self._closing(self._paired(count, tables), part)
+            case _:
+                assert_never(part)
+
+    def _condition(self, number: int) -> _Table:
+        if self._fixed >> number & 1:
+            return lambda search: {0: 0}
+        if self._barred >> number & 1:
+            return lambda search: {}
+        if number >> 1 in self._common:
+            return lambda search: {1 << number: 0}
+        return lambda search: {0: search.values[number]}
+
+    def _all_of(self, parts: Sequence[_Part]) -> _Table:
+        plain = [part for part in parts if isinstance(part, int) and part >> 1 not in self._common]
+        plain = [number for number in plain if not (self._fixed | self._barred) >> number & 1]
+        barred = any(isinstance(part, int) and self._barred >> part & 1 for part in parts)
+        others = [part for part in parts if not isinstance(part, int) or part >> 1 in self._common]
+        counts = [self._count(part) for part in others]
+        alone: list[tuple[_Table, Counter[int]]] = []
+        joined: list[tuple[_Table, Counter[int]]] = []
+        for part, count in zip(others, counts, strict=True):
+            (joined if self._open(count) else alone).append((self.table(part), count))
+        steps = self._in_order(joined)
+
+        def table(search: _Search) -> _Sets:
+            if barred:
+                return {}
+            value = sum([search.values[number] for number in plain])
+            for member, _ in alone:
+                sets = member(search)
+                if not sets:
+                    return {}
+                value += sets[0]
+            best: _Sets = {0: value}
+            for member, closed in steps:
+                best = self._kept(_closed(self._joined(best, member(search)), closed, search), search)
+            return best
+
+        return table
+
+    def _in_order(self, members: list[tuple[_Table, Counter[int]]]) -> list[tuple[_Table, int]]:
+        """Order members so that conditions close early; return each member with the conditions it closes."""
+        steps = []
+        seen: Counter[int] = Counter()
+        left = list(members)
+        while left:
+            member = min(left, key=lambda each: len(self._open(seen + each[1])))
+            left.remove(member)
+            seen = seen + member[1]
+            steps.append((member[0], self._closed_in(seen)))
+        return steps
+
+    def _open(self, count: Counter[int]) -> list[int]:
+        """The common atoms of some parts that other parts have too."""
+        return [atom for atom, times in count.items() if atom in self._common and times < self._all[atom]]
+
+    def _closed_in(self, count: Counter[int]) -> int:
+        """The common conditions of some parts that no other part has."""
+        atoms = [atom for atom, times in count.items() if atom in self._common and times == self._all[atom]]
+        return _mask([number for atom in atoms for number in (2 * atom, 2 * atom + 1)])
+
+    def _some_of(self, count: int, members: Sequence[_Table]) -> _Table:
+        def table(search: _Search) -> _Sets:
+            tables = [sets for member in members if (sets := member(search))]
+            if all(sets.keys() == {0} for sets in tables):
+                values = nlargest(count, [sets[0] for sets in tables])
+                return {0: sum(values)} if len(values) == count else {}
+            best: list[_Sets] = [{0: 0}, *[{} for _ in range(count)]]
+            for sets in tables:
+                for size in range(count, 0, -1):
+                    _improve(best[size], self._joined(best[size - 1], sets))
+                    best[size] = self._kept(best[size], search)
+            return best[count]
+
+        return table
+
+    def _paired(self, count: int, cells: Sequence[Sequence[_Table | None]]) -> _Table:
+        def table(search: _Search) -> _Sets:
+            rows = [[{} if cell is None else cell(search) for cell in row] for row in cells]
+            if all(sets.keys() <= {0} for row in rows for sets in row):
+                weights = [[sets.get(0) for sets in row] for row in rows]
+                pairs = heaviest_matching(weights, count)
+                return {} if pairs is None else {0: sum([weights[row][column] or 0 for row, column in pairs])}
+            return self._paired_by_sets(count, rows, search)
+
+        return table
+
+    def _paired_by_sets(self, count: int, rows: Sequence[Sequence[_Sets]], search: _Search) -> _Sets:
+        """The best sets of a pairing, row by row, for every set of columns that are taken."""
+        best: dict[int, _Sets] = {0: {0: 0}}
+        for row in rows:
+            wider = {taken: dict(sets) for taken, sets in best.items()}
+            for taken, sets in best.items():
+                for column, cell in enumerate(row):
+                    if cell and not taken >> column & 1 and taken.bit_count() < count:
+                        _improve(wider.setdefault(taken | 1 << column, {}), self._joined(sets, cell))
+            best = {taken: self._kept(sets, search) for taken, sets in wider.items()}
+            if len(best) > _MAX_SETS:
+                search.is_cut = True
+                best = dict(nlargest(_MAX_SETS, best.items(), key=lambda each: each[0].bit_count()))
+        last: _Sets = {}
+        for taken, sets in best.items():
+            if taken.bit_count() == count:
+                _improve(last, sets)
+        return last
+
+    def _joined(self, left: _Sets, right: _Sets) -> _Sets:
+        """The sets of two members that are chosen together; none contradicts itself."""
+        joined: _Sets = {}
+        for one, value in left.items():
+            for other, further in right.items():
+                both = one | other
+                if both & both >> 1 & self._positive:
+                    continue
+                total = value + further
+                if total > joined.get(both, total - 1):
+                    joined[both] = total
+        return joined
+
+    def _closing(self, table: _Table, part: _Part) -> _Table:
+        closed = self._closed_in(self._count(part))
+        if not closed:
+            return table
+        return lambda search: _closed(table(search), closed, search)
+
+    def _kept(self, sets: _Sets, search: _Search) -> _Sets:
+        """Return the sets without dominated sets, and at most `_MAX_SETS` of them."""
+        if len(sets) <= _MAX_UNPRUNED_SETS:
+            return sets
+        rivals = nlargest(_RIVALS, sets, key=lambda each: sets[each] + search.value(each))
+        gains = _mask([number for number, value in enumerate(search.values) if value > 0])
+
+        def is_dominated(conditions: int) -> bool:
+            for rival in rivals:
+                more, less = rival & ~conditions, conditions & ~rival
+                if rival == conditions or self._may_contradict(more):
+                    continue
+                surely = (
+                    sets[rival] - sets[conditions] + search.value(more & ~gains) - search.value(less & gains)
+                )
+                if surely >= 0:
+                    return True
+            return False
+
+        kept = {each: value for each, value in sets.items() if each in rivals or not is_dominated(each)}
+        if len(kept) <= _MAX_SETS:
+            return kept
+        search.is_cut = True
+        best = nlargest(_MAX_SETS, kept, key=lambda each: kept[each] + search.value(each))
+        return {each: kept[each] for each in best}
+
+    def _may_contradict(self, conditions: int) -> bool:
+        return bool(_negations(conditions, self._positive) & self._occurring)
+
+
+def _no_sets(search: _Search) -> _Sets:
+    return {}
+
+
+def _any_of(members: Sequence[_Table]) -> _Table:
+    def table(search: _Search) -> _Sets:
+        best: _Sets = {}
+        for member in members:
+            _improve(best, member(search))
+        return best
+
+    return table
+
+
+def _improve(best: _Sets, others: _Sets) -> None:
+    """Add sets to others, each with the greater of its values."""
+    for conditions, value in others.items():
+        if value > best.get(conditions, value - 1):
+            best[conditions] = value
+
+
+def _closed(sets: _Sets, closed: int, search: _Search) -> _Sets:
+    """Remove closed conditions from the sets, and add their values."""
+    if not closed:
+        return sets
+    best: _Sets = {}
+    for conditions, value in sets.items():
+        _improve(best, {conditions & ~closed: value + search.value(conditions & closed)})
+    return best
