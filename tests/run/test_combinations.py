@@ -136,3 +136,22 @@ def test_two_studies_of_the_same_thing_are_refused_with_their_reason() -> None:
         )
     assert str(refused.value).count("\n") == 0
     assert json.dumps(str(refused.value)).count("not with") == 1
+
+
+def test_prompts_in_other_words_are_named_and_compared(data_store: Store, tmp_path: Path) -> None:
+    for model in ("eai/oracle", "eai/noisy"):
+        for words in ("eai-brief", "eai-careful"):
+            run = f"run --domain behavior --ability action_sequencing --limit 3 --quiet --model {model}"
+            done = command(f"{run} --set {words} --out @/runs", tmp_path)
+            assert done.status == 0, done.err
+    files = sorted((tmp_path / "runs" / SUITE).rglob("records.jsonl"))
+    names = [
+        {record.experiment and record.experiment.prompt_name for record in read_records(f)} for f in files
+    ]
+    assert names == [{"eai-brief"}, {"eai-careful"}] * 2
+    assert command("analyze prompts @/runs --out @/prompts", tmp_path).status == 0
+    (table,) = (tmp_path / "prompts").rglob("prompts.csv")
+    assert table.read_text().count("eai-brief") == 2
+    drawn = {path.stem for path in (tmp_path / "prompts").rglob("*.png")}
+    if drawn:
+        assert drawn == {"prompts", "prompts-by-eai_noisy", "prompts-by-eai_oracle"}

@@ -60,13 +60,18 @@ class Library:
         prompts: the set.
         folder: the user's own files, or None. ``<domain>_<ability>.json`` and
             ``<domain>_<ability>_system.json`` replace prompts and system message of a suite, template files
-            those of the set `eai`.
+            those of our sets.
         source: where the data comes from.
     """
 
     prompts: PromptSet
     folder: Path | None = None
     source: Source = field(default_factory=Source)
+
+    @property
+    def templates(self) -> Templates:
+        """The templates of our prompts, with the user's own in place of single ones."""
+        return Templates(self.folder, self.prompts)
 
     def open(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief] | None = None
@@ -118,8 +123,8 @@ class Library:
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
         """
-        rendered = self.prompts == "eai" or benchmark.published_prompts is None
-        templates, restate = Templates(self.folder), None
+        rendered = self.prompts != "official" or benchmark.published_prompts is None
+        templates, restate = self.templates, None
         if rendered and not self._has_own_file(benchmark, ability):
             restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
         return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates, look)
@@ -128,7 +133,7 @@ class Library:
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
         """Our prompts, rendered from the declaration, or as the ability poses them."""
-        templates, asked = Templates(self.folder), declaration_of(ability).asked
+        templates, asked = self.templates, declaration_of(ability).asked
         if asked.of_operators:
             return operator_prompts(benchmark.operators(self.source), templates)
         if asked.pose is not None:
@@ -140,7 +145,7 @@ class Library:
     ) -> Mapping[str, Prompt]:
         """The questions that an ability poses, each made on first use, as pictures may be drawn for it."""
         world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
-        templates, pictures = Templates(self.folder), declaration_of(ability).asked.pictures
+        templates, pictures = self.templates, declaration_of(ability).asked.pictures
 
         def posed(task_id: str) -> Prompt:
             belief = beliefs.get(task_id)
@@ -155,7 +160,7 @@ class Library:
 
     def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
         """The wording from which our prompts are rendered."""
-        templates = Templates(self.folder)
+        templates = self.templates
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         book, wording = open_answer_book(benchmark, ability, self.source), benchmark.wording(ability)
         return Questions(

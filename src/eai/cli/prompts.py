@@ -21,7 +21,7 @@ from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
 from eai.report.answer_form import form_html
 from eai.tasks.adaptive import SHORT, short_test
 
-OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours.")]
+OfSet = Annotated[PromptSet, flag("--set", help="The data set's prompts, or ours (in three wordings).")]
 TaskIds = Annotated[str, flag(help="Only these tasks, in this order: ids separated by commas.")]
 Sample = Annotated[int | None, flag(help="So many of them, drawn at random.", min=1)]
 SampleSeed = Annotated[int, flag(help="Which ones --sample draws.")]

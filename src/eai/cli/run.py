@@ -236,7 +236,7 @@ def _obtain_and_score(
     spec, epochs = order.spec, epochs or order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
-    prompt_name, harness, effort = spec.prompts.name, None, spec.generation.reasoning_effort
+    prompt_name, harness, effort = spec.prompts.label, None, spec.generation.reasoning_effort
     if suite.ability is ACTING:
         from eai.acting.play import in_setting
 

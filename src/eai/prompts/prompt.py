@@ -12,7 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 from base64 import b64encode
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
@@ -28,8 +28,15 @@ from eai.errors import InputError
 Shape = TypeVar("Shape")
 
 
-PromptSet: TypeAlias = Literal["official", "eai"]
-"""Which prompts a model is asked: the data set's, or ours, rendered from a domain's declaration."""
+PromptSet: TypeAlias = Literal["official", "eai", "eai-brief", "eai-careful"]
+"""The set of prompts: the data set's, or ours, rendered from a domain's declaration, in three wordings.
+
+All three state the same rules and facts. ``eai-brief`` has few words and no example; ``eai-careful`` lists
+questions to go through.
+"""
+
+VARIANTS: Sequence[PromptSet] = ("eai-brief", "eai-careful")
+"""The other wordings of our prompts, which records and tables name."""
 
 
 class Image(NamedTuple):

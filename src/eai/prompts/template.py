@@ -16,17 +16,21 @@ from eai.data.files import content_of, files_below
 from eai.errors import InputError
 
 _FOLDER = Path(__file__).parent / "templates"
+_VARIANTS = "variants"
 
 
 def template_names() -> frozenset[str]:
     """The names of all templates of the package, such as ``formats/transition_modeling.txt``."""
-    return frozenset(file.relative_to(_FOLDER).as_posix() for file in files_below(_FOLDER, "*.txt"))
+    names = (file.relative_to(_FOLDER).as_posix() for file in files_below(_FOLDER, "*.txt"))
+    return frozenset(name for name in names if not name.startswith(f"{_VARIANTS}/"))
 
 
 @cache
-def _packaged(name: str) -> str:
-    """The text of a template of the package."""
-    return (_FOLDER / name).read_text(encoding="utf-8").removesuffix("\n")
+def _packaged(name: str, variant: str) -> str:
+    """The text of a template of the package: of a variant, if that has one of this name."""
+    file = _FOLDER / _VARIANTS / variant / name
+    file = file if variant and file.is_file() else _FOLDER / name
+    return file.read_text(encoding="utf-8").removesuffix("\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +39,11 @@ class Templates:
 
     Attributes:
         folder: the user's files under the names of ours; None if there are none.
+        variant: the set of prompts whose wording is used; the plain one if it has no files of its own.
     """
 
     folder: Path | None = None
+    variant: str = ""
 
     def text(self, name: str) -> str:
         """The text of a template, say ``action_sequencing.txt``, without the line break at its end.
@@ -46,7 +52,7 @@ class Templates:
             InputError: the user's file cannot be read.
         """
         own = self.own(name)
-        return _packaged(name) if own is None else own
+        return _packaged(name, self.variant) if own is None else own
 
     def own(self, name: str) -> str | None:
         """The user's own text of this name, or None.

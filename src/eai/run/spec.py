@@ -23,7 +23,7 @@ from eai.acting.setting import STANDARD, Setting
 from eai.benchmark.registry import REFERENCES
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
-from eai.prompts.prompt import PromptSet
+from eai.prompts.prompt import VARIANTS, PromptSet
 from eai.run.job import Decoding, Pace
 from eai.scoring.options import ScoringOptions
 from eai.studies.registry import studies_of_runs
@@ -126,7 +126,8 @@ class _ChosenPrompts(Options):
     """How it is asked.
 
     Attributes:
-        set: The prompts: the data set's (official), or ours (eai).
+        set: The prompts: the data set's (official), or ours (eai), also in few words (eai-brief) or with
+            questions to go through (eai-careful).
         folder: A folder with prompts of your own.
         name: A name for these prompts, in records and tables.
     """
@@ -134,6 +135,11 @@ class _ChosenPrompts(Options):
     set: PromptSet = "official"
     folder: Path | None = None
     name: str | None = None
+
+    @property
+    def label(self) -> str | None:
+        """The name of the prompts in records and tables: the user's, or that of a variant of ours."""
+        return self.name or (self.set if self.set in VARIANTS else None)
 
 
 class RunSpec(Options):

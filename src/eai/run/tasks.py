@@ -159,6 +159,8 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 trials = trials_of(experiment, library, suite, asked, believed)
                 solver = ask_as_published(trials)
                 experiment = experiment_of([experiment, None if believed is None else believed.experiment])
+            if ability is not ACTING:
+                experiment = experiment_of([experiment, Experiment(prompt_name=spec.prompts.label)])
         task = build_task(suite, asked, solver, experiment=experiment, about=about)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True

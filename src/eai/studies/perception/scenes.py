@@ -206,7 +206,7 @@ def scenes(choice: Perception, stage: Stage, endpoint: Endpoint, suite: Suite) -
             stage.known[key] = _listed(choice, stage, suite)
         else:
             tasks = {i: suite.tasks[i] for i in suite.tasks if i in stage.wanted[suite.domain]}
-            templates = Templates(stage.library.folder)
+            templates = stage.library.templates
             stage.known[key] = shown_scenes(choice, suite.benchmark, tasks, templates)
     return stage.known[key]
 

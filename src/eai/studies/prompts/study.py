@@ -22,10 +22,10 @@ from eai.data.grouping import grouped
 from eai.errors import InputError
 from eai.results.certainty import Cases
 from eai.results.comparison import compare
-from eai.results.plots import draw_matrix, entitle
+from eai.results.plots import clipped, draw_matrix, entitle, value_of
 from eai.results.rate import Rate, rate_of
 from eai.results.summary import cases_of, outcome, share_of
-from eai.results.table import Estimate, Row, Table, table_of
+from eai.results.table import Cell, Estimate, Row, Table, table_of
 from eai.scoring.runs import Run
 from eai.studies.records import Records
 from eai.studies.study import Analysis, Figures, Study, metric_of
@@ -347,6 +347,20 @@ def _figures(cells: Table, metric: str, suite: str) -> Figures:
     if figure is not None:
         entitle(figure, suite.replace("-", ", "))
     yield "prompts", figure
+    models = list(dict.fromkeys(str(row["answered_by"]) for row in cells.by_name()))
+    for model in models if len(models) > 1 else ():
+        ordered = ordered_by(cells, model)
+        figure = draw_matrix(ordered, ("prompt",), "value", label, across="answered_by", zeros=True)
+        if figure is not None:
+            entitle(figure, f"{suite.replace('-', ', ')}: best prompts of {clipped(model)} first")
+        yield f"prompts-by-{file_name(model)}", figure
+
+
+def ordered_by(cells: Table, model: str) -> list[dict[str, Cell]]:
+    """Return the rows of a table of prompts, first those of the prompts with which a model is best."""
+    rows = cells.by_name()
+    values = {row["prompt"]: value_of(row["value"]) for row in rows if row["answered_by"] == model}
+    return sorted(rows, key=lambda row: -values[row["prompt"]])
 
 
 def _name(run: Run) -> str:
