@@ -74,7 +74,8 @@ def needing(extra: str, what: str) -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        raise EaiError(f"{what} {error.name}: {how_to_install(extra)}") from error
+        package = error.name.partition(".")[0] if error.name else f"a package that loads ({error})"
+        raise EaiError(f"{what} {package}: {how_to_install(extra)}") from error
 
 
 @contextmanager

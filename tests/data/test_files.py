@@ -126,6 +126,7 @@ def test_a_file_of_another_kind_is_refused_in_one_line(tmp_path: Path, content: 
 
 def test_without_pyarrow_its_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.delitem(sys.modules, "pyarrow.parquet", raising=False)
     with pytest.raises(EaiError, match=r"Parquet needs pyarrow: pip install .*\[analysis\]"):
         list(read_columns(tmp_path / "m_outputs.parquet", COLUMNS))
 

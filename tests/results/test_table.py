@@ -78,6 +78,7 @@ def test_parquet_keeps_types(tmp_path: Path) -> None:
 
 def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.delitem(sys.modules, "pyarrow.parquet", raising=False)
     with pytest.raises(EaiError, match=r"Parquet needs pyarrow: pip install 'eai-bench\[analysis\]'"):
         write_parquet(tmp_path / "steps.parquet", StepLine, [STEP])
 
