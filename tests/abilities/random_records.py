@@ -63,6 +63,7 @@ EXPERIMENTS = with_every_field(
     scene=st.just("image"),
     harness=st.just("react"),
     effort=st.just("high"),
+    rules=st.just("until-goal"),
     preset=st.sampled_from((None, "eai-1.0.5")),
     feedback=st.sampled_from([each for each in get_args(Feedback) if each != "state"]),
 )

@@ -43,6 +43,7 @@ from eai.errors import InputError
             "pipeline+perception+replanning+prompts",
             "goals-m+scene-image+replans-1-restart-none+prompt-short+as-eai-1.0.5",
         ),
+        (Experiment(rules="view-task_until-goal"), "rules", "rules-view-task_until-goal"),
         (Experiment(harness="react", effort="high"), "agent", "harness-react+effort-high"),
         (Experiment(), "", ""),
     ],
@@ -54,6 +55,7 @@ def test_names_and_labels(experiment: Experiment, name: str, label: str) -> None
 def test_a_run_that_differs_by_harness_and_effort_alone_is_plain() -> None:
     assert Experiment(harness="react", effort="high").is_plain
     assert not Experiment(harness="react", prompt_name="short").is_plain
+    assert not Experiment(harness="react", rules="until-goal").is_plain
 
 
 def test_choices_of_two_experiments_are_combined() -> None:

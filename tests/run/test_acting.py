@@ -93,6 +93,8 @@ def test_a_model_without_tools_writes_commands(data_store: Store, tmp_path: Path
     about = outcome_of(log)
     assert (about["success"], about["harness"]) == (True, "text")
     (sample,) = log.samples or ()
+    asked = next(each.text for each in sample.messages if each.role == "user")
+    assert asked.splitlines()[-1] == "Write one command a message, on its last line: an action, LOOK or DONE."
     turns = json.loads(sample.output.completion)["turns"]
     assert [turn["said"] for turn in turns] == said
     assert turns[-1]["thought"] == "I think.\nDONE"

@@ -13,18 +13,22 @@ from inspect_ai.scorer import Score
 
 from eai.abilities.codec import record_from_json
 from eai.abilities.declaration import declaration_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, Protocol
-from eai.abilities.responses import file_name, read_responses
+from eai.abilities.responses import Response, file_name, read_responses
+from eai.acting.setting import ACTING
 from eai.benchmark.errata import published_errata
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import Suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.results.rate import Rate
 from eai.results.summary import outcome, summarise
+from eai.run.scorer import with_experiment
 from eai.run.tasks import read_answers
 from eai.scoring.batch import Scoring
 from eai.tasks.source import ErrataChoice, Source
+from envs.switches import SWITCHES
 from processes import own_process
 from run.child import (
     PLANNER,
@@ -235,3 +239,22 @@ def test_a_failed_request_is_shown_and_counts_as_a_failure(
     for sample in failed:
         score = score_in(sample, PLANS[1])
         assert (score.value, score.explanation) == ("I", "**Not answered: the request failed**")
+
+
+def test_a_log_cannot_hide_the_rules_of_its_episodes() -> None:
+    suite = open_suite(SWITCHES, ACTING)
+    easy = {"view": "scene", "observe": "partial", "feedback": "changes", "max_steps": None, "until": "goal"}
+    text = json.dumps({"turns": [{"said": "PRESS(lamp)"}], "rules": easy, "harness": "mine"})
+    answers = [Response("half", text), Response("both", "", unanswered="the request failed")]
+    records = [*Scoring().records(suite, "m", answers)]
+    for stated, rules in {
+        None: "budget-none_until-goal",
+        "tokens-9": "budget-none_until-goal",
+        "budget-none_tokens-9_until-goal": "budget-none_tokens-9_until-goal",
+    }.items():
+        about = {"experiment": {"effort": "high", "rules": stated}}
+        found = [with_experiment(record, suite, about, 1).experiment for record in records]
+        assert found == [
+            Experiment(harness="mine", effort="high", rules=rules),
+            Experiment(effort="high", rules=stated),
+        ]

@@ -15,6 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import FOUR, Ability, registered_abilities
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import NOTHING, Confusion, PlanVerdict, Share, Shares, Verdict, of_all
@@ -76,9 +77,9 @@ class MetricColumn:
     ability: Ability | None = None
 
 
-def no_harness(answer: str) -> str | None:
-    """Single answers to questions are made in no harness."""
-    return None
+def made_without_game(answer: str) -> Experiment | None:
+    """Return that a single answer to a question is made in no harness and by no rules."""
+    return Experiment()
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +192,8 @@ class AbilityDeclaration(Generic[V]):
             answer counts for all, which says what most of them say.
         void: the metrics of which a run has nothing at all, as this one of its verdicts says.
         alike: whether two verdicts on tasks of one id are on the same task; always by default.
-        harness: what the text of an answer says that it was made in; None where it does not say so.
+        made_by: reads from an answer in which harness and by which rules of the game it was made; None if the
+            answer is empty or unreadable, and so fails by any rules.
     """
 
     ability: Ability
@@ -210,7 +212,7 @@ class AbilityDeclaration(Generic[V]):
     of_epochs: Callable[[Sequence[V]], V] | None = None
     void: Callable[[V], Collection[str]] = lambda verdict: ()
     alike: Callable[[V, V], bool] = lambda one, other: True
-    harness: Callable[[str], str | None] = field(default=no_harness)
+    made_by: Callable[[str], Experiment | None] = field(default=made_without_game)
 
     @property
     def has_plans(self) -> bool:

@@ -13,6 +13,9 @@ from eai.world.fault import Notice
 SEPARATOR = "+"
 """The separator of the parts of a name or a label."""
 
+RULES_SEPARATOR = "_"
+"""The separator of the rules in `Experiment.rules`."""
+
 
 World: TypeAlias = Literal["restart", "continue"]
 """Where a further attempt begins: in the initial state again, or where the one before it ended."""
@@ -66,6 +69,8 @@ class Experiment:
             what distinguishes these; None where they describe it as it is.
         harness: what a model acts in; None where it answers a question, or that is not known.
         effort: how much it is to reason; None for the provider's default.
+        rules: the rules of the game by which episodes were played, as far as they differ from the standard
+            setting; None for the standard setting.
 
     Raises:
         InputError: a number is out of its range, or no file could have the name.
@@ -85,13 +90,14 @@ class Experiment:
     scene: str | None = None
     harness: str | None = None
     effort: str | None = None
+    rules: str | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.slip <= 1:
             raise InputError(f"a slip probability of {self.slip:g} is not between 0 and 1")
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
-        for name in (self.prompt_name, self.scene, self.harness, self.effort):
+        for name in (self.prompt_name, self.scene, self.harness, self.effort, self.rules):
             if name is not None:
                 file_name(name)
         if self.feedback == "state" and self.world == "restart":
@@ -126,18 +132,24 @@ class Experiment:
         return Experiment(**left) if left else None
 
     @property
+    def rules_text(self) -> str:
+        """The rules of the game in words; empty for the standard rules."""
+        return "" if self.rules is None else f"rules {self.rules.replace(RULES_SEPARATOR, ' ')}"
+
+    @property
     def acts(self) -> bool:
         """Whether answers are carried out as episodes: in several attempts, or where actions slip."""
         return bool(self.replans or self.slip or self.until == "goal")
 
     @property
     def name(self) -> str:
-        """Its kind: ``pipeline``, ``perception``, ``replanning``, ``prompts``, ``agent`` or several."""
+        """Its kinds: ``pipeline``, ``perception``, ``replanning``, ``prompts``, ``rules`` and ``agent``."""
         kinds = {
             "pipeline": self.goals_from is not None,
             "perception": self.scene is not None,
             "replanning": self.acts,
             "prompts": self.prompt_name is not None,
+            "rules": self.rules is not None,
             "agent": self.harness is not None or self.effort is not None,
         }
         return SEPARATOR.join([kind for kind, is_part in kinds.items() if is_part])
@@ -147,6 +159,7 @@ class Experiment:
         """A short text that distinguishes it from every other experiment; the name of its folder."""
         parts = [*_named("goals", self.goals_from), *_named("scene", self.scene), *self._carried_out()]
         parts += [*_named("prompt", self.prompt_name), *_named("as", self.preset)]
+        parts += _named("rules", self.rules)
         parts += [*_named("harness", self.harness), *_named("effort", self.effort)]
         return SEPARATOR.join(parts)
 

@@ -10,14 +10,17 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 from eai.data.files import content_of, files_below, read_columns, require_file, write_whole
+from eai.data.grouping import grouped
 from eai.errors import InputError, did_you_mean
+
+T = TypeVar("T", bound=Hashable)
 
 SUFFIX = "_outputs.json"
 LINES = "_outputs.jsonl"
@@ -91,6 +94,14 @@ class ResponseFile:
         """The answers in order, for `response_of` to read."""
         return self.responses.rows() if isinstance(self.responses, _Samples) else iter(self.responses)
 
+    def split(self, key: Callable[[str], T]) -> dict[T, ResponseFile]:
+        """Return the answers by a key of their texts, those of each key in order, without further epochs."""
+        if isinstance(self.responses, _Samples):
+            parts: dict[T, Collection[Response]] = {**self.responses.split(key)}
+        else:
+            parts = {**grouped((key(response.text), response) for response in self.responses)}
+        return {value: replace(self, responses=part, further=()) for value, part in parts.items()}
+
 
 @dataclass(frozen=True, slots=True)
 class _Samples(Collection[Response]):
@@ -112,6 +123,29 @@ class _Samples(Collection[Response]):
 
     def rows(self) -> Iterator[Row]:
         return (row for number, row in enumerate(_rows(self.path), 1) if number not in self.elsewhere)
+
+    def split(self, key: Callable[[str], T]) -> dict[T, _Samples]:
+        """Return the answers by a key of their texts."""
+        numbers: dict[T, set[int]] = {}
+        tasks: dict[T, set[str]] = {}
+        for number, row in enumerate(_rows(self.path), 1):
+            if number not in self.elsewhere:
+                response = response_of(row, self.task_id_of)
+                value = key(response.text)
+                numbers.setdefault(value, set()).add(number)
+                tasks.setdefault(value, set()).add(response.task_id)
+        others = {
+            value: set().union(*(numbers[other] for other in numbers if other != value)) for value in numbers
+        }
+        return {
+            value: replace(
+                self,
+                number=len(own),
+                answered=frozenset(tasks[value]),
+                elsewhere=frozenset({*self.elsewhere, *others[value]}),
+            )
+            for value, own in numbers.items()
+        }
 
     def __iter__(self) -> Iterator[Response]:
         return (response_of(row, self.task_id_of) for row in self.rows())

@@ -25,6 +25,7 @@ from eai.abilities.declaration import (
     label_of,
     plan_outcome,
 )
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import NOTHING, UNREPLAYABLE, PlanVerdict, Share, Verdict, is_question, of_all
 from eai.world.fault import FaultKind
@@ -199,12 +200,14 @@ def _pose(world: AskedWorld, task: Task) -> Posed:
     return pose(world, task)
 
 
-def _harness(answer: str) -> str | None:
-    """The harness that an episode says, whose reader is imported where it is needed."""
-    from eai.acting.play import Episode, read_episode
+def _made_by(answer: str) -> Experiment | None:
+    """Return the harness and the rules of an episode, whose reader is imported here: reports start fast."""
+    from eai.acting.play import Episode, read_episode, rules_label
 
     episode = read_episode(answer)
-    return episode.harness or None if isinstance(episode, Episode) else None
+    if not isinstance(episode, Episode) or not episode.turns:
+        return None
+    return Experiment(harness=episode.harness or None, rules=rules_label(episode))
 
 
 _WITHIN = tuple(MetricColumn(name, "Success within", f"{most:g}x shortest") for name, most in WITHIN.items())
@@ -242,5 +245,5 @@ ACTING = AbilityDeclaration(
     averaged=(),
     yes_no=frozenset({"success", *WITHIN, "undeclared", "declared_early", UNREPLAYABLE, "lost_for_good"}),
     of_epochs=averaged,
-    harness=_harness,
+    made_by=_made_by,
 )

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from eai.abilities.codec import sha256_of
-from eai.abilities.experiment import MAX_SEED
+from eai.abilities.experiment import MAX_SEED, RULES_SEPARATOR
 from eai.abilities.notation.plans import resolve
 from eai.abilities.options import misfit
 from eai.abilities.task import Task
@@ -207,6 +207,30 @@ def read_episode(text: str) -> Episode | Unreadable:
         return Unreadable(misfit(error, whole="the episode"))
     except InputError as error:
         return Unreadable(f"rules: {error}")
+
+
+RULE_NAMES = {
+    **{name: name for name in ("view", "observe", "feedback", "slip", "slip_seed", "budget")},
+    "max_steps": "steps",
+    **{name: name for name in ("until", "reward", "gamma", "admissible")},
+}
+"""The rules of an episode, by the names that labels have for them, in the order of labels."""
+
+
+def rules_label(episode: Episode) -> str | None:
+    """Return the rules of an episode that differ from the standard setting, as `Setting.label` writes them.
+
+    None if no rule differs. The seed of slips is a rule, because a player may choose a lucky seed.
+    """
+    standard = rules_of(STANDARD)
+    rules = episode.rules or standard
+    values = {**rules.model_dump(mode="json"), "slip_seed": episode.seed if rules.slip else 0}
+    usual = {**standard.model_dump(mode="json"), "slip_seed": 0}
+    different = [name for name in RULE_NAMES if values[name] != usual[name]]
+    return (
+        RULES_SEPARATOR.join([f"{RULE_NAMES[name]}-{str(values[name]).lower()}" for name in different])
+        or None
+    )
 
 
 def _episode_of_lines(lines: Sequence[str]) -> Episode | Unreadable:

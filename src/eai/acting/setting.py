@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import Field, field_validator
 
-from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS
+from eai.abilities.experiment import MAX_BUDGET, MAX_SEED, MAX_STEPS, RULES_SEPARATOR
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.errors import InputError
@@ -73,7 +73,7 @@ class Setting(Options):
     def label(self) -> str:
         """The choices but that of a harness that differ from the standard setting; empty where none does."""
         chosen = self.model_dump(mode="json", exclude_defaults=True, exclude={"harness"})
-        return "-".join(f"{name}-{value}" for name, value in chosen.items())
+        return RULES_SEPARATOR.join(f"{name}-{value}" for name, value in chosen.items())
 
 
 STANDARD = Setting()

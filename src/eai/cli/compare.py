@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 from rich.text import Text
@@ -21,11 +21,10 @@ from eai.errors import InputError
 from eai.results.certainty import Certainty, Interval
 from eai.results.comparison import Comparison, Difference
 from eai.results.comparison import compare as compare_runs
-from eai.results.lines import SuiteKey
 from eai.results.table import Cell, Column, Estimate, Label, Table
 from eai.results.terminal import print_table
 from eai.results.totals import Totals
-from eai.scoring.runs import Run, read_runs
+from eai.scoring.runs import Run, RunKey, read_runs
 
 _SURE = 0.05
 _UNNAMED = (
@@ -45,6 +44,8 @@ def compare(
     Runs of the same domain, ability and protocol are compared; each side holds one of each. If there are
     none, runs of the same tasks in other words, or with exact rules, are, and those on the same questions.
 
+    Episodes are compared only with episodes that were played by the same rules of the game.
+
     Tasks of one name, and questions about one task, are near copies and count together; a second line treats
     them as independent.
 
@@ -60,17 +61,18 @@ def compare(
         before, after = _by_tasks(before), _by_tasks(after)
     shared = [place for place in before if place in after]
     if not shared:
-        raise InputError(f"{first} and {second}: no domain, ability and protocol that both have records of")
+        hint = " by equal rules of the game" if any(place.rules for place in (*before, *after)) else ""
+        raise InputError(
+            f"{first} and {second}: no domain, ability and protocol that both have records of{hint}"
+        )
     for place in before.keys() ^ after.keys():
-        note(f"only one side has {_named(place)}")
+        note(f"only one side has {place}")
     printed: list[Json] = []
     for place in shared:
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
         if not comparison.tasks:
-            raise InputError(
-                f"{first} and {second}: no task of {_named(place)} that both have scored answers to"
-            )
+            raise InputError(f"{first} and {second}: no task of {place} that both have scored answers to")
         if as_json:
             printed.append(_json(one, other, comparison))
             continue
@@ -119,18 +121,37 @@ def _note_planners(totals: Mapping[str, Totals]) -> None:
         note(f"operators are judged by different planners: {named}")
 
 
-def _runs(path: Path) -> Mapping[SuiteKey, Run]:
-    """The runs in a folder by suite."""
-    found: dict[SuiteKey, Run] = {}
+class _Place(NamedTuple):
+    """A suite under one protocol, and the rules of the game, if they are not the standard rules."""
+
+    domain: str
+    ability: str
+    protocol: str
+    rules: str | None = None
+
+    @staticmethod
+    def of(key: RunKey) -> _Place:
+        rules = None if key.experiment is None else key.experiment.rules
+        return _Place(key.domain, key.ability.value, key.protocol.value, rules)
+
+    def __str__(self) -> str:
+        rules = "" if self.rules is None else f", rules {self.rules}"
+        return f"{self.domain} {self.ability}, protocol {self.protocol}{rules}".lstrip()
+
+
+def _runs(path: Path) -> Mapping[_Place, Run]:
+    """Return the runs in a folder by suite and rules."""
+    found: dict[_Place, Run] = {}
     for run in read_runs([path]):
-        before = found.setdefault(run.key.suite, run)
+        place = _Place.of(run.key)
+        before = found.setdefault(place, run)
         if before is not run:
             both = f"{before.key.name} and {run.key.name}"
-            raise InputError(f"{path}: expected one run for {_named(run.key.suite)}, found {both}")
+            raise InputError(f"{path}: expected one run for {place}, found {both}")
     return dict(sorted(found.items(), key=lambda item: item[1].key.order))
 
 
-def _by_tasks(runs: Mapping[SuiteKey, Run]) -> Mapping[SuiteKey, Run]:
+def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
     """The runs under the names of the benchmarks whose tasks they have, where one name has one run.
 
     An ability that is asked of files of its own has one run whatever the file is called.
@@ -145,17 +166,13 @@ def _by_tasks(runs: Mapping[SuiteKey, Run]) -> Mapping[SuiteKey, Run]:
     return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
-def _named(place: SuiteKey) -> str:
-    return f"{place.domain} {place.ability}, protocol {place.protocol}".lstrip()
-
-
-def _print(place: SuiteKey, one: Run, other: Run, found: Comparison, listed: int) -> None:
+def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
     first, second = one.key, other.key
     totals = {"A": Totals.of(one.records), "B": Totals.of(other.records)}
     coverages = {side: each.coverage for side, each in totals.items()}
     names = "" if found.names == found.tasks else f" of {found.names} names"
     title = (
-        f"{_named(place)}: {found.tasks} tasks{names}\n"
+        f"{place}: {found.tasks} tasks{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     numbers = [replace(PERCENT, name=name) for name in ("A", "B")]

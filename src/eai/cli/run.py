@@ -237,15 +237,17 @@ def _obtain_and_score(
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
     prompt_name, harness, effort = spec.prompts.label, None, spec.generation.reasoning_effort
+    rules: str | None = None
     if suite.ability is ACTING:
         from eai.acting.play import in_setting
 
         asked, about = in_setting(spec.agent, asked, suite)
-        prompt_name = "-".join(filter(None, [prompt_name, spec.agent.label])) or None
+        rules = spec.agent.label or None
         harness = None if spec.agent.harness == STANDARD.harness else spec.agent.harness
     trials = trials_of(experiment, order.library, suite, asked, believed)
     parts = [experiment, None if believed is None else believed.experiment]
-    parts += [Experiment(prompt_name=prompt_name), Experiment(harness=harness, effort=effort)]
+    parts += [Experiment(prompt_name=prompt_name), Experiment(rules=rules)]
+    parts.append(Experiment(harness=harness, effort=effort))
     job = Job(
         *(endpoint, suite, asked, epochs, spec.generation, spec.requests, trials, about),
         experiment=experiment_of([*parts[:-1], Experiment(effort=effort)]),
@@ -264,6 +266,7 @@ def _obtain_and_score(
             believed=believed,
             prompt_name=prompt_name,
             effort=effort,
+            rules=rules,
         )
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as report:
             result = settle(obtained, folder, suite, spec.scoring, report)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,6 +13,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declaration import declaration_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import DEFAULT_PROTOCOL, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
@@ -30,7 +31,7 @@ from eai.errors import InputError, InterruptError, needing
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.results.totals import Totals
 from eai.scoring import records
-from eai.scoring.batch import Scoring, score_run, without_row
+from eai.scoring.batch import OTHER_RULES, Scoring, by_rules, score_run, without_row
 from eai.scoring.options import ScoringOptions
 from eai.scoring.records import Part, Shard, read_records
 from eai.tasks.source import ErrataChoice, Source
@@ -43,15 +44,28 @@ LOG_SUFFIX = ".eval"
 
 @dataclass(frozen=True, slots=True)
 class _Share:
-    """The answers of one model to one suite, and where its results go; ``logged`` knows their experiment."""
+    """The answers of one model to one suite, and where its results go.
+
+    Attributes:
+        rules: the rules of the game by which the answers were made; None for the standard rules.
+        elsewhere: the tasks that the model answered by other rules.
+        logged: adds to a record the experiment that a log says.
+    """
 
     suite: Suite
     answers: ResponseFile
     out: Path | None
+    rules: str | None = None
+    elsewhere: Collection[str] = ()
     goals: Path | None = None
     prompt_name: str | None = None
     shard: Shard | None = None
     logged: Callable[[Record], Record] | None = None
+
+    @property
+    def name(self) -> str:
+        """The model, and the rules of the game."""
+        return ", ".join(filter(None, (self.answers.model, Experiment(rules=self.rules).rules_text)))
 
 
 def score(
@@ -125,6 +139,7 @@ def score(
                 shares = _shares_of_suite(places, suite, out)
             else:
                 shares = _shares_by_place(places, domain, ability, protocol, source, out)
+        shares = [part for share in shares for part in _by_rules(share)]
         shares = [replace(share, goals=goals, prompt_name=prompt_name, shard=shard) for share in shares]
         note_planner([share.suite for share in shares])
         _note_elsewhere(shares)
@@ -141,6 +156,22 @@ def score(
             print_json(printed)
         elif out is not None:
             say(f"written to {out}")
+
+
+def _by_rules(share: _Share) -> list[_Share]:
+    """Return the answers by the rules of the game, in a folder for each of several rules."""
+    parts = by_rules(share.suite.ability, share.answers)
+    shares = []
+    for rules, answers in parts.items():
+        out = share.out
+        if len(parts) > 1 and rules is not None:
+            out = None if out is None else out / Experiment(rules=rules).label
+            number = counted(len(answers.responses), "answer")
+            words = Experiment(rules=rules).rules_text
+            note(f"{answers.model}: {number} by other rules than the standard setting, scored apart: {words}")
+        others = {task for other in parts if other != rules for task in parts[other].answered}
+        shares.append(replace(share, answers=answers, out=out, rules=rules, elsewhere=others))
+    return shares
 
 
 def _note_elsewhere(shares: Sequence[_Share]) -> None:
@@ -170,7 +201,7 @@ def _score_all(
         for _, group in groupby(shares, key=lambda share: share.suite):
             results: dict[str, Totals] = {}
             for share in group:
-                totals = results[share.answers.model] = _scored(share, parts_of(share))
+                totals = results[share.name] = _scored(share, parts_of(share))
                 _note_authority(share.answers.model, totals)
                 printed.append(result_json(totals, share.out))
             if not as_json:
@@ -221,6 +252,7 @@ def _parts(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet
 def _parts_of(share: _Share, settings: ScoringOptions, workplace: Scoring, *, quiet: bool) -> Iterator[Part]:
     suite, answers = share.suite, share.answers
     missing = without_row(suite, answers)
+    missing |= dict.fromkeys(missing.keys() & set(share.elsewhere), OTHER_RULES)
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answers.responses) + len(missing), quiet=quiet) as report:
         done = 0

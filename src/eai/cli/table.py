@@ -26,8 +26,8 @@ PERCENT = Column("percent", digits=1, number=True)
 
 
 def _named(model: str, totals: Totals) -> str:
-    """A model with its harness and effort."""
-    return ", ".join([model, *totals.agent])
+    """Return a model with its harness, its effort and the rules of the game."""
+    return ", ".join([model, *(part for part in totals.agent if not model.endswith(f", {part}"))])
 
 
 def print_results(results: Mapping[str, Totals], below: str = "", *, wide: bool) -> None:
@@ -95,6 +95,11 @@ def result_json(totals: Totals, folder: Path | None) -> dict[str, Json]:
         "domain": first.domain,
         "ability": first.ability.value,
         "protocol": first.protocol.value,
+        **(
+            {}
+            if first.experiment is None or first.experiment.rules is None
+            else {"rules": first.experiment.rules}
+        ),
         "folder": None if folder is None else str(folder),
         "coverage": totals.coverage.to_json(),
         "errata": None if errata is None else errata.to_json(),

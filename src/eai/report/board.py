@@ -20,7 +20,7 @@ from pathlib import Path
 from pydantic import Field
 
 from eai import __version__
-from eai.abilities.declaration import MetricColumn
+from eai.abilities.declaration import MetricColumn, declaration_of
 from eai.abilities.options import Options
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import ENDINGS, PARQUET, ResponseFile, read_responses
@@ -190,7 +190,14 @@ def _answers(file: Path, suite: Suite) -> ResponseFile:
     answers = read_responses(file, suite.task_ids, suite.benchmark.task_id_of)
     if answers.elsewhere:
         raise InputError(f"{file}: {answers.elsewhere} answers are to tasks that are not in the data set")
+    made_by = declaration_of(suite.ability).made_by
     for response in answers.responses:
+        made = made_by(response.text)
+        if made is not None and made.rules is not None:
+            raise InputError(
+                f"{file}: expected episodes by the rules of the standard setting, which alone are ranked; "
+                f"found other rules in the answer to {response.task_id}: {made.rules}"
+            )
         if len(response.text) > _MOST_CHARACTERS:
             raise InputError(
                 f"{file}: the answer to {response.task_id} has over {_MOST_CHARACTERS:,} characters"

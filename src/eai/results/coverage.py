@@ -57,7 +57,7 @@ class Coverage:
         if not lacking:
             return
         if self.left_out:
-            fate = "left out"
+            fate = f"left out, but {self.failed} counted as failed" if self.failed else "left out"
         elif self.failed == lacking:
             fate = "counted as failed"
         else:

@@ -73,11 +73,12 @@ Beginning: TypeAlias = dict[str, Any]
 
 def beginning_of(record: Record) -> Beginning:
     """The columns that every line of a record begins with."""
+    rules = "" if record.experiment is None else record.experiment.rules_text
     return {
         "protocol": record.protocol.value,
         "domain": record.domain,
         "ability": record.ability.value,
-        "model": record.model,
+        "model": ", ".join(filter(None, (record.model, rules))),
         "harness": None if record.experiment is None else record.experiment.harness,
         "effort": None if record.experiment is None else record.experiment.effort,
         "experiment": None if record.experiment is None else record.experiment.study_label or None,

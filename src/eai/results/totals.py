@@ -121,9 +121,11 @@ class Totals:
 
     @property
     def agent(self) -> tuple[str, ...]:
-        """The harness and the effort of who answered, as far as they are known."""
+        """The harness and the effort of who answered, and the rules of the game, if they are not standard."""
         experiment = self.first.experiment
-        return () if experiment is None else tuple(filter(None, (experiment.harness, experiment.effort)))
+        if experiment is None:
+            return ()
+        return tuple(filter(None, (experiment.harness, experiment.effort, experiment.rules_text)))
 
     @property
     def planners(self) -> tuple[str, ...]:

@@ -31,6 +31,7 @@ from inspect_ai.solver import TaskState
 
 from eai.abilities.codec import experiment_from_json, record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
+from eai.abilities.experiment import RULES_SEPARATOR, Experiment
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol, registered_abilities
 from eai.abilities.record import Record
@@ -166,6 +167,19 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     return with_experiment(record, suite.over([state.input_text]), state.metadata, state.epoch)
 
 
+def _with_rules(stated: Experiment, record: Record) -> Experiment:
+    """Return the experiment of a log with the harness and the rules of an episode, which decide its verdict.
+
+    The log may state further limits, such as one of tokens, that an episode does not name.
+    """
+    own = declaration_of(record.ability).made_by(record.response) or record.experiment or Experiment()
+    in_episode, in_log = (
+        {*(rules or "").split(RULES_SEPARATOR)} - {""} for rules in (own.rules, stated.rules)
+    )
+    rules = stated.rules if in_episode <= in_log else own.rules
+    return replace(stated, harness=own.harness or stated.harness, rules=rules)
+
+
 def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoch: int) -> Record:
     """Return the record of an answer in a log as its experiment makes it.
 
@@ -180,7 +194,7 @@ def with_experiment(record: Record, suite: Suite, about: Mapping[str, Any], epoc
     written = about.get(EXPERIMENT)
     if written is None:
         return record
-    experiment, task_id = experiment_from_json(written), record.task_id
+    experiment, task_id = _with_rules(experiment_from_json(written), record), record.task_id
     if record.unanswered is not None:
         return replace(record, experiment=experiment)
     if experiment.acts:

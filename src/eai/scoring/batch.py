@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain, tee
 from operator import length_hint
 from typing import TYPE_CHECKING, TypeAlias
 
-from eai.abilities.declaration import declaration_of, no_harness
+from eai.abilities.declaration import declaration_of, made_without_game
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
@@ -24,6 +27,10 @@ if TYPE_CHECKING:
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""
+
+
+OTHER_RULES = "the model played the task by other rules of the game"
+"""The reason for a task without an answer whose episode is by other rules. The task counts as failed."""
 
 
 Progressed: TypeAlias = Callable[[int], None]
@@ -94,7 +101,7 @@ class Scoring(Workers):
         items, number = _items_of(suite, answers, unanswered), len(answers.responses) + len(unanswered)
         if shard is not None:
             items, number = shard.of_these(items), -(-number // shard.of)
-        marked = partial(_with_harness, first=_harness(suite.ability, answers))
+        marked = partial(_marked, first=_made_by(suite.ability, answers))
         work = partial(_part, suite, settings, answers.model, marked, finish)
         if self._number < 2 or not suite.portable:
             at_a_time = (1, 1) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, AT_A_TIME)
@@ -143,7 +150,8 @@ def _judged(suite: Suite, settings: ScoringOptions, item: Response) -> _Judged:
     explanation = None
     if item.unanswered is not None:
         verdict = suite.unanswered(item.task_id)
-        if settings.allow_missing and suite.scorer(item.task_id).why_excluded() is None:
+        is_elsewhere = item.unanswered == OTHER_RULES
+        if settings.allow_missing and not is_elsewhere and suite.scorer(item.task_id).why_excluded() is None:
             verdict = declaration_of(suite.ability).verdict(excluded=NOT_ANSWERED)
     else:
         assessment = suite.assess(item.task_id, item.text)
@@ -190,17 +198,51 @@ def _items_of(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]
     return (by_id[task_id] for task_id in suite.task_ids if task_id in by_id)
 
 
-def _harness(ability: Ability, answers: ResponseFile) -> str | None:
-    """The harness of the first answer that says one."""
-    declared = declaration_of(ability).harness
-    if declared is no_harness:
-        return None
-    return next(filter(None, (declared(response.text) for response in answers.responses)), None)
+def by_rules(ability: Ability, answers: ResponseFile) -> dict[str | None, ResponseFile]:
+    """Return answers by the rules of the game by which they were made, with their further epochs.
+
+    Answers by the standard rules, whose key is None, come first. Empty and unreadable answers, which fail by
+    any rules, are with them, or with the most frequent rules if no answer is by the standard rules.
+    """
+    made_by = declaration_of(ability).made_by
+    if made_by is made_without_game:
+        return {None: answers}
+    epochs = (replace(answers, further=()), *answers.further)
+    made = (made_by(response.text) for epoch in epochs for response in epoch.responses)
+    times = Counter(each.rules for each in made if each is not None)
+    if len(times) < 2:
+        return dict.fromkeys(times or (None,), answers)
+    usual = None if None in times else times.most_common(1)[0][0]
+
+    def key(text: str) -> str | None:
+        each = made_by(text)
+        return usual if each is None else each.rules
+
+    parts = [epoch.split(key) for epoch in epochs]
+    found = {}
+    for rules in sorted(times, key=lambda rules: rules or ""):
+        first, *further = [part[rules] for part in parts if rules in part]
+        found[rules] = replace(first, further=tuple(further))
+    return found
 
 
-def _with_harness(record: Record, first: str | None) -> Record:
-    """The record with the harness that its answer says, or else with that of the first one which does."""
-    return record.varied(harness=declaration_of(record.ability).harness(record.response) or first)
+def _made_by(ability: Ability, answers: ResponseFile) -> Experiment:
+    """Return the first harness that answers name, and the rules of the first answer that can be read."""
+    made_by = declaration_of(ability).made_by
+    first: Experiment | None = None
+    if made_by is made_without_game:
+        return Experiment()
+    for each in filter(None, (made_by(response.text) for response in answers.responses)):
+        first = first or each
+        if each.harness is not None:
+            return replace(first, harness=each.harness)
+    return first or Experiment()
+
+
+def _marked(record: Record, first: Experiment) -> Record:
+    """Return a record with the harness and the rules of its answer, or else of the answers beside it."""
+    own = declaration_of(record.ability).made_by(record.response) or first
+    return record.varied(harness=own.harness or first.harness, rules=own.rules)
 
 
 def score_run(
@@ -223,10 +265,10 @@ def score_run(
     rows = _items_of(suite, answers, unanswered)
     items = [response_of(row, suite.benchmark.task_id_of) for row in rows]
     found: list[Record] = []
-    harness = _harness(suite.ability, answers)
+    first = _made_by(suite.ability, answers)
     with Scoring(settings.workers) as scoring:
         for record in scoring._records(suite, answers.model, items, settings):
-            found.append(_with_harness(record, harness))
+            found.append(_marked(record, first))
             if progressed is not None:
                 progressed(len(found))
     return found

@@ -166,6 +166,7 @@ class Obtained:
             ``failures`` has the tasks without any.
         prompt_name: what the prompts are called; None if they have no name.
         effort: how much the model was to reason; None for the provider's default.
+        rules: the rules of the game, as far as they differ from the standard setting.
         log: Inspect's log of all answers, those included that were in the journal before.
     """
 
@@ -180,6 +181,7 @@ class Obtained:
     believed: Believed | None = None
     prompt_name: str | None = None
     effort: str | None = None
+    rules: str | None = None
     log: Path = Path()
 
 
@@ -341,7 +343,7 @@ def _records(
         _write_attempts(folder, obtained.name, records)
     if obtained.believed is not None:
         records = [*map(obtained.believed.marked, records)]
-    choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort}
+    choices = {"prompt_name": obtained.prompt_name, "effort": obtained.effort, "rules": obtained.rules}
     return [_with_origin(record, obtained, answers).varied(**choices) for record in records]
 
 

@@ -177,7 +177,8 @@ def _log_beside(records: Path) -> LogPlace | None:
 
 def address_of(record: Record) -> str:
     """The part of an address that shows a record in the explorer of a report."""
-    key = _key(record.varied(harness=declaration_of(record.ability).harness(record.response)))
+    made = declaration_of(record.ability).made_by(record.response)
+    key = _key(record if made is None else record.varied(harness=made.harness, rules=made.rules))
     run = f"{key.domain}/{key.ability.value}/{key.protocol.value}/{key.name}"
     return f"explorer.html#{urlencode({'run': run, 'task': record.task_id})}"
 
