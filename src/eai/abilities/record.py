@@ -65,21 +65,28 @@ NOT_ANSWERED = TaskExclusion("not answered")
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """The effort that an answer took.
+    """The effort that an answer took. What the provider does not count is None.
 
     Attributes:
         input_tokens: tokens of the question, those read from a provider's cache included.
         output_tokens: tokens of reasoning and answer.
-        reasoning_tokens: tokens of reasoning alone, where the provider counts them.
+        reasoning_tokens: tokens of reasoning alone.
         cost: dollars, where prices were given.
         seconds: of waiting for the replies of an episode; other answers are not timed.
     """
 
-    input_tokens: int = 0
-    output_tokens: int = 0
+    input_tokens: int | None = None
+    output_tokens: int | None = None
     reasoning_tokens: int | None = None
     cost: float | None = None
     seconds: float | None = None
+
+    @property
+    def tokens(self) -> int | None:
+        """Tokens of question and answer, or None if either number is unknown."""
+        if self.input_tokens is None or self.output_tokens is None:
+            return None
+        return self.input_tokens + self.output_tokens
 
     def __add__(self, other: Usage) -> Usage:
         """Both together; what neither has is not known."""

@@ -306,10 +306,9 @@ def _tell(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> N
 def _effort(outcome: SuiteResult) -> str:
     """One line on what an outcome took and where it is."""
     usage = outcome.usage
-    parts = [
-        console.counted(outcome.totals.coverage.answered, "answer"),
-        f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens",
-    ]
+    parts = [console.counted(outcome.totals.coverage.answered, "answer")]
+    if usage.input_tokens is not None and usage.output_tokens is not None:
+        parts.append(f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens")
     if usage.cost is not None:
         parts.append(console.dollars(usage.cost))
     if outcome.truncated:

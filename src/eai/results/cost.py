@@ -40,9 +40,9 @@ class Spent:
     unpriced_answers: int = 0
 
     @property
-    def tokens(self) -> int:
-        """Of questions and answers."""
-        return self.usage.input_tokens + self.usage.output_tokens
+    def tokens(self) -> int | None:
+        """Tokens of questions and answers; None if no answer's are known."""
+        return self.usage.tokens
 
     def __add__(self, other: Spent) -> Spent:
         """Both together."""
@@ -71,7 +71,7 @@ class _Price(Options):
 
     def of(self, usage: Usage) -> float:
         """The dollars of some tokens."""
-        return (self.input * usage.input_tokens + self.output * usage.output_tokens) / _MILLION
+        return (self.input * (usage.input_tokens or 0) + self.output * (usage.output_tokens or 0)) / _MILLION
 
 
 class PriceList(Options):
@@ -101,6 +101,7 @@ class _PaperCost(Options):
 def spent(records: Iterable[Record]) -> Spent:
     """The cost of answers, as far as their records say; attempts, votes and repairs are part of an answer."""
     usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
+    usages = [usage for usage in usages if usage.tokens is not None]
     unpriced = [usage for usage in usages if usage.cost is None]
     return Spent(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
 
@@ -118,8 +119,7 @@ def per_success(records: Iterable[Record]) -> dict[str, Cases]:
 
 def _amounts(record: Record, usage: Usage) -> Iterator[tuple[str, Case]]:
     won = outcome(record) is AnswerOutcome.SUCCESS
-    tokens = usage.input_tokens + usage.output_tokens
-    for name, amount in (("tokens", tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
+    for name, amount in (("tokens", usage.tokens), ("dollars", usage.cost), ("seconds", usage.seconds)):
         if amount is not None:
             yield name, Case(record.task_id, name_of(record), Share(amount, won))
 

@@ -390,10 +390,18 @@ def thoughts_in(output: ModelOutput) -> list[str]:
 
 
 def usage_of(output: ModelOutput) -> Usage:
-    """Return the usage of a reply; nothing where that is not known, or negative."""
+    """Return the usage of a reply, in which unknown numbers are None.
+
+    Inspect has zeros if a provider counts nothing; no question has no tokens. Negative numbers are unknown.
+    """
     usage = output.usage
     if usage is None:
         return Usage()
     cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
-    counted = (usage.input_tokens + cached, usage.output_tokens, usage.reasoning_tokens, usage.total_cost)
-    return Usage(*counted) if min(number or 0 for number in counted) >= 0 else Usage()
+    asked, answered = usage.input_tokens + cached, usage.output_tokens
+    counted = (asked, answered, usage.reasoning_tokens, usage.total_cost)
+    if min(number or 0 for number in counted) < 0:
+        return Usage()
+    if not asked:
+        return Usage(None, answered or None, usage.reasoning_tokens or None, usage.total_cost)
+    return Usage(*counted)

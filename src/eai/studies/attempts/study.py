@@ -155,8 +155,7 @@ def _by_attempt(arms: Sequence[_Arm]) -> Iterator[Row]:
         cases = [arm.cases(metric, number) for metric in _ERRORS]
         errors = [rate_of(case.share for case in each).percent for each in cases]
         tokens = [
-            sum(each.usage.input_tokens + each.usage.output_tokens for each in record.attempts if each.usage)
-            for record in records
+            sum([each.usage.tokens or 0 for each in record.attempts if each.usage]) for record in records
         ]
         yield (
             arm.name,
